@@ -16,7 +16,7 @@ import pytest
 import pretravel
 from pretravel.app.project import Project, StoredFile
 from pretravel.app.project_file import project_bytes, read_project, write_project
-from tests.browser.workbench_server import RunningWorkbench, running_workbench
+from tests.browser.workbench_server import RunningWorkbench, cookie, running_workbench
 from tests.support.commands import run
 
 OURS = {"X-Pretravel": "upload"}
@@ -25,7 +25,7 @@ OURS = {"X-Pretravel": "upload"}
 def answer(
     address: str, headers: dict[str, str] | None = None, data: bytes | None = None
 ) -> tuple[int, str]:
-    request = urllib.request.Request(address, data=data, headers=headers or {})
+    request = urllib.request.Request(address, data=data, headers=cookie(address) | (headers or {}))
     try:
         with urllib.request.urlopen(request, timeout=20) as found:
             return found.status, found.read().decode()
@@ -78,18 +78,17 @@ def test_a_named_project_is_opened_and_made(tmp_path: Path) -> None:
     assert "does not exist" in missing
 
 
-def test_other_computers_need_the_token(tmp_path: Path) -> None:
-    with running_workbench(tmp_path, "--host", "0.0.0.0") as workbench:
-        parts = urlsplit(workbench.address)
-        assert parts.query.startswith("token=")
-        base = f"http://127.0.0.1:{parts.port}/"
-        code, text = answer(base)
+@pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1"])
+def test_other_computers_and_other_users_need_the_token(tmp_path: Path, host: str) -> None:
+    with running_workbench(tmp_path, "--host", host) as workbench:
+        base, none = workbench.address, {"Cookie": ""}
+        code, text = answer(base, none)
         assert code == 403
         assert "with its token" in text
-        assert answer(f"{base}static/{pretravel.__version__}/workbench.js")[0] == 403
-        assert answer(f"{base}_nicegui_ws/socket.io/?EIO=4&transport=polling")[0] == 403
-        cookie = {"Cookie": f"pretravel_{parts.port}={parts.query.removeprefix('token=')}"}
-        assert answer(base, cookie)[0] == 200
+        assert answer(f"{base}static/{pretravel.__version__}/workbench.js", none)[0] == 403
+        assert answer(f"{base}_nicegui_ws/socket.io/?EIO=4&transport=polling", none)[0] == 403
+        assert answer(f"{base}project/download", none)[0] == 403
+        assert answer(base)[0] == 200
 
 
 def test_strangers_on_loopback_get_nothing(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from pretravel.app.project import Project
 from pretravel.app.project_file import project_bytes
@@ -29,6 +30,10 @@ SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 THEMES = ("light", "dark")
 
 
+_tokens: dict[str, str] = {}
+"""By host and port."""
+
+
 @dataclass
 class RunningWorkbench:
     """A server that listens.
@@ -36,7 +41,7 @@ class RunningWorkbench:
     Attributes
     ----------
     address : str
-        With a slash at the end; with the token where it needs one.
+        With a slash at the end, without the token; see `cookie`.
     process : Popen
     data : Path
         The user's data folder.
@@ -89,7 +94,9 @@ def running_workbench(
 def open_project(address: str, project: Project) -> None:
     """Open a project in a running workbench, as a person does who drops its file."""
     request = urllib.request.Request(
-        f"{address}project/open?name=p.pretravel", project_bytes(project), {"X-Pretravel": "upload"}
+        f"{address}project/open?name=p.pretravel",
+        project_bytes(project),
+        {"X-Pretravel": "upload", **cookie(address)},
     )
     with urllib.request.urlopen(request, timeout=60) as answer:
         assert json.load(answer) == {"error": ""}
@@ -101,10 +108,17 @@ def _address(process: subprocess.Popen[str]) -> str:
     said = ""
     for line in process.stdout:
         said += line
-        found = re.search(r"http://\S+", line)
+        found = re.search(r"(http://(\S+?)/)\?token=(\S+)", line)
         if found:
-            return found.group(0)
+            _tokens[found[2]] = found[3]
+            return found[1]
     raise AssertionError(f"the workbench did not start: {said}")
+
+
+def cookie(address: str) -> dict[str, str]:
+    """The header by which a running workbench knows its user."""
+    parts = urlsplit(address)
+    return {"Cookie": f"pretravel_{parts.port}={_tokens[parts.netloc]}"}
 
 
 @contextmanager
@@ -134,7 +148,7 @@ def serious_problems(page: Any) -> list[str]:
 
 def opened(page: Any, address: str) -> None:
     """Open an address and wait until the page is connected to the server."""
-    page.goto(address)
+    page.goto(f"{address}?token={_tokens[urlsplit(address).netloc]}")
     page.wait_for_selector("main h1")
     page.wait_for_function("window.socket && window.socket.connected")
 

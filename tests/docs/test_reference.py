@@ -51,7 +51,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
     "Figures of a standard": (
         ("check", "iso10360-5", SPHERE, *REFERENCE, "--tip-diameter", 5.967),
     ),
-    "History of a probe": (("history", "probe.sqlite"),),
+    "History of a probe": (("history", "probe.jsonl"),),
     "Drift over days": (("history", "logs", "--map", "map.json", *REFERENCE, "--limit", 2),),
 }  # fmt: skip
 """Commands by the kind of file that they write; later ones read the files of earlier ones."""
@@ -72,7 +72,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         harmonic = ("--tip-diameter", 6, "--kind", "harmonic")
         run("qualify", SPHERE, *REFERENCE, *harmonic, "-o", "map.json")
         shutil.copy(EXAMPLES / "sphere_touches.csv", "today.csv")
-        run("verify", "today.csv", "--map", "map.json", *REFERENCE, "--history", "probe.sqlite")
+        run("verify", "today.csv", "--map", "map.json", *REFERENCE, "--history", "probe.jsonl")
         run("pattern", "iso10360-5", "--diameter", 24.9987, "-o", "targets.csv")
         Path("logs").mkdir()
         sphere = ("map.json", "--surface", "sphere:radius=12.49935", "--targets", "targets.csv")

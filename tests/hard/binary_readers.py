@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import sqlite3
 import tempfile
 import warnings
 import zipfile
@@ -19,11 +18,9 @@ from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.files import netcdf
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.history_drift import drift_of_history
 from pretravel.files.netcdf import dataset_content
 from pretravel.files.point_tables import points_dataset, points_table
 from pretravel.files.points_reading import read_points
-from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.measurement.points import Points
@@ -35,14 +32,12 @@ from pretravel.prediction.materials import material
 from pretravel.surface.cad.kernel_process import CadContent, understood
 from pretravel.surface.cad.part_file import read_part
 from pretravel.surface.cad.step_part import part_from_content
-from pretravel.tasks.reports.history_report import history_columns, history_document
 from tests.support.examples import EXAMPLES
 from tests.support.forked_processes import forked_worker
 from tests.support.mutated_files import Reader, at_a_path
 
 BREP = Path(__file__).parent / "samples" / "part.brep"
 """What the CAD kernel writes of examples/data/part.step."""
-HISTORY = Path(__file__).parents[1] / "unit" / "files" / "data" / "version_1" / "history.sqlite"
 
 
 def _project() -> bytes:
@@ -108,26 +103,6 @@ def _tables() -> tuple[bytes, ...]:
 
 def _read_table(content: bytes) -> object:
     return read_readings(SourceFile("t.parquet", content), ReadingOptions())
-
-
-def _history() -> tuple[bytes, ...]:
-    """Also one with all columns empty, and one page larger."""
-    earlier = HISTORY.read_bytes()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "h.sqlite"
-        path.write_bytes(earlier)
-        connection = sqlite3.connect(path)
-        connection.execute("UPDATE verification SET size_um = NULL, u_size_um = NULL")
-        connection.commit()
-        connection.close()
-        return earlier, path.read_bytes()
-
-
-def _read_history(path: Path) -> object:
-    """And what is made of one: its drift, report and table."""
-    entries = read_history(path)
-    history_document(entries)
-    return drift_of_history(entries), history_columns(entries)
 
 
 def _quickly(read: Callable[[bytes], object]) -> Callable[[bytes], object]:
@@ -201,7 +176,6 @@ BINARY_READERS: tuple[Reader, ...] = (
         binary=True,
     ),
     Reader("parquet", _read_table, _tables(), binary=True),
-    Reader("history", at_a_path(_read_history, "h.sqlite"), _history(), binary=True),
     Reader("kept_model", at_a_path(_read_kept_model, "reduced.npz"), _kept_model(), binary=True),
     Reader("project", project_of, (_project(),), binary=True),
     Reader("project_json", _read_project_json, (_project_json(),)),

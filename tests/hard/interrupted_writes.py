@@ -17,7 +17,6 @@ import random
 import resource
 import shutil
 import signal
-import sqlite3
 import sys
 import tempfile
 import time
@@ -25,6 +24,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+
+from pretravel.base.errors import PretravelError
+from pretravel.files.probe_history import read_history
 
 _OLD = b'"the old output, of a run that ended well; <html>"\n'
 _BEGIN = {
@@ -93,8 +95,8 @@ COMMANDS = tuple(
         ("export", "{0}/map.json --to linuxcnc -o {0}/subroutines", ("subroutines/",), MAP),
         ("export:file", "{0}/map.json --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
         ("plan-touches", "--map {0}/h.json --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
-        ("verify", (f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.sqlite "
-         "-o {0}/v.json"), ("v.json", "probe.sqlite"), HARMONIC),
+        ("verify", (f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.jsonl "
+         "-o {0}/v.json"), ("v.json", "probe.jsonl"), HARMONIC),
         ("compare", "{0}/map.json -o {0}/compare.csv", ("compare.csv",), MAP),
         ("check", f"iso10360-5 {SPHERE} --diameter 24.9987 --tip-diameter 6 -o {{0}}/check.json",
          ("check.json",)),
@@ -111,7 +113,7 @@ COMMANDS = tuple(
         (
             "verify:accept",
             (
-                f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.sqlite "
+                f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.jsonl "
                 "--accept {0}/new.json"
             ),
             ("new.json",),
@@ -119,9 +121,9 @@ COMMANDS = tuple(
         ),
         (
             "history",
-            "{0}/probe.sqlite -o {0}/history.csv --plot {0}/history.png",
+            "{0}/probe.jsonl -o {0}/history.csv --plot {0}/history.png",
             ("history.csv", "history.png"),
-            ("h.json", "probe.sqlite"),
+            ("h.json", "probe.jsonl"),
         ),
         ("history:touches", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
          "-o {0}/drift.csv --plot {0}/drift.png"), ("drift.csv", "drift.png")),
@@ -169,9 +171,7 @@ class Folder:
         assert self.run() in (0, 3), command
         self.seconds = time.perf_counter() - began
         self.expected = self._listed()
-        self.outputs = sorted(
-            name for name in self.expected - self.inputs if name != "probe.sqlite"
-        )
+        self.outputs = sorted(name for name in self.expected - self.inputs if name != "probe.jsonl")
         assert self.outputs, command
         self.new = {name: (self.path / name).read_bytes() for name in self.outputs}
 
@@ -232,11 +232,11 @@ class Folder:
         wrong = [] if code in (0, 3) else [f"exit code {code}"]
         wrong += [f"left: {name}" for name in self._litter()]
         wrong += [f"old: {n}" for n in self.outputs if (self.path / n).read_bytes() == _old(n)]
-        if (self.path / "probe.sqlite").exists():
-            with sqlite3.connect(self.path / "probe.sqlite") as history:
-                (state,) = history.execute("PRAGMA integrity_check").fetchone()
-            history.close()
-            wrong += [] if state == "ok" else [state]
+        if (self.path / "probe.jsonl").exists():
+            try:
+                read_history(self.path / "probe.jsonl")
+            except PretravelError as error:
+                wrong.append(str(error))
         return "; ".join(wrong)
 
     def _litter(self) -> list[str]:

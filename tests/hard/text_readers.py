@@ -11,6 +11,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_named, format_of
+from pretravel.files.history_drift import drift_of_history
 from pretravel.files.laboratory_file import laboratory_template, read_laboratory
 from pretravel.files.linuxcnc_files import read_tool, read_work_offset
 from pretravel.files.machine_file import machine_text, read_machine
@@ -18,6 +19,7 @@ from pretravel.files.map_file import read_map
 from pretravel.files.map_json import json_of_map
 from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
+from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_directions, read_readings
 from pretravel.files.rig_csv import read_budget, read_rig_trace
 from pretravel.files.separation_csv import read_multi_step_readings
@@ -29,6 +31,7 @@ from pretravel.show.result_file import read_result, result_values
 from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
 from pretravel.surface.shapes import Sphere
+from pretravel.tasks.reports.history_report import history_columns, history_document
 from tests.support.control_logs import REFUSED_FILES, SAMPLES
 from tests.support.example_maps import mean_map
 from tests.support.mutated_files import Reader, at_a_path
@@ -36,6 +39,7 @@ from tests.support.pages import plain_content
 from tests.support.stored_maps import sealed, small_harmonic_map
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "data"
+HISTORY = Path(__file__).parents[1] / "unit" / "files" / "data" / "version_1" / "history.jsonl"
 _NAME = "damaged.txt"
 _SHOP = ReadingOptions(reference_diameter=25.0)
 _GERMAN_TABLE = (
@@ -214,6 +218,13 @@ def _result_sample() -> bytes:
     return json.dumps(result_values(plain_content(3))).encode()
 
 
+def _read_history(path: Path) -> object:
+    """And what is made of one: its drift, report and table."""
+    entries = read_history(path)
+    history_document(entries)
+    return drift_of_history(entries), history_columns(entries)
+
+
 TEXT_READERS: tuple[Reader, ...] = (
     *_LOGS,
     Reader("refused", _readings("csv", None), _REFUSED),
@@ -276,6 +287,12 @@ TEXT_READERS: tuple[Reader, ...] = (
         at_a_path(_result, "result.json"),
         (_result_sample(),),
         (b"</script>", b"<!--", b"null", b"[]", b"{}", b'{"infinite":1}', b"1e999", b"[" * 2000),
+    ),
+    Reader(
+        "history",
+        at_a_path(_read_history, "h.jsonl"),
+        (HISTORY.read_bytes(),),
+        (b"NaN", b"1e999", b"null", b"true", b"[" * 2000, b"9" * 5000, b'"\\ud800"', b"9999-12-31"),
     ),
     Reader("step-text", with_names, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
     Reader(

@@ -36,7 +36,7 @@ _LIBRARIES = (
     "scipy.special", "scipy.stats", "netgen.occ", "netgen.meshing", "skfem", "skfem.helpers",
     "meshio", "pypardiso", "shapely", "threadpoolctl", "xarray", "h5py", "h5netcdf", "cattrs",
     "tomlkit", "jinja2", "platformdirs", "typer", "typer.testing", "rich.table", "rich.progress",
-    "plotly.graph_objects", "matplotlib.pyplot", "GTC", "sqlite3", "xml.etree.ElementTree",
+    "plotly.graph_objects", "matplotlib.pyplot", "GTC", "xml.etree.ElementTree",
     "coverage", "xdist.scheduler",
 )  # fmt: skip
 _OURS = ("pretravel", "tests", "conftest")

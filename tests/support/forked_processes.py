@@ -43,13 +43,14 @@ def forked_worker(content: bytes) -> tuple[int, bytes]:
 def forked_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
     """As `pretravel.surface.cad.kernel_process.run_kernel`."""
     size = copy.stat().st_size
-    memory, seconds = (
+    memory, written, seconds = (
         limit.fixed + limit.per_byte * size
-        for limit in (kernel_process.MEMORY, kernel_process.TIME)
+        for limit in (kernel_process.MEMORY, kernel_process.WRITTEN, kernel_process.TIME)
     )
 
     def work() -> None:
-        sys.argv[:] = ["", str(copy), str(folder), str(int(memory + _address_space()))]
+        most_memory = str(int(memory + _address_space()))
+        sys.argv[:] = ["", str(copy), str(folder), most_memory, str(int(written))]
         os.chdir(folder)
         most = int(time.process_time() + seconds)
         resource.setrlimit(resource.RLIMIT_CPU, (most, most + 1))

@@ -14,7 +14,7 @@ from tests.support.commands import run
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = ("-o", "--plot", "--vtu", "--history", ">")
-KNOWN = (".csv", ".json", ".toml", ".step", ".sqlite", ".ngc")
+KNOWN = (".csv", ".json", ".toml", ".step", ".jsonl", ".ngc")
 """Endings of files that one command writes and another reads."""
 
 

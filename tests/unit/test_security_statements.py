@@ -1,8 +1,9 @@
-"""What docs/security.md states about connections and about objects that are unpickled."""
+"""What docs/security.md states about connections, databases and objects that are unpickled."""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -15,6 +16,7 @@ NETWORK = {
     "smtplib", "socket", "socketserver", "ssl", "starlette", "urllib", "uvicorn",
     "webbrowser", "xmlrpc",
 }  # fmt: skip
+DATABASES = {"dbm", "sqlite3"}
 OBJECTS = {"cloudpickle", "dill", "joblib", "marshal", "pickle", "shelve"}
 
 
@@ -46,3 +48,21 @@ def test_only_the_workbench_and_dask_use_the_network() -> None:
 
 def test_objects_are_unpickled_between_own_processes_only() -> None:
     assert _importers(OBJECTS) == {"app/task_process.py"}
+
+
+def test_no_database_is_opened() -> None:
+    """A journal beside one names other files, which SQLite deletes."""
+    assert _importers(DATABASES) == set()
+
+
+def test_every_test_that_the_table_of_entries_names_is_there() -> None:
+    tests = Path(__file__).parents[1]
+    text = (tests.parent / "docs" / "security.md").read_text("utf-8")
+    rows = re.findall(
+        r"^\|.*\| ([^|]+) \|$", text.partition("## Entries")[2].partition("\n## ")[0], re.M
+    )
+    named = [re.findall(r"`([a-z_0-9/]+\.py)(?:::(\w+))?`", row) for row in rows[2:]]
+    assert len(named) > 20
+    assert all(named)
+    for file, test in {each for row in named for each in row}:
+        assert f"def {test}(" in (tests / file).read_text("utf-8") or not test, f"{file}::{test}"

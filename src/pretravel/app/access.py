@@ -53,23 +53,23 @@ class Access:
     host : str
         Address that it listens on.
     token : str
-        Needed once in the address, then in a cookie; empty: none.
+        Needed once in the address, then in a cookie.
     """
 
     host: str
-    token: str = ""
+    token: str
 
     @staticmethod
     def of(host: str) -> Access:
-        """Without a token on this computer; with a random one for others."""
-        return Access(host, "" if is_loopback(host) else secrets.token_urlsafe(24))
+        """With a random token, on this computer too: other users reach its ports."""
+        return Access(host, secrets.token_urlsafe(24))
 
     def allows_host(self, header: str) -> bool:
         """Whether the header Host is an address of this server.
 
         A page of a stranger whose name is made to point here (DNS rebinding) has another one.
 
-        >>> local = Access("127.0.0.1")
+        >>> local = Access("127.0.0.1", "secret")
         >>> local.allows_host("localhost:8765"), local.allows_host("evil.example:8765")
         (True, False)
         >>> Access("0.0.0.0", "secret").allows_host("192.168.1.5:8765")
@@ -84,7 +84,7 @@ class Access:
 
     def allows_token(self, given: str) -> bool:
         """Whether the token is right, in constant time."""
-        return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
+        return hmac.compare_digest(given.encode(), self.token.encode())
 
 
 def _host_name(header: str) -> str:
@@ -170,8 +170,6 @@ class Guard:
 
     def _without_token(self, scope: Scope, headers: MutableMapping[str, str]) -> _Answer | None:
         """Ask for the token; one in the address becomes a cookie."""
-        if not self._access.token:
-            return None
         port = urlsplit(f"//{headers['host']}").port or 80
         cookie = f"pretravel_{port}"  # cookies are shared by all ports of a host
         if self._access.allows_token(_cookies(headers.get("cookie", "")).get(cookie, "")):

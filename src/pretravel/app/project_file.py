@@ -25,6 +25,7 @@ from pretravel.app.project import (
     check_file_name,
 )
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.json_text import parsed_json
 from pretravel.base.version import installed_version
 from pretravel.base.whole_file import whole_file
 
@@ -120,6 +121,7 @@ def project_of(content: bytes, path: str | Path = "the project") -> Project:
     pretravel.base.errors.InputError: touches.csv: this is no project of pretravel: ...
     """
     try:
+        _refuse_directory(content, path)
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             return _project(_Entries(archive, path), path)
     except PretravelError:
@@ -131,6 +133,18 @@ def project_of(content: bytes, path: str | Path = "the project") -> Project:
         raise InputError(
             f"{reason}: open a file that the workbench saved (*{PROJECT_ENDING})", path=path
         ) from error
+
+
+def _refuse_directory(content: bytes, path: str | Path) -> None:
+    """Before zipfile makes an object of each entry: a directory has at most 1 kB for each."""
+    end = len(content) - 22  # where zipfile looks first
+    if content[end : end + 4] != b"PK\5\6" or content[-2:] != b"\0\0":
+        end = content.rfind(b"PK\5\6")
+    if end < 0:
+        return  # zipfile refuses it
+    size = int.from_bytes(content[end + 12 : end + 16], "little")
+    if size > 1000 * _MOST_ENTRIES or content[max(end - 20, 0) : end].startswith(b"PK\6\7"):
+        raise InputError(f"it has more than {_MOST_ENTRIES} entries", path=path)
 
 
 class _Entries:
@@ -171,10 +185,12 @@ class _Entries:
 
 def _project(entries: _Entries, path: str | Path) -> Project:
     try:
-        stated = json.loads(entries.content(_JSON, _LARGEST_JSON).decode("utf-8"))
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, PretravelError):
-            raise
+        stated = parsed_json(entries.content(_JSON, _LARGEST_JSON))
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(f"{_JSON} in it cannot be used: {error}", path=path) from error
+    except ValueError as error:
         raise InputError(f"{_JSON} in it is no JSON", path=path) from error
     if not isinstance(stated, dict) or stated.get("format") != _FORMAT:
         raise InputError("this is no project of pretravel", path=path)

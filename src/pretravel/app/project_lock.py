@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import os
-import sys
-import tempfile
+import warnings
+from contextlib import ExitStack
 from pathlib import Path
 
+from pretravel.base.added_file import add, locked_file
+from pretravel.base.cache_folder import cache_folder, private
 from pretravel.base.errors import PretravelError
-
-if sys.platform != "win32":
-    import fcntl
 
 
 class ProjectLock:
     """Held from its making until `release`, or until this process ends.
+
+    The lock is a file in the user's cache: in a folder that is shared, another user could make it
+    before, and choose the address that is shown.
 
     Parameters
     ----------
@@ -28,31 +30,35 @@ class ProjectLock:
     ------
     PretravelError
         Another workbench has opened the project; the text has its address.
+
+    Warns
+    -----
+    UserWarning
+        There is no private folder for locks: two workbenches can open the project.
     """
 
     def __init__(self, path: Path, address: str) -> None:
-        self._descriptor: int | None = None
-        if sys.platform == "win32":
-            return  # no such lock: the last change wins
+        self._held = ExitStack()
+        folder = cache_folder()
+        if doubt := private(folder):
+            warnings.warn(
+                f"another workbench that opens {path.name} is not noticed ({doubt})", stacklevel=2
+            )
+            return
         name = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:24]
-        owner = getattr(os, "getuid", lambda: 0)()
-        place = Path(tempfile.gettempdir()) / f"pretravel-project-{owner}-{name}.lock"
-        descriptor = os.open(place, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+        place = folder / f"project-{name}.lock"
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            other = os.read(descriptor, 200).decode(errors="replace")
-            os.close(descriptor)
+            descriptor = self._held.enter_context(locked_file(place, 0.0))
+        except BlockingIOError:
+            other = place.read_text("utf-8", "replace")[:200]
             raise PretravelError(
                 f"the project {path} is open in another workbench{f', at {other}' if other else ''}"
                 ": use that one, or end it first"
             ) from None
+        self._held.callback(place.unlink, missing_ok=True)
         os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, address.encode(), 0)
-        self._descriptor = descriptor
+        add(descriptor, address.encode())
 
     def release(self) -> None:
         """Let another workbench open it."""
-        if self._descriptor is not None:
-            os.close(self._descriptor)
-            self._descriptor = None
+        self._held.close()

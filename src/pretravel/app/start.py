@@ -61,14 +61,16 @@ def start(
     os.environ["NICEGUI_STORAGE_PATH"] = os.devnull
     from pretravel.app.server import serve
 
-    page = f"{address}?token={access.token}" if access.token else address
-    with tempfile.TemporaryDirectory(prefix="pretravel-") as folder:  # of this user alone
+    page = f"{address}?token={access.token}"
+    # Of this user alone. A browser that is a snap reads no temporary folder, but the user's own.
+    place = Path.home() if Path("/snap/bin").is_dir() else None
+    with tempfile.TemporaryDirectory(prefix="pretravel-", dir=place) as folder:
 
         def listening() -> None:
             say(f"The workbench is at {page} (Ctrl-C ends it)")
             say(f"The project is saved in {SESSION.path}")
             if browser:
-                shown = _forwarding(Path(folder), page) if access.token else page
+                shown = _forwarding(Path(folder), page)
                 # A browser in the terminal, or one that was not running, can keep it waiting.
                 threading.Thread(target=webbrowser.open, args=(shown,), daemon=True).start()
 

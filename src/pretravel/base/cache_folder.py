@@ -9,25 +9,56 @@ from pathlib import Path
 
 FOLDER_VARIABLE = "PRETRAVEL_CACHE"
 """Environment variable that names the folder."""
+_OF_OTHERS = stat.S_IWGRP | stat.S_IWOTH
 
 
 def cache_folder() -> Path:
-    """The folder of the cache: $PRETRAVEL_CACHE, or the user's cache folder."""
+    """The folder of the cache: $PRETRAVEL_CACHE, or the user's cache folder.
+
+    Links on the way are followed once and for all: a link could be changed after the folder was
+    looked at.
+    """
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:
-        return Path(chosen)
+        return Path(chosen).resolve()
     from platformdirs import user_cache_path
 
-    return user_cache_path("pretravel")
+    return user_cache_path("pretravel").resolve()
+
+
+def private(folder: Path) -> str:
+    """Make a folder that only the user can change; why it is not used, or an empty text.
+
+    Parameters
+    ----------
+    folder : Path
+        Without links; see `cache_folder`. The missing folders above it are made private too.
+
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp()).resolve() / "a" / "b"
+    >>> private(folder), folder.is_dir()
+    ('', True)
+    """
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    try:
+        for place in reversed(missing):
+            place.mkdir(mode=0o700, exist_ok=True)
+        if not folder.is_dir():
+            return f"{folder} is no folder"
+    except OSError as error:
+        return f"{folder} cannot be made: {error.strerror}"
+    return mistrust(folder)
 
 
 def mistrust(path: Path) -> str:
-    """Why a file or folder of the cache is not used; empty where only this user can write to it.
+    """Why a file or folder of the cache is not used; empty where only this user can change it.
+
+    Whoever can write to a folder on the way can put another one into its place.
 
     Parameters
     ----------
     path : Path
-        It exists.
+        It exists, and has no links on its way.
 
     Returns
     -------
@@ -35,46 +66,24 @@ def mistrust(path: Path) -> str:
         Empty too on Windows, where the folders of a user are not open to others.
 
     >>> import tempfile
-    >>> folder = Path(tempfile.mkdtemp())
+    >>> folder = Path(tempfile.mkdtemp()).resolve()
     >>> mistrust(folder)
     ''
-    >>> folder.chmod(0o777)
+    >>> folder.chmod(0o770)
     >>> mistrust(folder).endswith("can be written to by other users")
     True
     """
     if sys.platform == "win32":
         return ""
-    mine = (os.geteuid(), 0)
-    place = path.resolve()
-    found = place.stat()
-    if found.st_uid not in mine:
-        return f"{place} belongs to another user"
-    if found.st_mode & 0o022:
-        return f"{place} can be written to by other users"
-    for folder in place.parents:
-        found = folder.stat()
-        # In a folder with the sticky bit, such as /tmp, nobody replaces the files of others.
-        open_to_all = found.st_mode & 0o002 and not found.st_mode & stat.S_ISVTX
-        if found.st_uid not in mine or open_to_all:
-            return f"{folder}, which contains {place}, can be written to by other users"
+    for place in (path, *path.parents):
+        found = place.lstat()
+        which = f"{place}" if place == path else f"{place}, which contains {path},"
+        if stat.S_ISLNK(found.st_mode):
+            return f"{which} is a link"
+        if found.st_uid not in (os.geteuid(), 0):
+            return f"{which} belongs to another user"
+        # In a folder of root with the sticky bit, such as /tmp, nobody replaces files of others.
+        kept = place != path and found.st_uid == 0 and found.st_mode & stat.S_ISVTX
+        if found.st_mode & _OF_OTHERS and not kept:
+            return f"{which} can be written to by other users"
     return ""
-
-
-def make_private(folder: Path) -> None:
-    """Make the folder, private to the user; the default folder of earlier versions becomes so.
-
-    Parameters
-    ----------
-    folder : Path
-
-    >>> import tempfile
-    >>> folder = Path(tempfile.mkdtemp()) / "kept"
-    >>> make_private(folder)
-    >>> mistrust(folder)
-    ''
-    """
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    if not os.environ.get(FOLDER_VARIABLE) and sys.platform != "win32":
-        found = folder.stat()
-        if found.st_uid == os.geteuid() and found.st_mode & 0o022:
-            folder.chmod(found.st_mode & 0o7755)

@@ -70,7 +70,7 @@ def _missing_kind(path: Path, is_program: bool) -> str:
     if ending == ".json":
         try:
             json.loads(path.read_bytes())
-        except ValueError:
+        except (ValueError, RecursionError):
             return "JSON"
     mark = {".html": b"<html", ".svg": b"<svg"}.get(ending, b"")
     return "" if mark in begin.lower() else ending[1:].upper()

@@ -282,7 +282,8 @@ def one_process_at_a_time(path: str | Path) -> Iterator[bool]:
     lock = None
     with suppress(OSError):  # a folder that cannot be written, a file system without locks
         Path(path).parent.mkdir(parents=True, exist_ok=True)
-        lock = Path(f"{path}.lock").open("w")  # noqa: SIM115
+        # Nothing is written to it, and no link of others is followed.
+        lock = os.open(f"{path}.lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -292,7 +293,7 @@ def one_process_at_a_time(path: str | Path) -> Iterator[bool]:
         yield waited
     finally:
         if lock is not None:
-            lock.close()
+            os.close(lock)
 
 
 def write_text(path: str | Path, text: str, encoding: str = "utf-8") -> None:

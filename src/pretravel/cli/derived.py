@@ -200,6 +200,7 @@ def deliver(task: Task) -> int:
         The exit code.
     """
     from pretravel.cli.showing import show
+    from pretravel.show.terminal import printable
 
     inputs = read_files(task)
     progress = ShownProgress(inputs)
@@ -231,7 +232,7 @@ def deliver(task: Task) -> int:
         show(report, verbose=getattr(task, "verbose", False))
     else:
         for warning in result.cautions:
-            typer.echo(f"Warning: {warning}", err=True)
+            typer.echo(f"Warning: {printable(warning)}", err=True)
     if result.advice:
         typer.echo(result.advice)
     return result.exit_code

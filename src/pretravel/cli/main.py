@@ -164,7 +164,9 @@ def _show_warning(
 ) -> None:
     """Print a warning of the library as the commands print theirs."""
     del category, filename, lineno, file, line
-    typer.echo(f"Warning: {message}", err=True)
+    from pretravel.show.terminal import printable
+
+    typer.echo(f"Warning: {printable(str(message))}", err=True)
 
 
 def _fail(message: str) -> NoReturn:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import typer
 
 from pretravel.show.document import Document
-from pretravel.show.terminal import terminal_text
+from pretravel.show.terminal import printable, terminal_text
 
 
 def show(document: Document, *, verbose: bool) -> None:
     """Print a report on stdout, and its warnings on stderr."""
     typer.echo(terminal_text(document, verbose=verbose))
     for warning in document.warnings:
-        typer.echo(f"Warning: {warning}", err=True)
+        typer.echo(f"Warning: {printable(warning)}", err=True)

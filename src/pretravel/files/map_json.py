@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.base.json_text import MOST_MEMORY, memory_of_json, parsed_json
 from pretravel.base.whole_file import whole_file
 from pretravel.files.source_file import SourceFile
 from pretravel.maps.basis import StoredArray, StoredBasis
@@ -106,10 +107,11 @@ def json_of_map(pretravel_map: PretravelMap) -> bytes:
             "the map contains a number that is not finite; a file cannot keep it"
         ) from None
     written = text.encode()
-    if len(written) > LARGEST_MAP:
+    if len(written) > LARGEST_MAP or memory_of_json(written) > MOST_MEMORY:
         raise PretravelError(
             f"the map needs a file of {len(written) / 1e6:.0f} MB; at most "
-            f"{LARGEST_MAP / 1e6:.0f} MB are read: use fewer directions"
+            f"{LARGEST_MAP / 1e6:.0f} MB, with values of {MOST_MEMORY / 1e6:.0f} MB, are read: use "
+            "fewer directions"
         )
     return written
 
@@ -243,12 +245,8 @@ def _parsed(content: bytes) -> dict[str, Any]:
         raise PretravelError("the file is empty; a map is needed")
     _check_depth(content)
     try:
-        found = json.loads(
-            content.decode("utf-8-sig"),
-            parse_constant=_refuse_constant,
-            object_pairs_hook=_distinct,
-        )
-    except (ValueError, RecursionError) as error:
+        found = parsed_json(content, parse_constant=_refuse_constant, object_pairs_hook=_distinct)
+    except ValueError as error:
         if isinstance(error, PretravelError):
             raise
         raise PretravelError(f"this is not a map: not a text in JSON ({error!s:.120})") from None

@@ -15,6 +15,8 @@ from pretravel.base.whole_file import whole_file
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.source_file import Source, SourceFile, opened
 
+_MOST_BYTES = 200_000_000
+"""Bytes of content up to which a file is read, however well it is compressed."""
 _MOST_CELLS = 5_000_000
 """Cells up to which a file is read, whatever its size; larger ones have a byte for each cell."""
 
@@ -38,14 +40,22 @@ def read_parquet_table(source: Source) -> CsvTable:
         Without the extra ``tables``.
     """
     needed("pyarrow", "tables")
+    import pyarrow as pa
     from pyarrow import BufferReader, parquet
 
     file = opened(source)
     try:
         stored = parquet.ParquetFile(BufferReader(file.content))
         _refuse_size(file, stored.metadata)
-        names = stored.schema_arrow.names
-        table = stored.read()
+        names, schema = stored.schema_arrow.names, stored.schema_arrow
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
+        flat = [field.name for field in schema if not pa.types.is_nested(field.type)]
+        # Equal texts stay one text: a few bytes can declare any number of them.
+        texts = [name for name in flat if _is_text(schema.field(name).type)]
+        stored = parquet.ParquetFile(BufferReader(file.content), read_dictionary=texts)
+        table = stored.read(columns=flat)
         table.validate(full=True)
     except PretravelError:
         raise
@@ -53,18 +63,25 @@ def read_parquet_table(source: Source) -> CsvTable:
     except Exception as error:
         text = " ".join(str(error).split())[:200]
         raise file.error(f"not a Parquet file that can be read: {text}") from None
+    none = ("-",) * table.num_rows
     if table.num_rows == 0:
         raise file.error("the file has columns but no rows")
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise file.error(f"the column {twice[0]} is in the file {names.count(twice[0])} times")
-    columns = {name: _cells(table.column(i)) for i, name in enumerate(names)}
+    columns = {name: _cells(table.column(name)) if name in flat else none for name in names}
     return CsvTable(file.path, columns, tuple(range(1, table.num_rows + 1)), 0)
 
 
 def _refuse_size(file: SourceFile, metadata: Any) -> None:
-    """A few bytes can declare any number of equal rows."""
+    """A few bytes can declare any number of equal rows, of values in lists, and long texts."""
+    parts = [metadata.row_group(i) for i in range(metadata.num_row_groups)]
+    columns = [part.column(i) for part in parts for i in range(metadata.num_columns)]
+    size = sum(column.total_uncompressed_size for column in columns)
+    if size > max(_MOST_BYTES, 20 * len(file.content)):
+        raise file.error(
+            f"this file of {len(file.content):,} bytes declares {size:,} bytes of content; so "
+            "much is not read"
+        )
     cells = metadata.num_rows * max(metadata.num_columns, 1)
+    cells = max(cells, sum(column.num_values for column in columns))
     if cells > max(_MOST_CELLS, len(file.content)):
         raise file.error(
             f"this file of {len(file.content):,} bytes declares {metadata.num_rows:,} rows of "
@@ -81,7 +98,7 @@ def _cells(column: Any) -> tuple[str, ...]:
 
     kind = column.type
     if pa.types.is_dictionary(kind):
-        column, kind = column.cast(kind.value_type), kind.value_type
+        return _texts(column)
     plain = pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind)
     if not plain and not pa.types.is_null(kind):
         try:
@@ -89,6 +106,31 @@ def _cells(column: Any) -> tuple[str, ...]:
         except (pa.ArrowException, ValueError, OSError):
             return ("-",) * len(column)
     return tuple("" if value is None else str(value) for value in column.to_pylist())
+
+
+def _texts(column: Any) -> tuple[str, ...]:
+    """The cells of a column of texts; equal ones are one object."""
+    cells: list[str] = []
+    for chunk in column.chunks:
+        known = [_text(value) for value in chunk.dictionary.to_pylist()]
+        cells += ["" if row is None else known[row] for row in chunk.indices.to_pylist()]
+    return tuple(cells)
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, bytes):
+        return str(value)
+    try:
+        return value.decode()
+    except UnicodeDecodeError:
+        return "-"
+
+
+def _is_text(kind: Any) -> bool:
+    import pyarrow as pa
+
+    plain = pa.types.is_string(kind) or pa.types.is_binary(kind)
+    return bool(plain or pa.types.is_large_string(kind) or pa.types.is_large_binary(kind))
 
 
 def write_parquet_table(

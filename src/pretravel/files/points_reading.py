@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 
 import numpy as np
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import checked_unit
+from pretravel.base.errors import PretravelError
 from pretravel.base.extras import needed
+from pretravel.base.json_text import parsed_json
 from pretravel.base.units import MICROMETRE
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.files.netcdf import StoredVariable, read_dataset
@@ -139,9 +140,10 @@ def _checked(file: SourceFile, points: Points) -> Points:
 def _json_table(file: SourceFile) -> CsvTable:
     """The rows of a JSON file as a table of cells."""
     try:
-        rows = json.loads(file.content)
-    except RecursionError:
-        raise file.error("the values are nested too deeply; a list of rows is needed") from None
+        with file.named_in_errors():
+            rows = parsed_json(file.content)
+    except PretravelError:
+        raise
     except ValueError as error:  # not JSON, not UTF-8, or an integer of more than 4300 digits
         raise file.error(f"not JSON that can be read: {error}") from None
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):

@@ -16,6 +16,8 @@ UNITS = {"mm": 1.0, "inch": INCH}
 """Millimetres in each unit of length that a file can have."""
 LARGEST_FILE = 1_000_000_000
 """More is not read: a million touches take a fifth of it. [bytes]"""
+MOST_LINES = 5_000_000
+"""More lines are not read: a line takes up to 500 bytes of memory."""
 _QUOTED = 60
 """Most signs of a file's text that a message quotes."""
 
@@ -85,11 +87,13 @@ class SourceFile:
         Raises
         ------
         InputError
-            The file is not a text file.
+            The file is not a text file, or has more lines than `MOST_LINES`.
 
         >>> SourceFile("a.csv", "\ufeffµ".encode("utf-16-le")).text("a table")
         ('µ', 'UTF-16')
         """
+        if max(self.content.count(b"\n"), self.content.count(b"\r")) > MOST_LINES:
+            raise self.error(f"the file has more than {MOST_LINES:,} lines: split it")
         for encoding, name in _encodings(self.content):
             try:
                 text = self.content.decode(encoding)

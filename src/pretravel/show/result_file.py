@@ -6,11 +6,11 @@ they are shown.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.json_text import parsed_json
 from pretravel.base.whole_file import write_json
 from pretravel.show.as_json import (
     document_from_values,
@@ -99,8 +99,10 @@ def read_result(path: str | Path) -> PageContent:
         are not those of a report.
     """
     try:
-        content = json.loads(_text_of(path))
-    except (ValueError, RecursionError):
+        content = parsed_json(_content_of(path))
+    except PretravelError as error:
+        raise InputError(f"its content cannot be used: {error}", path=path) from None
+    except ValueError:
         raise InputError("its content is not complete JSON", path=path) from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError(
@@ -123,13 +125,14 @@ def read_result(path: str | Path) -> PageContent:
         raise InputError(f"its content cannot be used: {reason}", path=path) from None
 
 
-def _text_of(path: str | Path) -> str:
+def _content_of(path: str | Path) -> bytes:
     try:
         with Path(path).open("rb") as file:
             content = file.read(_MOST_BYTES + 1)
         if len(content) > _MOST_BYTES:
             raise InputError(f"results have at most {_MOST_BYTES // 10**6} MB", path=path)
-        return content.decode("utf-8")
+        content.decode("utf-8")
+        return content
     except FileNotFoundError:
         raise InputError("there is no such result", path=path) from None
     except UnicodeDecodeError:

@@ -8,6 +8,7 @@ import textwrap
 from pretravel.show.document import Document, KeyFigure, Section, Table
 from pretravel.show.formatting import cell_texts, figure_text, heading_text
 
+_OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _LABEL = 18
 _WIDTH = 99
 
@@ -36,7 +37,17 @@ def terminal_text(document: Document, *, verbose: bool = False) -> str:
     for section in document.sections:
         blocks += _section_blocks(section, verbose)
     blocks.append("\n".join(_wrapped(f"Note: {note}", "") for note in document.notes))
-    return "\n\n".join(block for block in blocks if block)
+    return printable("\n\n".join(block for block in blocks if block))
+
+
+def printable(text: str) -> str:
+    r"""A text without signs that a terminal obeys, or that turn the direction of reading.
+
+    >>> print(printable("map\x1b[2J\nline 2"))
+    map\x1b[2J
+    line 2
+    """
+    return _OBEYED.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
 
 
 def table_text(table: Table) -> str:

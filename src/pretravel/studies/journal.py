@@ -1,24 +1,30 @@
 """The journal of a study: what is done stays done, however the study ends.
 
-An SQLite file beside the output holds each block of designs from the moment it is computed. SQLite
-writes a block whole or not at all, also when the process is killed or the disk is full.
+A file beside the output holds each design from the moment it is computed: a line with its number,
+length and digest, and its content. What an interrupted run left incomplete at the end is cut off.
 """
 
 from __future__ import annotations
 
 import contextlib
-import sqlite3
+import hashlib
+import os
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.added_file import add, locked_file
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.studies.outputs import Outcome
 from pretravel.studies.packed_outcome import unpacked
 
-_HEADER = b"SQLite format 3\0"
+_NAME = b"pretravel study journal, version 1: "
+_DESIGN = re.compile(rb"(\d{1,12}) (\d{1,12}) ([0-9a-f]{64})\n")
+_LONGEST_LINE = 200
 _SECONDS = 1.0
 """How long another process may keep the journal before this one is refused."""
+_UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
 
 
 def journal_path(output: Path) -> Path:
@@ -45,38 +51,61 @@ class Journal:
     Raises
     ------
     PretravelError
-        Another process runs a study with this output; the journal belongs to another study, or is
-        no journal; the disk is full.
+        Another process runs a study with this output; the journal belongs to another study, or
+        is no journal; the disk is full.
     """
 
     def __init__(self, path: Path, digest: str, *, anew: bool = False) -> None:
         self.path = path
-        if anew and not _is_database(path):
+        if anew and not _is_journal(path):
             path.unlink(missing_ok=True)
-        with self._faults():
-            self._base = sqlite3.connect(path, timeout=_SECONDS, isolation_level=None)
-            # Held until the connection is closed, or the process ends in any way.
-            self._base.execute("PRAGMA locking_mode = EXCLUSIVE")
-            self._base.execute("PRAGMA synchronous = NORMAL")
-            self._base.execute("BEGIN EXCLUSIVE")
+        with contextlib.ExitStack() as stack:
+            try:
+                self._descriptor = stack.enter_context(locked_file(path, _SECONDS))
+            except BlockingIOError:
+                raise PretravelError(
+                    f"another process runs a study with this output ({path} is in use); wait for "
+                    "its end, or write to another output"
+                ) from None
+            # The descriptor is closed with the lock; this one shares its position.
+            self._file = stack.enter_context(os.fdopen(os.dup(self._descriptor), "rb"))
             if anew:
-                self._base.execute("DROP TABLE IF EXISTS study")
-                self._base.execute("DROP TABLE IF EXISTS design")
-            self._base.execute("CREATE TABLE IF NOT EXISTS study (digest TEXT)")
-            self._base.execute(
-                "CREATE TABLE IF NOT EXISTS design (number INTEGER PRIMARY KEY, content BLOB)"
-            )
-            written = self._base.execute("SELECT digest FROM study").fetchone()
-            if written is None:
-                self._base.execute("INSERT INTO study VALUES (?)", (digest,))
-            self._base.execute("COMMIT")
-        if written is not None and written[0] != digest:
-            self.close()
+                os.ftruncate(self._descriptor, 0)
+            self._places: dict[int, tuple[int, int]] = {}
+            self._begin(_NAME + digest.encode() + b"\n")
+            self._open = stack.pop_all()
+
+    def _begin(self, header: bytes) -> None:
+        """Write the header of a new journal, or find the designs of an old one."""
+        self._file.seek(0)
+        found = self._file.readline(_LONGEST_LINE)
+        if found == header:
+            end = self._find_designs(len(header))
+            with self._faults():
+                os.ftruncate(self._descriptor, end)
+        elif header.startswith(found):  # empty, or interrupted at once
+            os.ftruncate(self._descriptor, 0)
+            with self._faults():
+                add(self._descriptor, header)
+        elif found.startswith(_NAME):
             raise PretravelError(
-                f"{path} holds results of another study, or of another version of this one; "
+                f"{self.path} holds results of another study, or of another version of this one; "
                 "write to another output, or begin anew",
                 inputs=("restart",),
             )
+        else:
+            raise self._damaged()
+
+    def _find_designs(self, end: int) -> int:
+        """Where the designs are; returns the end of the last whole one."""
+        size = os.fstat(self._descriptor).st_size
+        while found := _DESIGN.fullmatch(self._file.readline(_LONGEST_LINE)):
+            number, length, start = int(found[1]), int(found[2]), self._file.tell()
+            if length > size or _line(number, self._file.read(length)) != found[0]:
+                break
+            self._places[number] = start, length
+            end = start + length
+        return end
 
     def __enter__(self) -> Journal:
         return self
@@ -93,30 +122,26 @@ class Journal:
     def _faults(self) -> Iterator[None]:
         try:
             yield
-        except sqlite3.Error as error:
-            if "locked" in str(error):
-                raise PretravelError(
-                    f"another process runs a study with this output ({self.path} is in use); wait "
-                    "for its end, or write to another output"
-                ) from None
-            if "not a database" in str(error) or "malformed" in str(error):
-                raise PretravelError(
-                    f"{self.path} is no journal of a study, or a damaged one; begin anew",
-                    inputs=("restart",),
-                ) from None
+        except OSError as error:
             raise PretravelError(
-                f"{self.path} cannot be written: {error}. What was computed before is kept; run "
-                "the command again"
+                f"{self.path} cannot be written: {error.strerror}. What was computed before is "
+                "kept; run the command again"
             ) from None
+
+    def _damaged(self) -> InputError:
+        return InputError(
+            "this is no journal of a study, or a damaged one; begin anew",
+            path=self.path,
+            inputs=("restart",),
+        )
 
     def close(self) -> None:
         """Let another process open it."""
-        self._base.close()
+        self._open.close()
 
     def done(self) -> set[int]:
         """The numbers of the designs that are computed."""
-        with self._faults():
-            return {row[0] for row in self._base.execute("SELECT number FROM design")}
+        return set(self._places)
 
     def add(self, block: Sequence[tuple[int, bytes]]) -> None:
         """Keep a block of designs.
@@ -131,36 +156,41 @@ class Journal:
         PretravelError
             It cannot be written; nothing of the block is kept then.
         """
+        end = os.fstat(self._descriptor).st_size
+        content, places = bytearray(), {}
+        for number, design in block:
+            content += _line(number, design)
+            places[number] = end + len(content), len(design)
+            content += design
         with self._faults():
-            self._base.execute("BEGIN")
-            try:
-                self._base.executemany(
-                    "INSERT OR REPLACE INTO design VALUES (?, ?)",
-                    block,
-                )
-                self._base.execute("COMMIT")
-            except sqlite3.Error:
-                with contextlib.suppress(sqlite3.Error):
-                    self._base.execute("ROLLBACK")
-                raise
+            add(self._descriptor, bytes(content))
+        self._places |= places
 
     def outcomes(self) -> Iterator[tuple[int, Outcome]]:
         """The computed designs by number, one after the other."""
-        with self._faults():
-            rows = self._base.execute("SELECT number, content FROM design ORDER BY number")
-            for number, content in rows:
-                yield number, unpacked(content)
+        for number, (start, length) in sorted(self._places.items()):
+            self._file.seek(start)
+            try:
+                yield number, unpacked(self._file.read(length))
+            except _UNREADABLE:
+                raise self._damaged() from None
 
     def remove(self) -> None:
         """Close and delete it."""
+        self.path.unlink(missing_ok=True)
         self.close()
-        for ending in ("", "-journal", "-wal", "-shm"):
-            self.path.with_name(self.path.name + ending).unlink(missing_ok=True)
 
 
-def _is_database(path: Path) -> bool:
-    """Whether a file begins as those of SQLite do; it may be in use."""
+def _line(number: int, content: bytes) -> bytes:
+    """What stands before a design."""
+    digest = hashlib.sha256(b"%d " % number + content).hexdigest()
+    return b"%d %d %s\n" % (number, len(content), digest.encode())
+
+
+def _is_journal(path: Path) -> bool:
+    """Whether a file begins as a journal does, as far as it goes; it may be in use."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        return file.read(len(_HEADER)) == _HEADER
+        begin = file.read(len(_NAME))
+    return _NAME.startswith(begin)

@@ -41,6 +41,12 @@ def control_names() -> list[str]:
     return [*CONTROLS, _RADII_TABLE]
 
 
+_OF_OTHER_FILES = (
+    ".step", ".stp", ".igs", ".iges", ".py", ".toml", ".jsonl", ".pretravel", ".qif",
+)  # fmt: skip
+"""Endings of text files that no control reads: parts, descriptions, histories, projects."""
+
+
 def makes_folder(to: str) -> bool:
     """Whether an export makes several files, in a folder."""
     from pretravel.controls.exports import CONTROLS
@@ -241,6 +247,12 @@ class Export(Task):
         if self.output is None:
             raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
         self._refuse_unused()
+        if self.output.suffix.lower() in _OF_OTHER_FILES:
+            raise PretravelError(
+                f"cannot write {self.output}: {self.output.suffix} is no ending of a file of a "
+                "control, and a file of that kind would be lost",
+                inputs=("output",),
+            )
         if makes_folder(self.to):
             refuse_no_folder(self.output)
         return self.exported(read_map(self.map_file, tip_diameter=self.tip_diameter))

@@ -13,7 +13,6 @@ from pretravel.base.quantities import REFERENCE_DIAMETER, TIP_BALL
 from pretravel.base.units import MICROMETRE
 from pretravel.tasks.fields import Reported, Ring, TouchTables, files_meant, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
-from pretravel.tasks.verify import DATABASES
 
 if TYPE_CHECKING:
     from pretravel.files.file_dates import DatedFile
@@ -52,7 +51,7 @@ class History(TouchTables, Reported):
     places: Annotated[
         tuple[Path, ...],
         Field(
-            help="History file of one probe, .sqlite; or a folder with touches on the reference, "
+            help="History file of one probe, .jsonl; or a folder with touches on the reference, "
             "one file for each day or shift, with the date in its name (2026-03-14, 20260314, "
             "14-03-2026; else the time of its last change). Several files or a name with * too.",
             label="History",
@@ -109,7 +108,7 @@ class History(TouchTables, Reported):
         VerificationHistory
             Or `TouchHistory`, of files of touches.
         """
-        if self._is_database():
+        if self._is_of_verifications():
             return self._of_verifications(self.places[0])
         reference, old_map = self._reference()
         options = self.reading_options(
@@ -121,7 +120,7 @@ class History(TouchTables, Reported):
 
     def further_files(self) -> list[Path]:
         """The file of verifications; or those with touches, without outputs of the same folder."""
-        if self._is_database():
+        if self._is_of_verifications():
             return list(self.places)
         return [path for path in files_meant(self.places) if path not in (self.output, self.plot)]
 
@@ -130,11 +129,13 @@ class History(TouchTables, Reported):
         """The allowed change of the map. [mm]"""
         return None if self.limit_um is None else self.limit_um * MICROMETRE
 
-    def _is_database(self) -> bool:
+    def _is_of_verifications(self) -> bool:
         """Whether the argument is the file of verifications, not touches."""
+        from pretravel.files.probe_history import HISTORY_ENDING
+
         place = self.places[0]
-        is_database = place.suffix.lower() in DATABASES and not place.is_dir()
-        return len(self.places) == 1 and is_database
+        is_history = place.suffix.lower() == HISTORY_ENDING and not place.is_dir()
+        return len(self.places) == 1 and is_history
 
     def _of_verifications(self, path: Path) -> VerificationHistory:
         from pretravel.files.history_drift import drift_of_entries
@@ -159,7 +160,7 @@ class History(TouchTables, Reported):
         if self.diameter is None:
             raise PretravelError(
                 "a history of touches needs the calibrated diameter of the reference (a file of "
-                "verifications, .sqlite, does not)",
+                "verifications, .jsonl, does not)",
                 inputs=("diameter",),
             )
         if self.map_file is None:

@@ -44,7 +44,7 @@ class PlanTouches(Reported):
     history: Annotated[
         Path | None,
         Field(
-            help="History of the probe, .sqlite (see pretravel verify): how much it drifts. "
+            help="History of the probe, .jsonl (see pretravel verify): how much it drifts. "
             "Without it, a usual drift is assumed.",
             reads=True,
         ),

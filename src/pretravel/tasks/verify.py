@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from pretravel.qualification.verification import Verification
     from pretravel.show.document import Document
 
-DATABASES = (".sqlite", ".db")
-"""Endings of files of verifications."""
 _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 """A table does not contain all that a verification needs."""
 
@@ -41,7 +39,7 @@ class Verify(TouchFilesWithFeed, Reported):
 
     name = "verify"
     group = "Qualify"
-    example = "pretravel verify today.csv --map map.json --diameter 24.9987 --history probe.sqlite"
+    example = "pretravel verify today.csv --map map.json --diameter 24.9987 --history probe.jsonl"
 
     map_file: QualifiedMap
     diameter: Diameter
@@ -57,7 +55,7 @@ class Verify(TouchFilesWithFeed, Reported):
     history: Annotated[
         Path | None,
         Field(
-            help="History file of this probe, .sqlite; created when it does not exist.", reads=True
+            help="History file of this probe, .jsonl; created when it does not exist.", reads=True
         ),
     ] = None
     accept: Annotated[
@@ -82,13 +80,18 @@ class Verify(TouchFilesWithFeed, Reported):
             The new map, where one is asked for, has been written with its entry in the history.
         """
         from pretravel.files.map_file import read_map
-        from pretravel.files.probe_history import add_verification, check_history, read_history
+        from pretravel.files.probe_history import (
+            HISTORY_ENDING,
+            add_verification,
+            check_history,
+            read_history,
+        )
         from pretravel.qualification.qualify import qualify_like
         from pretravel.qualification.verification import verify
 
-        if self.history is not None and self.history.suffix.lower() not in DATABASES:
+        if self.history is not None and self.history.suffix.lower() != HISTORY_ENDING:
             raise PretravelError(
-                f"{self.history} cannot be a history: the ending must be {' or '.join(DATABASES)}",
+                f"{self.history} cannot be a history: the ending must be {HISTORY_ENDING}",
                 inputs=("history",),
             )
         old_map = read_map(self.map_file)

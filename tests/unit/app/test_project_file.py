@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import struct
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -85,7 +86,7 @@ def test_a_snapshot_does_not_change_with_its_project() -> None:
         (b"x_mm,y_mm\n1,2\n", "this is no project of pretravel"),
         (project_bytes(example())[:300], "damaged"),
         (archive("{"), "no JSON"),
-        (archive("[" * 100_000), "no JSON"),
+        (archive("[" * 100_000), "too deep"),
         (archive(stated(format="other")), "no project"),
         (archive(stated(version=2)), "version 2.*use a newer pretravel"),
         (archive(stated(identity="../../x")), "hexadecimal"),
@@ -127,6 +128,23 @@ def test_a_size_is_a_number_of_bytes(size: Any) -> None:
     most = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert most < 10e6
+
+
+@pytest.mark.parametrize("form", ["plain", "with a comment", "of zip64"])
+def test_millions_of_entries_are_refused_before_zipfile_reads_them(
+    monkeypatch: pytest.MonkeyPatch, form: str
+) -> None:
+    """It makes an object of each, 15 times as large. The size of the first one's directory has the
+    bytes by which a search would find another end of the archive."""
+    before, size, comment = b"", int.from_bytes(b"PK\5\6", "little"), b""
+    if form == "with a comment":
+        size, comment = 500_000_000, b"a"
+    elif form == "of zip64":
+        size, before = 400, b"PK\6\7" + bytes(16)
+    end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 9, 9, size, 0, len(comment)) + comment
+    monkeypatch.setattr(zipfile, "ZipFile", None)
+    with pytest.raises(InputError, match="more than 2000 entries"):
+        project_of(b"PK" + bytes(100) + before + end)
 
 
 def test_very_many_entries_are_refused() -> None:

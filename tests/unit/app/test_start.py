@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from urllib.error import HTTPError
 from urllib.parse import urlsplit
 from urllib.request import HTTPCookieProcessor, build_opener, url2pathname
 
@@ -25,7 +26,7 @@ _SECONDS = 60.0
 def _started(folder: Path, host: str) -> Iterator[tuple[str, str]]:
     """The address that the terminal shows and what the browser is given, while the server runs."""
     browser, given, shown = folder / "browser", folder / "given", folder / "shown"
-    browser.write_text(f'#!/bin/sh\nprintf "%s" "$*" > {given}.new && mv {given}.new {given}\n')
+    browser.write_text(f'#!/bin/sh\n(echo "$*"; env) > {given}.new && mv {given}.new {given}\n')
     browser.chmod(0o700)
     environment = os.environ | {
         "BROWSER": f"{browser} %s",
@@ -52,26 +53,27 @@ def _started(folder: Path, host: str) -> Iterator[tuple[str, str]]:
         server.wait(_SECONDS)
 
 
-def test_the_browser_is_given_no_token(tmp_path: Path) -> None:
-    """A page of the user alone forwards it, and is gone at the end."""
-    with _started(tmp_path, "0.0.0.0") as (address, given):
+@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
+def test_no_process_is_given_the_token(tmp_path: Path, host: str) -> None:
+    """Other users read command lines; a page of the user alone forwards the browser, and is gone
+    at the end. No answer tells another page the address."""
+    with _started(tmp_path, host) as (address, given):
         token = urlsplit(address).query.removeprefix("token=")
         assert len(token) >= 32
         assert token not in given
-        page = Path(url2pathname(urlsplit(given).path))
+        page = Path(url2pathname(urlsplit(given.splitlines()[0]).path))
         assert urlsplit(given).scheme == "file"
         assert stat.S_IMODE(page.stat().st_mode) == 0o600
         assert stat.S_IMODE(page.parent.stat().st_mode) == 0o700
+        assert '<meta name="referrer" content="no-referrer">' in page.read_text()
         forwarded = re.search(r'content="0; url=([^"]+)"', page.read_text())
         assert forwarded is not None
         assert forwarded[1] == address
         opened = build_opener(HTTPCookieProcessor()).open(forwarded[1])
         assert opened.status == 200
         assert "token" not in opened.url
+        assert opened.headers["Referrer-Policy"] == "no-referrer"
+        assert token.encode() not in opened.read()
+        with pytest.raises(HTTPError, match="403"):
+            build_opener().open(address.partition("?")[0])
     assert not page.parent.exists()
-
-
-def test_without_a_token_the_browser_is_given_the_address(tmp_path: Path) -> None:
-    with _started(tmp_path, "127.0.0.1") as (address, given):
-        assert given == address
-        assert urlsplit(address).query == ""

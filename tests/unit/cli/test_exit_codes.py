@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import sqlite3
 import subprocess
 import sys
 from dataclasses import replace
@@ -114,10 +113,10 @@ class TestAcceptedMaps:
     def test_a_bad_history_leaves_the_old_map(
         self, folder: Path, tmp_path: Path, damage: str
     ) -> None:
-        history, accepted = tmp_path / "probe.sqlite", tmp_path / "new.json"
+        history, accepted = tmp_path / "probe.jsonl", tmp_path / "new.json"
         accepted.write_bytes(YESTERDAY)
         if damage == "no history":
-            history.write_text("this is not a database at all, whatever its ending says\n" * 30)
+            history.write_text("this is no history at all, whatever its ending says\n" * 30)
         else:
             tip = 3.0 if damage == "rows" else 2.0
             add_verification(
@@ -125,15 +124,13 @@ class TestAcceptedMaps:
                 map_name="m", touches_name="t", decision="kept",
             )  # fmt: skip
         if damage == "rows":
-            with sqlite3.connect(history) as connection:
-                connection.execute("ALTER TABLE verification DROP COLUMN p_form")
-            connection.close()
+            history.write_text(history.read_text().replace('"p_form"', '"p_face"'))
         before = history.read_bytes()
         given = ("--history", history, "--accept", accepted)
-        assert "probe.sqlite" in run(*_arguments(folder), *given, code=2)
+        assert "probe.jsonl" in run(*_arguments(folder), *given, code=2)
         assert accepted.read_bytes() == YESTERDAY
         assert history.read_bytes() == before
-        assert sorted(file.name for file in tmp_path.iterdir()) == ["new.json", "probe.sqlite"]
+        assert sorted(file.name for file in tmp_path.iterdir()) == ["new.json", "probe.jsonl"]
 
     def test_a_map_that_cannot_be_written_leaves_the_history(
         self, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -146,7 +143,7 @@ class TestAcceptedMaps:
             "pretravel.qualification.qualify.qualify_like",
             lambda *_, **__: SimpleNamespace(pretravel_map=old_map()),
         )
-        history = tmp_path / "probe.sqlite"
+        history = tmp_path / "probe.jsonl"
         told = run(*_arguments(folder), "--history", history, "--accept", tmp_path / "new.json",
                    code=2)  # fmt: skip
         assert "No space left on device" in told

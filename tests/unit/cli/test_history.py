@@ -16,6 +16,7 @@ from pretravel.files.touches_csv import write_touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.pictures import coloured_share
+from tests.unit.files.test_files_of_version_1 import FOLDER
 from tests.unit.qualification.test_verification import check, old_map, touches
 
 SPHERE = ("--diameter", 25, "--tip-diameter", 6, "--kind", "harmonic")
@@ -90,7 +91,7 @@ def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
 
 
 def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
-    probe, start = tmp_path / "probe.sqlite", datetime(2026, 3, 1, 8, tzinfo=UTC)
+    probe, start = tmp_path / "probe.jsonl", datetime(2026, 3, 1, 8, tzinfo=UTC)
     for day in range(8):
         add_verification(
             probe, check(touches(300 + day, size=3e-4 * day)), pretravel_map=old_map(),
@@ -106,17 +107,29 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
     assert len(rows(tmp_path / "h.csv")) == 8
 
 
+def test_what_a_terminal_would_obey_is_shown_as_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A history of somebody else, on a terminal: elsewhere the signs are left out."""
+    content = (FOLDER / "history.jsonl").read_text().replace("physical.nc", "\\u001b]0;x\\u0007a")
+    (tmp_path / "probe.jsonl").write_text(content)
+    monkeypatch.setattr("click.utils.should_strip_ansi", lambda *_: False)
+    told = run("history", tmp_path / "probe.jsonl", "--verbose")
+    assert r"\x1b]0;x\x07a" in told
+    assert told.replace("\n", "").isprintable()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
-        (("{0}/probe.sqlite", "--diameter", 25), "leave out what describes touches.*--diameter"),
+        (("{0}/probe.jsonl", "--diameter", 25), "leave out what describes touches.*--diameter"),
         (("{0}/logs", "--diameter", 25, "--map", "{0}/m.json", "--kind", "harmonic"),
          "the map states its tip and its kind"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
         (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),
         (("{0}/logs", "--diameter", 25, "--limit", 0), "--limit"),
-        (("{0}/no.sqlite",), "there is no such history"),
+        (("{0}/no.jsonl",), "there is no such history"),
     ],
 )  # fmt: skip
 def test_refusals(tmp_path: Path, words: tuple[object, ...], message: str) -> None:

@@ -87,6 +87,16 @@ def test_a_file_of_the_kind_is_replaced(name: str, content: bytes) -> None:
     check_files([(path, (path.suffix,))])
 
 
+@pytest.mark.parametrize("name", ["part.STEP", "part.igs", "surface.py", "probe.jsonl"])
+def test_a_table_for_a_control_replaces_no_part(name: str) -> None:
+    """The ending of such a table is free, and these files are text too."""
+    write_map(Path("map.json"), old_map())
+    Path(name).write_text("ISO-10303-21;\n")
+    told = run("export", "map.json", "--to", "renishaw", "-o", name, code=2)
+    assert "is no ending of a file of a control" in " ".join(told.split())
+    assert Path(name).read_text() == "ISO-10303-21;\n"
+
+
 def test_programs_and_maps_have_one_ending() -> None:
     """G-code and netCDF are both named .nc; neither replaces the other."""
     endings = (".ngc", ".nc")

@@ -7,7 +7,6 @@ the values that the version that wrote them computed.
 
 from __future__ import annotations
 
-import shutil
 from functools import cache
 from pathlib import Path
 
@@ -61,10 +60,8 @@ def test_what_belongs_to_a_map_is_read() -> None:
     assert resting.u_delay > 0.0
 
 
-def test_history_of_a_probe(tmp_path: Path) -> None:
-    path = tmp_path / "history.sqlite"
-    shutil.copy(FOLDER / "history.sqlite", path)
-    first, second = read_history(path)
+def test_history_of_a_probe() -> None:
+    first, second = read_history(FOLDER / "history.jsonl")
     assert (first.number, second.number) == (1, 2)
     assert first["time"] == "2026-01-01T08:00:00+00:00"
     assert first["touches_file"] == "day1.csv"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.files.parquet import read_parquet_table
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.touches import Touches
 from tests.support.commands import rows, run
@@ -100,3 +101,41 @@ class TestParquet:
     def test_not_a_parquet_file(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="not a Parquet file"):
             read_touches(written(tmp_path, "hello", "t.parquet"))
+
+
+class TestFewBytesThatDeclareMuch:
+    """Files below 1 kB whose content would take gigabytes."""
+
+    def test_equal_long_texts_are_one(self, tmp_path: Path) -> None:
+        """3000 texts of a million signs."""
+        import pyarrow as pa
+
+        text = pa.array(["x" * 1_000_000])
+        many = pa.DictionaryArray.from_arrays(pa.array([0] * 3000, pa.int32()), text)
+        path = stored(
+            tmp_path, x_mm=many, other=pa.ListArray.from_arrays([0] * 3000 + [3000], many)
+        )
+        (first, *rest) = read_parquet_table(path).columns["x_mm"]
+        assert len(first) == 1_000_000
+        assert all(cell is first for cell in rest)
+
+    def test_long_lists_and_texts_are_refused(self, tmp_path: Path) -> None:
+        import pyarrow as pa
+
+        zeros = pa.array(np.zeros(20_000_000, np.int8))
+        path = stored(tmp_path, x_mm=pa.ListArray.from_arrays([0, len(zeros)], zeros))
+        with pytest.raises(InputError, match="so many are not read"):
+            read_parquet_table(path)
+        path = stored(tmp_path, plain=True, x_mm=pa.array(["x" * 210_000_000]))
+        with pytest.raises(InputError, match=r"declares 210,000,0\d\d bytes of content"):
+            read_parquet_table(path)
+
+
+def stored(folder: Path, *, plain: bool = False, **columns: object) -> Path:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    path = folder / "t.parquet"
+    parquet.write_table(pa.table(columns), path, compression="zstd", use_dictionary=not plain)
+    assert path.stat().st_size < 10_000
+    return path

@@ -2,150 +2,165 @@
 
 from __future__ import annotations
 
-import shutil
-import sqlite3
-import struct
-import threading
+import json
+import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files import probe_history
-from pretravel.files.probe_history import check_history, read_history
+from pretravel.files.probe_history import add_verification, read_history
+from pretravel.qualification.verification import Verification
 from pretravel.tasks.reports.history_report import history_document, history_view
 from tests.unit.files.test_files_of_version_1 import FOLDER
+from tests.unit.qualification.test_verification import check, old_map, touches
+
+KEPT = FOLDER / "history.jsonl"
 
 
-def _changed(folder: Path, *statements: str) -> Path:
-    path = folder / "history.sqlite"
-    shutil.copy(FOLDER / "history.sqlite", path)
-    connection = sqlite3.connect(path)
-    for statement in statements:
-        connection.execute(statement)
-    connection.commit()
-    connection.close()
+def _changed(folder: Path, **values: Any) -> Path:
+    """A history whose second entry has other values; a value that is ... is left out."""
+    first, second = KEPT.read_text().splitlines()
+    entry = {name: v for name, v in (json.loads(second) | values).items() if v is not ...}
+    path = folder / "history.jsonl"
+    path.write_text(f"{first}\n{json.dumps(entry)}\n")
     return path
+
+
+@pytest.fixture(scope="module")
+def result() -> Verification:
+    return check(touches(1))
+
+
+def _add(path: Path, result: Verification, touches_name: str = "t.csv") -> int:
+    return add_verification(
+        path, result, pretravel_map=old_map(), map_name="m.json", touches_name=touches_name,
+        decision="kept",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("column", "value"),
     [
-        ("size_um", "'much'"), ("size_um", "x'ff00'"), ("size_um", "9e999"), ("size_um", "1e300"),
-        ("tip_diameter_mm", "NULL"), ("changed", "NULL"), ("changed", "7"), ("time", "'noon'"),
-        ("false_alarm_rate", "'a'"), ("false_alarm_rate", "0"), ("u_size_um", "-1"),
-        ("map", "x'ff'"), ("decision", "x'00'"),
+        ("size_um", "much"), ("size_um", float("inf")), ("size_um", float("nan")),
+        ("size_um", 1e300), ("size_um", True), ("size_um", [1.0]), ("tip_diameter_mm", None),
+        ("changed", None), ("changed", 1), ("time", "noon"), ("time", "0001-01-01T00:00+23:00"),
+        ("false_alarm_rate", "a"), ("false_alarm_rate", 0), ("u_size_um", -1), ("map", 5),
+        ("decision", "\ud800"), ("map", "m" * 1001), ("p_form", ...), ("more", 1.0),
     ],
 )  # fmt: skip
-def test_values_that_no_verification_has(tmp_path: Path, column: str, value: str) -> None:
-    path = _changed(tmp_path, f"UPDATE verification SET {column} = {value} WHERE number = 2")
-    with pytest.raises(InputError, match=rf"entry 2 of the history is damaged: {column} is"):
-        read_history(path)
+def test_values_that_no_verification_has(tmp_path: Path, column: str, value: object) -> None:
+    with pytest.raises(InputError, match=rf"line 2: the entry is damaged: .*{column}"):
+        read_history(_changed(tmp_path, **{column: value}))
 
 
 @pytest.mark.parametrize(
-    "statement",
-    [
-        "CREATE TRIGGER t AFTER INSERT ON verification BEGIN DELETE FROM verification; END",
-        "ALTER TABLE verification ADD COLUMN more AS (abs(size_um))",
-    ],
+    "line", ["[" * 100_000, "9" * 5000, '{"schema": {}}', "{", "\0" * 100, '"' + "a" * 10**6 + '"']
 )
-def test_a_database_that_contains_programs(tmp_path: Path, statement: str) -> None:
-    with pytest.raises(InputError, match="changed the form of its table"):
-        read_history(_changed(tmp_path, statement))
-
-
-def test_a_view_without_end(tmp_path: Path) -> None:
-    """In place of the table: counting without end."""
-    endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i FROM n) SELECT * FROM n"
-    path = _changed(tmp_path, "DROP TABLE verification", f"CREATE VIEW verification AS {endless}")
-    with pytest.raises(InputError, match="changed the form of its table"):
+def test_lines_that_are_no_entry(tmp_path: Path, line: str) -> None:
+    path = _changed(tmp_path)
+    path.write_text(f"{path.read_text()}{line}\n")
+    with pytest.raises(InputError, match="line 3: this is not the history of a probe"):
         read_history(path)
 
 
+def test_a_later_version_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="format has version 2; this pretravel reads 1"):
+        read_history(_changed(tmp_path, version=2))
+
+
 def test_a_history_in_which_no_size_is_known(tmp_path: Path) -> None:
-    path = _changed(tmp_path, "UPDATE verification SET size_um = NULL, u_size_um = NULL")
-    entries = read_history(path)
-    assert history_document(entries).verdict.startswith("History of a probe: 2 verifications")
-    assert history_view(entries).charts[0].title.startswith("no verification has determined")
+    path = tmp_path / "history.jsonl"
+    entries = [json.loads(line) | {"size_um": None, "u_size_um": None}
+               for line in KEPT.read_text().splitlines()]  # fmt: skip
+    path.write_text("".join(f"{json.dumps(entry)}\n" for entry in entries))
+    found = read_history(path)
+    assert history_document(found).verdict.startswith("History of a probe: 2 verifications")
+    assert history_view(found).charts[0].title.startswith("no verification has determined")
 
 
-def _hot_journal(history: Path, victim: Path) -> Path:
-    """A journal without pages that names a journal of several databases, which SQLite deletes after
-    it has rolled back (sqlite.org/fileformat.html, 3: the rollback journal)."""
-    content = history.read_bytes()
-    page = int.from_bytes(content[16:18], "big")
-    magic = bytes.fromhex("d9d505f920a163d7")
-    header = magic + struct.pack(">IIIII", 0, 0, len(content) // page, 512, page)
-    name = str(victim).encode()
-    named = struct.pack(">I", 2**30 // page + 1) + name
-    named += struct.pack(">II", len(name), sum(name)) + magic
-    journal = history.with_name(history.name + "-journal")
-    journal.write_bytes(header.ljust(512, b"\0") + named)
-    return journal
+def test_nothing_beside_a_history_is_looked_at(tmp_path: Path, result: Verification) -> None:
+    """A database would carry out what a file beside it says: journals delete other files."""
+    path = _changed(tmp_path)
+    for ending in ("-journal", "-wal", ".lock", ".journal"):
+        (tmp_path / f"history.jsonl{ending}").write_bytes(b"letters.txt")
+    beside = {each: each.read_bytes() for each in tmp_path.iterdir() if each != path}
+    assert _add(path, result) == 3
+    assert len(read_history(path)) == 3
+    assert {each: each.read_bytes() for each in tmp_path.iterdir() if each != path} == beside
 
 
-@pytest.fixture
-def victim(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr(probe_history, "_WAIT_FOR_JOURNAL", 0.05, raising=False)
-    path = tmp_path / "letters.txt"
-    path.write_text("dear reader")
-    return path
-
-
-def test_the_made_journal_deletes_a_file_where_sqlite_carries_it_out(
-    tmp_path: Path, victim: Path
+@pytest.mark.parametrize("length", [1, 12, 200])
+def test_an_entry_that_a_crash_cut_off_is_none(
+    tmp_path: Path, result: Verification, length: int
 ) -> None:
-    history = _changed(tmp_path)
-    _hot_journal(history, victim)
-    sqlite3.connect(history).execute("SELECT count(*) FROM verification").fetchone()
-    assert not victim.exists()
-
-
-def test_no_file_is_deleted_by_reading_a_history(tmp_path: Path, victim: Path) -> None:
-    """Also through a link, beside whose target SQLite looks for the journal."""
-    history = _changed(tmp_path)
-    journal, link = _hot_journal(history, victim), tmp_path / "other.sqlite"
-    link.symlink_to(history)
-    for path in (history, link):
-        with pytest.raises(InputError, match=r"beside the history is history.sqlite-journal: .*"):
-            read_history(path)
-    assert victim.read_text() == "dear reader"
-    assert journal.exists()
-
-
-@pytest.mark.parametrize("ending", ["-journal", "-wal"])
-def test_a_history_with_an_unfinished_writing_is_not_added_to(
-    tmp_path: Path, victim: Path, ending: str
-) -> None:
-    history = _changed(tmp_path)
-    _hot_journal(history, victim).rename(tmp_path / f"history.sqlite{ending}")
-    with pytest.raises(InputError, match=rf"remove history.sqlite{ending}"):
-        check_history(history, None)  # type: ignore[arg-type]  # no map is looked at before
-    with (
-        pytest.raises(InputError, match=f"history.sqlite{ending}"),
-        probe_history._history(history, create=True),
-    ):
-        pass
-    assert victim.exists()
-
-
-def test_a_reader_waits_for_a_writer(tmp_path: Path) -> None:
-    """Its journal is there for a moment."""
-    history = _changed(tmp_path)
-    journal = tmp_path / "history.sqlite-journal"
-    journal.write_bytes(b"")
-    threading.Timer(0.3, journal.unlink).start()
-    assert len(read_history(history)) == 2
-
-
-@pytest.mark.parametrize("name", ["50% of it?mode=rwc#1.sqlite", "Länge.sqlite"])
-def test_names_are_not_settings_of_sqlite(tmp_path: Path, name: str) -> None:
-    path = _changed(tmp_path).rename(tmp_path / name)
-    before = path.read_bytes()
+    path = _changed(tmp_path)
+    whole = path.read_bytes()
+    path.write_bytes(whole + whole.splitlines()[1][:length])
     assert len(read_history(path)) == 2
-    assert path.read_bytes() == before
-    assert [each.name for each in tmp_path.iterdir()] == [name]
+    assert _add(path, result) == 3
+    assert path.read_bytes().startswith(whole)
+    assert [entry.number for entry in read_history(path)] == [1, 2, 3]
+
+
+def test_an_editor_may_leave_the_last_line_without_its_end(
+    tmp_path: Path, result: Verification
+) -> None:
+    path = _changed(tmp_path)
+    path.write_bytes(path.read_bytes().rstrip())
+    assert len(read_history(path)) == 2
+    assert _add(path, result) == 3
+    assert len(read_history(path)) == 3
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_full_disk_leaves_the_history_as_it_was(
+    tmp_path: Path, result: Verification, monkeypatch: pytest.MonkeyPatch, there: bool
+) -> None:
+    path = _changed(tmp_path) if there else tmp_path / "new.jsonl"
+    before = path.read_bytes() if there else b""
+    write, calls = os.write, iter([True, False])
+
+    def half(descriptor: int, content: bytes) -> int:
+        if next(calls):
+            return write(descriptor, content[:100])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "write", half)
+    with pytest.raises(InputError, match="cannot be written: No space left"):
+        _add(path, result)
+    assert path.exists() == there
+    assert not there or path.read_bytes() == before
+
+
+def test_no_file_is_made_where_a_link_points_to(tmp_path: Path, result: Verification) -> None:
+    """Who sends a folder could have a file of the user's begin with a text of theirs."""
+    link = tmp_path / "history.jsonl"
+    link.symlink_to(tmp_path / "profile")
+    with pytest.raises(InputError, match="cannot be opened or made"):
+        _add(link, result)
+    assert not (tmp_path / "profile").exists()
+    link.unlink()
+    path = _changed(tmp_path).rename(tmp_path / "probe.jsonl")
+    link.symlink_to(path)
+    assert _add(link, result) == 3
+    assert link.is_symlink()
+
+
+def test_a_pipe_is_no_history(tmp_path: Path, result: Verification) -> None:
+    path = tmp_path / "history.jsonl"
+    os.mkfifo(path)
+    with pytest.raises(InputError, match="a device or a pipe"):
+        _add(path, result)
+    with pytest.raises(InputError, match="no such history"):
+        read_history(path)
+
+
+def test_names_of_files_that_are_not_unicode(tmp_path: Path, result: Verification) -> None:
+    path = tmp_path / "history.jsonl"
+    _add(path, result, os.fsdecode(b"Ma\xdf.csv"))
+    assert read_history(path)[0]["touches_file"] == "Ma?.csv"
 
 
 def test_a_history_in_a_folder_that_cannot_be_written(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.whole_file import one_process_at_a_time
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe, StepGeometry
 from pretravel.prediction.fem import reduction_cache
@@ -216,9 +217,40 @@ class TestOtherUsers:
         self, omp40: Probe, folder: Path, forget: None, made: ReducedModel
     ) -> None:
         folder.chmod(0o777)
-        with pytest.warns(UserWarning, match="not be stored .* written to by other users"):
+        with pytest.warns(UserWarning, match="not used .* written to by other users"):
             reduced_model(omp40, COARSE)
         assert list(folder.iterdir()) == []
+
+    @pytest.mark.parametrize("mode", [0o770, 0o777])
+    def test_a_folder_above_that_others_can_write(
+        self,
+        omp40: Probe,
+        tmp_path: Path,
+        forget: None,
+        made: ReducedModel,
+        monkeypatch: pytest.MonkeyPatch,
+        mode: int,
+    ) -> None:
+        """They could put another folder, with a model of theirs, into its place."""
+        shared = tmp_path / "shared"
+        monkeypatch.setenv(reduction_cache.FOLDER_VARIABLE, str(shared / "cache"))
+        reduced_model(omp40, COARSE)
+        shared.chmod(mode)
+        kept(shared / "cache").write_bytes(b"forged")
+        reduction_cache._remembered.cache_clear()
+        with pytest.warns(UserWarning, match=r"not used \(.*/shared, which contains .* by other"):
+            assert reduced_model(omp40, COARSE) is made
+        assert kept(shared / "cache").read_bytes() == b"forged"
+        reduction_cache._remembered.cache_clear()
+        reduced_model(omp40, COARSE)  # it is said once: a warning would be an error here
+
+    def test_a_link_of_others_in_place_of_the_lock(self, tmp_path: Path) -> None:
+        letters, path = tmp_path / "letters.txt", tmp_path / "model.npz"
+        letters.write_text("dear reader")
+        (tmp_path / "model.npz.lock").symlink_to(letters)
+        with one_process_at_a_time(path):
+            pass
+        assert letters.read_text() == "dear reader"
 
 
 def test_damage_in_the_mesh_is_noticed_when_it_is_read(
@@ -248,7 +280,7 @@ def test_a_folder_that_cannot_be_written_is_said(
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     monkeypatch.setenv(reduction_cache.FOLDER_VARIABLE, str(blocked))
-    with pytest.warns(UserWarning, match="could not be stored"):
+    with pytest.warns(UserWarning, match="is not used .* is no folder"):
         reduced_model(omp40, COARSE)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import sqlite3
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from functools import cache
@@ -241,7 +240,7 @@ def _write(path: Path, result: Verification, count: int) -> None:
 class TestHistory:
     @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
     def test_two_writers_at_once_lose_nothing(self, tmp_path: Path) -> None:
-        path = tmp_path / "probe.sqlite"
+        path = tmp_path / "probe.jsonl"
         result = check(touches(1))
         context = multiprocessing.get_context("fork")
         writers = [context.Process(target=_write, args=(path, result, 15)) for _ in range(2)]
@@ -253,10 +252,10 @@ class TestHistory:
         entries = read_history(path)
         assert sorted(entry.number for entry in entries) == list(range(1, 31))
         # The history is one file, without further files.
-        assert [p.name for p in tmp_path.iterdir()] == ["probe.sqlite"]
+        assert [p.name for p in tmp_path.iterdir()] == ["probe.jsonl"]
 
     def test_oldest_first_with_what_was_found(self, tmp_path: Path) -> None:
-        path = tmp_path / "probe.sqlite"
+        path = tmp_path / "probe.jsonl"
         start = datetime(2026, 1, 1, 8, tzinfo=UTC)
         results = [check(touches(seed, size=0.001 * seed)) for seed in (1, 2)]
         for day, result in ((1, results[1]), (0, results[0])):
@@ -275,7 +274,7 @@ class TestHistory:
         """No two of the six axes of the picture (with their labels) overlap."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-        path = tmp_path / "probe.sqlite"
+        path = tmp_path / "probe.jsonl"
         result = check(touches(1))
         _write(path, result, 3)
         figure = drawn_figure(verification_view(result, read_history(path)))
@@ -289,27 +288,24 @@ class TestHistory:
 
     def test_other_files_are_left_alone(self, tmp_path: Path) -> None:
         result = check(touches(1))
-        text = tmp_path / "a.sqlite"
-        text.write_text("this is not a database at all, whatever its ending says\n" * 30)
-        foreign = tmp_path / "b.sqlite"
-        with sqlite3.connect(foreign) as connection:
-            connection.execute("CREATE TABLE own (a)")
-        connection.close()
-        before = [text.read_bytes(), foreign.read_bytes()]
-        for path, words in ((text, "not the history"), (foreign, "but not the history")):
-            with pytest.raises(InputError, match=words):
+        text, other = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
+        text.write_text("this is no history at all, whatever its ending says")
+        other.write_text('{"schema": "another program", "version": 1}\n')
+        before = [text.read_bytes(), other.read_bytes()]
+        for path in (text, other):
+            with pytest.raises(InputError, match=f"{path.name}, line 1: .* not the history"):
                 add_verification(
                     path, result, pretravel_map=old_map(), map_name="m", touches_name="t",
                     decision="kept",
                 )  # fmt: skip
-            with pytest.raises(InputError, match=words):
+            with pytest.raises(InputError, match="not the history"):
                 read_history(path)
-        assert [text.read_bytes(), foreign.read_bytes()] == before
+        assert [text.read_bytes(), other.read_bytes()] == before
         with pytest.raises(InputError, match="no such history"):
-            read_history(tmp_path / "c.sqlite")
+            read_history(tmp_path / "c.jsonl")
 
     def test_another_probe_is_refused(self, tmp_path: Path) -> None:
-        path, result = tmp_path / "probe.sqlite", check(touches(1))
+        path, result = tmp_path / "probe.jsonl", check(touches(1))
         told = {"map_name": "m", "touches_name": "t", "decision": "kept"}
         add_verification(path, result, pretravel_map=old_map(), **told)  # type: ignore[arg-type]
         other = replace(old_map(), tip_radius=2.0)
@@ -326,7 +322,7 @@ class TestHistory:
         write_touches(tmp_path / "same.csv", touches(11))
         write_touches(tmp_path / "bent.csv", touches(12, size=0.002))
         probe, common = (
-            tmp_path / "probe.sqlite",
+            tmp_path / "probe.jsonl",
             ["--map", tmp_path / "map.json", "--diameter", 25],
         )
         told = run("verify", tmp_path / "same.csv", *common, "--history", probe,
@@ -343,6 +339,6 @@ class TestHistory:
         assert "accepted new.json" in told
         assert [row["changed"] for row in rows(tmp_path / "h.csv")] == ["0", "1"]
         assert coloured_share(tmp_path / "h.png") > 0.001
-        assert "must be .sqlite" in run(
+        assert "must be .jsonl" in run(
             "verify", tmp_path / "same.csv", *common, "--history", tmp_path / "h.txt", code=2
         )

@@ -62,7 +62,7 @@ class TestComparison:
 class TestHistory:
     def test_a_test_stands_with_the_probability_that_means_a_change(self, tmp_path: Path) -> None:
         """Three tests share the false-alarm rate: the limit is a third of it."""
-        path, result = tmp_path / "probe.sqlite", check(touches(1))
+        path, result = tmp_path / "probe.jsonl", check(touches(1))
         start = datetime(2026, 1, 1, tzinfo=UTC)
         for day in range(9):
             add_verification(

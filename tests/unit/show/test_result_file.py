@@ -167,7 +167,7 @@ def test_a_changed_file_is_refused(tmp_path: Path, key: str, changed: object, wo
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[" * 100_000, "not complete JSON"),
+        ("[" * 100_000, "too deep"),
         ("<h1>hello</h1>", "not complete JSON"),
         ("[]", "no result of pretravel"),
         ('{"format": "pretravel result", "version": 1}', "a part of it is missing"),

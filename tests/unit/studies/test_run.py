@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import resource
 import signal
 import subprocess
@@ -9,7 +11,6 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -178,13 +179,59 @@ def test_a_file_that_is_no_journal_is_refused(tmp_path: Path) -> None:
     assert len(read_results(tmp_path / "study.nc")) == 6
 
 
-def test_a_block_is_kept_whole_or_not_at_all(tmp_path: Path) -> None:
-    """The second of two designs cannot be stored."""
-    unknown: Any = object()
+def test_a_block_is_kept_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The disk is full within the second of two designs."""
+    one, write = packed(Outcome({})), os.write
+    room = [len(one) + 150]
+
+    def written(descriptor: int, content: bytes) -> int:
+        if not room[0]:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        count = write(descriptor, content[: room[0]])
+        room[0] -= count
+        return count
+
     with Journal(tmp_path / "a.journal", "digest") as journal:
-        with pytest.raises(PretravelError, match="cannot be written"):
-            journal.add([(1, packed(Outcome({}))), (2, unknown)])
-        assert journal.done() == set()
+        journal.add([(3, one)])
+        monkeypatch.setattr(os, "write", written)
+        with pytest.raises(PretravelError, match="cannot be written: No space left"):
+            journal.add([(1, one), (2, one)])
+        assert journal.done() == {3}
+    with Journal(tmp_path / "a.journal", "digest") as journal:
+        assert journal.done() == {3}
+
+
+@pytest.mark.parametrize("change", ["cut", "another byte", "zeros"])
+def test_what_a_crash_left_is_computed_again(tmp_path: Path, change: str) -> None:
+    path = tmp_path / "a.journal"
+    with Journal(path, "digest") as journal:
+        for number in (1, 2):
+            journal.add([(number, packed(Outcome({"pretravel_range": 0.1})))])
+    whole = path.read_bytes()
+    last = {"cut": whole[:-3], "another byte": whole[:-3] + b"#" + whole[-2:],
+            "zeros": whole[:-100] + bytes(100)}[change]  # fmt: skip
+    path.write_bytes(last)
+    with Journal(path, "digest") as journal:
+        assert journal.done() == {1}
+        journal.add([(2, packed(Outcome({"pretravel_range": 0.1})))])
+    assert path.read_bytes() == whole
+
+
+def test_a_link_beside_an_output_replaces_no_file(tmp_path: Path) -> None:
+    """Where others can write to the folder, the journal's name can be a link of theirs."""
+    letters, path = tmp_path / "letters.txt", tmp_path / "a.journal"
+    path.symlink_to(letters)
+    with pytest.raises(PretravelError, match="cannot be opened or made"):
+        Journal(path, "digest")
+    assert not letters.exists()
+    letters.write_text("dear reader")
+    with pytest.raises(PretravelError, match="no journal of a study"):
+        Journal(path, "digest")
+    with Journal(path, "digest", anew=True):
+        assert path.is_file()
+    assert letters.read_text() == "dear reader"
 
 
 def test_a_design_that_cannot_be_is_recorded_with_its_reason(tmp_path: Path) -> None:

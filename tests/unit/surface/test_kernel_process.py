@@ -142,6 +142,11 @@ class TestLimits:
         with pytest.raises(InputError, match=r"needs more than 0\.1 GB of memory"):
             read_part(PART)
 
+    def test_written_files(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(kernel_process, "WRITTEN", KernelLimit(1000.0, 0.0))
+        with pytest.raises(InputError, match="takes more than 0 MB"):
+            read_part(PART)
+
     def test_time(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(kernel_process, "TIME", KernelLimit(0.01, 0.0))
         with pytest.raises(InputError, match="took longer than 0 s"):

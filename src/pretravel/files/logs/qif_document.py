@@ -23,6 +23,8 @@ UNIT_NAMES = {"mm": 1.0, "millimeter": 1.0, "millimetre": 1.0, "inch": INCH, "in
 
 COMPENSATED = {"true": True, "1": True, "false": False, "0": False}
 """Words that state whether a probe radius was taken off."""
+_MOST_TAGS = 5_000_000
+"""A tag takes up to 220 bytes of memory."""
 _ROUNDED = 5e-3
 """Normals whose length differs from one by less are scaled to length one."""
 
@@ -73,6 +75,8 @@ class QifDocument:
         text = "\n".join(file.lines("a QIF document"))
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise file.error("a QIF document must not contain a document type or entities")
+        if text.count("<") > _MOST_TAGS:
+            raise file.error(f"the document has more than {_MOST_TAGS:,} tags: split it")
         self._lines: dict[ET.Element, int] = {}
         try:
             self.root = self._parsed(text)

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.cache_folder import FOLDER_VARIABLE, cache_folder, make_private, mistrust
+from pretravel.base.cache_folder import FOLDER_VARIABLE, cache_folder, mistrust, private
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import one_process_at_a_time, whole_file
 from pretravel.prediction.description import Probe
@@ -127,7 +127,7 @@ def reduced_model(
     -----
     UserWarning
         A cached file was damaged or foreign and has been made anew; the cache cannot
-        be written.
+        be written, or other users can write to it: it is then not used, which is said once.
     """
     settings = settings or MeshSettings()
     return _reduced_model(probe, settings, solver, reduction_key(probe, settings), cache_folder())
@@ -183,26 +183,23 @@ def _reduced_model(
     if "model" in memory:
         return memory["model"]
     path = folder / f"reduced-{key[:32]}.npz"
+    doubt = private(folder)
 
     def make() -> ReducedModel:
         solids, mesh = mesh_probe(probe, settings)
         ball = ball_correction(probe, solver)
         model = condense(finite_element_model(probe, solids, mesh, ball), solver)
+        if doubt:
+            return model
         log.info("storing the reduced model", extra={"done": 0.92})
         try:
-            make_private(folder)
-            if doubt := mistrust(folder):
-                raise PretravelError(doubt)
             _write(path, model, key)
         except (OSError, PretravelError) as error:
-            warnings.warn(
-                f"the reduced model could not be stored in {folder} ({error}), so the next run "
-                f"makes it again. Set {FOLDER_VARIABLE} to use another folder",
-                stacklevel=4,
-            )
+            _say_not_stored(folder, str(error))
         return model
 
-    if folder.exists() and mistrust(folder):  # nothing is read there; `make` says so
+    if doubt:  # nothing is read or written there
+        _say_not_stored(folder, doubt)
         memory["model"] = make()
         return memory["model"]
     kept = _read(path, key, make)
@@ -215,6 +212,16 @@ def _reduced_model(
         model = kept or make()
     memory["model"] = model
     return model
+
+
+@lru_cache
+def _say_not_stored(folder: Path, reason: str) -> None:
+    """Once for a folder and a reason."""
+    warnings.warn(
+        f"the cache {folder} is not used ({reason}), so the next run makes the reduced model "
+        f"again. Set {FOLDER_VARIABLE} to use another folder",
+        stacklevel=4,
+    )
 
 
 def _write(path: Path, model: ReducedModel, key: str) -> None:

@@ -30,9 +30,12 @@ def convert(file: Path, folder: Path) -> None:
 
 
 def main() -> None:
-    """Convert the file ``sys.argv[1]`` into the folder [2], in at most [3] bytes of memory."""
-    file, folder, memory = sys.argv[1:]
-    _limit(int(memory))
+    """Convert the file ``sys.argv[1]`` into the folder [2].
+
+    In at most [3] bytes of memory, with files of at most [4] bytes.
+    """
+    file, folder, memory, written = sys.argv[1:]
+    _limit(int(memory), int(written))
     try:
         convert(Path(file), Path(folder))
     except MemoryError:
@@ -41,14 +44,17 @@ def main() -> None:
         sys.exit(str(error) or type(error).__name__)
 
 
-def _limit(memory: int) -> None:
-    """Limit the memory of this process; a crash leaves no image of it on the disk."""
+def _limit(memory: int, written: int) -> None:
+    """Limit memory and files of this process; a crash leaves no image of it on the disk."""
     if sys.platform == "win32":  # which has no such limits
         return
     import resource
+    import signal
 
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     if most != resource.RLIM_INFINITY:
         memory = min(memory, most)
     resource.setrlimit(resource.RLIMIT_AS, (memory, most))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)  # Python ignores it
+    resource.setrlimit(resource.RLIMIT_FSIZE, (written, written))

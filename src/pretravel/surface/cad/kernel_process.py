@@ -6,6 +6,7 @@ import importlib
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -37,6 +38,8 @@ class KernelLimit(NamedTuple):
 
 MEMORY = KernelLimit(3e9, 100.0)
 """Address space of the process; a file of 12 MB needs 0.2 GB. [bytes]"""
+WRITTEN = KernelLimit(300e6, 30.0)
+"""Largest file that it may write; its text of a part has about the size of the part. [bytes]"""
 TIME = KernelLimit(120.0, 30e-6)
 """Time that the kernel may take; a file of 12 MB takes 5 s. [s]"""
 
@@ -82,7 +85,8 @@ def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
     size = copy.stat().st_size
     memory = int(MEMORY.fixed + MEMORY.per_byte * size)
     seconds = TIME.fixed + TIME.per_byte * size
-    given = [json.dumps(module_folders()), str(copy), str(folder), str(memory)]
+    written = int(WRITTEN.fixed + WRITTEN.per_byte * size)
+    given = [json.dumps(module_folders()), str(copy), str(folder), str(memory), str(written)]
     command = [sys.executable, "-I", "-c", _START, *given]
     with subprocess.Popen(
         command,
@@ -109,6 +113,9 @@ def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
             raise
     if process.returncode and re.search(_NO_MEMORY, stdout + stderr):
         reason = f"it needs more than {memory / 1e9:.1f} GB of memory"
+        return subprocess.CompletedProcess(command, 1, "", reason)
+    if sys.platform != "win32" and process.returncode == -signal.SIGXFSZ:
+        reason = f"its content takes more than {written / 1e6:.0f} MB"
         return subprocess.CompletedProcess(command, 1, "", reason)
     return subprocess.CompletedProcess(command, process.returncode, stdout, stderr)
 
