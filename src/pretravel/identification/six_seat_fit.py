@@ -38,11 +38,9 @@ _BLOCK = 2048
 SEARCHED = 500
 """Directions in which a search begins, of more than twice as many."""
 _AZIMUTHS = np.arange(0.0, 120.0, 15.0) * DEGREE
-_WIDE_ASYMMETRY = 3.0
+_WIDE_ASYMMETRIES = (3.0, 1.0)
 _WIDE_CORRECTION = 0.1
 """Share of the standard deviation of pretravel over the touched directions."""
-_SAME_MODE, _MUCH_WORSE = 0.1, 20.0
-"""Differences of the cost of two modes: of one mode found twice, and of one that is given up."""
 
 
 @dataclass(frozen=True)
@@ -282,10 +280,11 @@ def promised_gain(problem: SixSeatProblem, scales: PriorScales, x: FloatArray) -
 
 
 def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> list[FloatArray]:
-    """The best fit from eight azimuths of the tripod, and another mode if it is nearly as good.
+    """The best fits from eight azimuths of the tripod, for two scales of asymmetry.
 
-    A search is wide: at the usual scales it stops beside the seats that lift first, and a very
+    The search is wide: at the usual scales it stops beside the seats that lift first, and a very
     uneven probe is not found. So the asymmetry is free, and a correction stands for what is left.
+    Either of the two scales alone misses one of six very uneven probes.
 
     Parameters
     ----------
@@ -299,20 +298,17 @@ def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> list[FloatA
     """
     observation = problem.observation
     values = np.bincount(observation.groups, observation.values) / problem.count
-    wide = replace(
-        scales,
-        asymmetry=_WIDE_ASYMMETRY,
-        correction=max(_WIDE_CORRECTION * float(np.std(values)), scales.correction),
-    )
+    correction = max(_WIDE_CORRECTION * float(np.std(values)), scales.correction)
     start = problem.prior
     start[problem.axes : problem.extra] = 10.0 * MICROMETRE
-    first = []
-    for azimuth in _AZIMUTHS:
-        start[problem.azimuth] = azimuth
-        first.append(most_probable(problem, wide, start, 16))
-    first.sort(key=lambda found: found[1])
-    followed = [most_probable(problem, wide, x) for x, _ in first[:3]]
-    followed.sort(key=lambda found: found[1])
-    best, cost = followed[0]
-    others = [x for x, other in followed[1:] if _SAME_MODE < other - cost < _MUCH_WORSE]
-    return [best, *others[:1]]
+    found = []
+    for asymmetry in _WIDE_ASYMMETRIES:
+        wide = replace(scales, asymmetry=asymmetry, correction=correction)
+        first = []
+        for azimuth in _AZIMUTHS:
+            start[problem.azimuth] = azimuth
+            first.append(most_probable(problem, wide, start, 8))
+        first.sort(key=lambda each: each[1])
+        followed = [most_probable(problem, wide, x) for x, _ in first[:2]]
+        found.append(min(followed, key=lambda each: each[1])[0])
+    return found

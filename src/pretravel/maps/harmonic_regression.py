@@ -6,7 +6,7 @@ likelihood):
 
 - zonal harmonics, and harmonics with three lobes around the axis (orders 3, 6, 9,
   ...) that are even about one azimuth, belong to the ideal three-rod probe; their
-  amplitudes and that azimuth are estimated;
+  amplitudes, usually a share of the mean pretravel, and that azimuth are estimated;
 - all others describe the asymmetry of the probe; they share one amplitude, which is usually small;
 - amplitudes decrease with the degree. Trigger force has kinks where another seat opens first, and
   the coefficients of a function with kinks decrease with the power 2.5;
@@ -44,11 +44,11 @@ _SMALLEST_NOISE = 1e-5  # um: the last digit of a position in mm with eight deci
 _DECAY, _DECAY_SPREAD = 2.5, 0.7  # kinks on a sphere: power 2.5
 _ASYMMETRY, _ASYMMETRY_SPREAD = -2.0, 1.5  # log of asymmetry over lobes, vague
 _TYPICAL_NOISE, _NOISE_SPREAD = math.log(0.3), 2.0  # log um, vague
-_TYPICAL_AMPLITUDE, _AMPLITUDE_SPREAD = -0.6, 0.6  # log um, of degree 3, of a level of 10 um
+_TYPICAL_AMPLITUDE, _AMPLITUDE_SPREAD = -0.6, 0.6  # log um, of degree 3
 _TYPICAL_SHARE = math.log(0.055)
 """Logarithm of the amplitude over the mean pretravel. A tripod that triggers where the first seat
-lifts has 0.066 for its lobes and 0.043 for its zonal harmonics, within 15 %, whatever its stylus."""
-_SMALLEST_LEVEL = 0.3  # um: no probe has less pretravel
+lifts has 0.066 for its lobes and 0.043 for its zonal harmonics, within 15 %."""
+_SMALLEST_LEVEL = 0.3  # um: without the tip's diameter the mean of the touches is zero
 _TYPICAL_FIXED, _FIXED_SPREAD = math.log(0.06), 1.0  # log um
 _AMPLITUDES = 8
 """Logarithms of the amplitudes of zonal, lobed and other terms; decays of zonal and lobed ones;
@@ -179,12 +179,11 @@ class _Problem:
         groups: IntArray,
         free: IntArray,
         terms: IntArray,
-        level: float | None = None,
     ) -> None:
         split = len(free)
-        self.typical_amplitude = _TYPICAL_AMPLITUDE
-        if level is not None:
-            self.typical_amplitude = _TYPICAL_SHARE + math.log(max(level, _SMALLEST_LEVEL))
+        level = float(np.mean(values))
+        known = level > _SMALLEST_LEVEL
+        self.typical_amplitude = _TYPICAL_SHARE + math.log(level) if known else _TYPICAL_AMPLITUDE
         # Repeats of a direction enter by their mean and their scatter.
         means = DirectionMeans(places, np.concatenate([free, terms]))
         count = np.bincount(groups).astype(np.float64)
@@ -343,7 +342,6 @@ def fit_harmonics(
     terms: IntArray,
     amplitudes: Amplitudes | None = None,
     near: Amplitudes | None = None,
-    level: float | None = None,
 ) -> HarmonicFit:
     """Fit harmonics of pretravel; the mean and the position of the reference have no prior.
 
@@ -363,8 +361,6 @@ def fit_harmonics(
         Of an earlier fit, which are kept.
     near : Amplitudes, optional
         Of an earlier fit to similar touches, at which the search begins.
-    level : float, optional
-        Mean pretravel, where it is known: harmonics of a probe are a usual share of it. [mm]
 
     Returns
     -------
@@ -381,8 +377,7 @@ def fit_harmonics(
     >>> bool(abs(found[0] - 0.002) < 1e-4)
     True
     """
-    known = None if level is None else level / MICROMETRE
-    problem = _Problem(places, values / MICROMETRE, groups, free, terms, known)
+    problem = _Problem(places, values / MICROMETRE, groups, free, terms)
     if amplitudes is None:
         amplitudes = _averaged_over(problem, _most_probable(problem, near))
     return _posterior(problem, amplitudes, free, terms)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,13 @@ from pretravel.maps.provenance import Origin, QualificationSetup
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
-from pretravel.qualification.probe_drift import DriftedMap, ProbeDrift, drifted_map
+from pretravel.qualification.probe_drift import (
+    DriftedMap,
+    ProbeDrift,
+    drifted_map,
+    possible_drifts,
+    spread_of,
+)
 from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
 
@@ -27,6 +34,10 @@ REFUSED_FIT = 1e-4
 """Touches with a smaller probability than this do not belong to the old map and its drift."""
 DOUBTFUL_FIT = 0.01
 """Touches with a smaller probability than this are warned about."""
+FEWEST_TO_TEST = 4
+"""Touches beyond those that determine the centre, below which a change can go unnoticed."""
+LIKELY_CHANGE = 0.5
+"""Probability of a change larger than the usual drift from which people are warned."""
 _RESOLUTION = 2e-5
 """A repeatability below this is that of the last digit of a reading. [mm]"""
 _STILL = 1e-7
@@ -131,7 +142,9 @@ def update_map(
     Notes
     -----
     A map is linear, so the update is that of Bayes in closed form: prior are the coefficients
-    with their covariance and that of the drift; the position of the reference has none. The map
+    with their covariance and that of the drift; the position of the reference has none. Beside the
+    drift that is assumed there are larger changes (`possible_drifts`); the result is the average
+    over them, each with its probability after the touches, so that u contains their doubt. The map
     stays in the convention that separated it from the centre. Contact normals depend on the
     centre, which is therefore iterated.
 
@@ -167,10 +180,10 @@ def update_map(
         observation = replace(observation, center=moved)
         if np.abs(posterior.shift).max() < _STILL:
             break
-    p_value = _p_value(posterior.statistic, len(touches) - observation.axes, noise.dof)
+    p_value = _p_value(posterior.assumed.statistic, len(touches) - observation.axes, noise.dof)
     if p_value < REFUSED_FIT:
         raise PretravelError(_refusal(touches, observation, posterior, p_value, noise))
-    warnings = (*noted, *_warnings(p_value, old_map, repeats))
+    warnings = (*noted, *_warnings(p_value, posterior, old_map, repeats))
     updated = _updated(touches, state, posterior, noise, setup)
     return _result(updated, state, observation, posterior, (p_value, noise, warnings))
 
@@ -180,19 +193,24 @@ class _State:
     """Unknowns beside the centre: coefficients and, where the map contains one, the delay."""
 
     prior: DriftedMap
-    covariance: FloatArray
-    """(k, k), or (k + 1, k + 1) with the delay in units of its standard uncertainty."""
+    covariances: dict[str, FloatArray]
+    """For each of `possible_drifts`: (k, k), or (k + 1, k + 1) with the delay in units of its
+    standard uncertainty."""
     delay_column: FloatArray | None
     """Travel of each touch for a delay longer by one standard uncertainty, (n,). [mm]"""
 
     @classmethod
     def of(cls, touches: Touches, old_map: PretravelMap, prior: DriftedMap) -> _State:
+        possible = possible_drifts(prior.drift)
+        own = {name: prior.covariance_after(drift) for name, (_, drift) in possible.items()}
         if old_map.delay is None or old_map.delay_effect is None or touches.feeds is None:
-            return cls(prior, prior.covariance, None)
+            return cls(prior, own, None)
         size = old_map.basis.size
-        covariance = np.eye(size + 1)
-        covariance[:size, :size] = prior.covariance
-        return cls(prior, covariance, old_map.u_delay * travel_per_second(touches))
+        with_delay = {}
+        for name, covariance in own.items():
+            with_delay[name] = np.eye(size + 1)
+            with_delay[name][:size, :size] = covariance
+        return cls(prior, with_delay, old_map.u_delay * travel_per_second(touches))
 
     def design(self, directions: FloatArray) -> FloatArray:
         """Columns of the unknowns in what touches observe, (n, k) or (n, k + 1)."""
@@ -205,63 +223,127 @@ class _State:
 
 @dataclass(frozen=True, eq=False)
 class _Posterior:
-    """The state after the touches, and what the tests need. Lengths in mm."""
+    """The state after the touches, averaged over the drifts, and what the tests need. [mm]"""
 
     innovations: FloatArray
     """Observed pretravel less that of the old map, about the current centre, (n,)."""
     normals: FloatArray
     design: FloatArray
-    weight: FloatArray
-    """Inverse covariance of the innovations, centre fitted, (n, n)."""
+    parts: dict[str, _Part]
+    """After each of `possible_drifts`; that which is assumed is the first."""
+    probabilities: dict[str, float]
     change: FloatArray
     """Of the unknowns, in the convention of the map."""
     covariance: FloatArray
     shift: FloatArray
     """Still missing in the centre, (axes,)."""
     shift_covariance: FloatArray
+
+    @property
+    def assumed(self) -> _Part:
+        return self.parts[""]
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The state after one of the drifts."""
+
+    weight: FloatArray
+    """Inverse covariance of the innovations, centre fitted, (n, n)."""
+    change: FloatArray
+    covariance: FloatArray
+    shift: FloatArray
+    shift_covariance: FloatArray
     statistic: float
+    evidence: float
+    """Logarithm of the probability of the touches, centre integrated out, and a constant."""
 
 
 def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Posterior:
-    prior = state.prior
-    old, axes = prior.pretravel_map, observation.axes
+    old, axes = state.prior.pretravel_map, observation.axes
     design, normals = state.design(observation.directions), observation.directions[:, :axes]
     innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
     touch = _touch_covariance(old, observation, noise)
-    gain = state.covariance @ design.T
-    whole: FloatArray = np.linalg.inv(design @ gain + touch).astype(np.float64)
-    of_shift: FloatArray = np.linalg.inv(normals.T @ whole @ normals).astype(np.float64)
+    parts = {
+        name: _after(state.prior, covariance, design, normals, innovations, touch)
+        for name, covariance in state.covariances.items()
+    }
+    possible = possible_drifts(state.prior.drift)
+    logs = np.array([math.log(possible[name][0]) + part.evidence for name, part in parts.items()])
+    shares = np.exp(logs - logs.max())
+    shares /= shares.sum()
+    change, covariance = _mixed([(part.change, part.covariance) for part in parts.values()], shares)
+    shift, of_shift = _mixed(
+        [(part.shift, part.shift_covariance) for part in parts.values()], shares
+    )
+    return _Posterior(
+        innovations=innovations,
+        normals=normals,
+        design=design,
+        parts=parts,
+        probabilities=dict(zip(parts, shares.tolist(), strict=True)),
+        change=change,
+        covariance=covariance,
+        shift=shift,
+        shift_covariance=of_shift,
+    )
+
+
+def _mixed(
+    parts: Sequence[tuple[FloatArray, FloatArray]], shares: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance of a mixture of distributions."""
+    means = np.array([mean for mean, _ in parts])
+    middle = shares @ means
+    apart = means - middle
+    within = sum(share * each for share, (_, each) in zip(shares, parts, strict=True))
+    return middle, _symmetric(np.asarray(within) + (apart.T * shares) @ apart)
+
+
+def _after(
+    prior: DriftedMap,
+    covariance: FloatArray,
+    design: FloatArray,
+    normals: FloatArray,
+    innovations: FloatArray,
+    touch: FloatArray,
+) -> _Part:
+    """The state after the touches, with the covariance of one drift before them."""
+    axes, size = normals.shape[1], prior.pretravel_map.basis.size
+    gain = covariance @ design.T
+    total = design @ gain + touch
+    whole: FloatArray = np.linalg.inv(total).astype(np.float64)
+    of_center = normals.T @ whole @ normals
+    of_shift: FloatArray = np.linalg.inv(of_center).astype(np.float64)
     weight = whole - whole @ normals @ of_shift @ normals.T @ whole
     # Joseph's form stays positive after rounding.
-    left = np.eye(len(state.covariance)) - gain @ weight @ design
+    left = np.eye(len(covariance)) - gain @ weight @ design
     spread = gain @ weight
-    covariance = left @ state.covariance @ left.T + spread @ touch @ spread.T
+    after = left @ covariance @ left.T + spread @ touch @ spread.T
     change = gain @ weight @ innovations
     with_shift = gain @ whole @ normals @ of_shift
     # A centre moved by s adds n·s to the observed pretravel.
     shift = -of_shift @ normals.T @ whole @ innovations
     functional = np.zeros((axes, len(change)))
-    functional[:, : old.basis.size] = prior.shift_of
+    functional[:, :size] = prior.shift_of
     turned = np.zeros((len(change), axes))
-    turned[: old.basis.size] = prior.shift
+    turned[:size] = prior.shift
     keep = np.eye(len(change)) - turned @ functional
-    stated = keep @ covariance @ keep.T
+    stated = keep @ after @ keep.T
     if prior.from_center:
         mixed = with_shift @ turned.T
-        stated = covariance - mixed - mixed.T + turned @ of_shift @ turned.T
+        stated = after - mixed - mixed.T + turned @ of_shift @ turned.T
     mixed = functional @ with_shift
-    return _Posterior(
-        innovations=innovations,
-        normals=normals,
-        design=design,
+    statistic = float(innovations @ weight @ innovations)
+    logs = np.linalg.slogdet(total)[1] + np.linalg.slogdet(of_center)[1]
+    return _Part(
         weight=weight,
         change=keep @ change,
         covariance=_symmetric(stated),
         shift=shift - functional @ change,
-        shift_covariance=_symmetric(
-            of_shift - mixed - mixed.T + functional @ covariance @ functional.T
-        ),
-        statistic=float(innovations @ weight @ innovations),
+        shift_covariance=_symmetric(of_shift - mixed - mixed.T + functional @ after @ functional.T),
+        statistic=statistic,
+        evidence=-0.5 * (statistic + float(logs)),
     )
 
 
@@ -296,15 +378,22 @@ def _p_value(statistic: float, freedom: int, dof: float) -> float:
 
 def _found(state: _State, posterior: _Posterior) -> tuple[FoundDrift, FoundDrift, FoundDrift]:
     """Scale, level and turn, each with the others unknown within the prior."""
-    prior = state.prior
-    found = []
-    for way, spread in zip(prior.ways, prior.spread.tolist(), strict=True):
-        column = posterior.design[:, : len(way)] @ way
-        seen = posterior.weight @ column
-        value = spread**2 * float(seen @ posterior.innovations)
-        left = spread**2 * (1.0 - spread**2 * float(column @ seen))
-        found.append(FoundDrift(value, math.sqrt(max(left, 0.0))))
-    return found[0], found[1], found[2]
+    possible, ways = possible_drifts(state.prior.drift), state.prior.ways
+    columns = posterior.design[:, : ways.shape[1]] @ ways.T
+    means, variances = [], []
+    for name, part in posterior.parts.items():
+        spread = spread_of(possible[name][1])
+        seen = part.weight @ columns
+        means.append(spread**2 * (posterior.innovations @ seen))
+        left = spread**2 * (1.0 - spread**2 * np.einsum("ij,ij->j", columns, seen))
+        variances.append(np.diag(np.maximum(left, 0.0)))
+    shares = np.array(list(posterior.probabilities.values()))
+    value, covariance = _mixed(list(zip(means, variances, strict=True)), shares)
+    scale, level, turn = (
+        FoundDrift(float(each), math.sqrt(variance))
+        for each, variance in zip(value, np.diag(covariance), strict=True)
+    )
+    return scale, level, turn
 
 
 def _updated(
@@ -419,23 +508,41 @@ def _one_direction(observation: Observation, posterior: _Posterior) -> tuple[int
     """The direction that fits the others worst: its first touch, how far it is off, and the
     statistic of the others. [mm]
     """
-    seen = posterior.weight @ posterior.innovations
+    part = posterior.assumed
+    seen = part.weight @ posterior.innovations
     best = (0, 0.0, math.inf)
     for group in range(observation.direction_count):
         rows = np.flatnonzero(observation.groups == group)
-        off = np.linalg.lstsq(posterior.weight[np.ix_(rows, rows)], seen[rows], rcond=None)[0]
-        left = posterior.statistic - float(off @ seen[rows])
+        off = np.linalg.lstsq(part.weight[np.ix_(rows, rows)], seen[rows], rcond=None)[0]
+        left = part.statistic - float(off @ seen[rows])
         if left < best[2]:
             best = (int(rows[0]), float(off.mean()), left)
     return best
 
 
-def _warnings(p_value: float, old: PretravelMap, repeats: Scatter) -> list[str]:
+def _warnings(
+    p_value: float, posterior: _Posterior, old: PretravelMap, repeats: Scatter
+) -> list[str]:
     found = []
-    if p_value < DOUBTFUL_FIT:
+    changed = {name: share for name, share in posterior.probabilities.items() if name}
+    if sum(changed.values()) > LIKELY_CHANGE:
+        what = max(changed, key=lambda name: changed[name])
+        found.append(
+            "the probe has changed by more than its usual drift (probability "
+            f"{sum(changed.values()):.2f}), most likely in {what}: u of the map contains what "
+            "these touches do not determine of that. Touch more directions, or qualify anew"
+        )
+    elif p_value < DOUBTFUL_FIT:
         found.append(
             f"the touches fit the old map badly (probability {p_value:.2g}): the probe may have "
             "changed by more than its usual drift. Touch more directions, or qualify anew"
+        )
+    beyond = len(posterior.innovations) - len(posterior.shift)
+    if beyond < FEWEST_TO_TEST:
+        found.append(
+            f"{len(posterior.innovations)} touches leave {beyond} to test the old map: a probe "
+            "that has turned by 10° goes unnoticed in every second case. Touch 9 directions, where "
+            "the probe may have been moved"
         )
     own = max(old.repeatability, _RESOLUTION)
     if repeats.dof > 0.0:

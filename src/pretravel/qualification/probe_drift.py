@@ -41,6 +41,8 @@ class ProbeDrift:
         Of everything else, as a share of the map's variation over the directions. [1]
     source : str
         Where these numbers come from, in words.
+    change : float
+        Probability that something has changed by more than this drift: `possible_drifts`.
 
     Notes
     -----
@@ -57,12 +59,45 @@ class ProbeDrift:
     turn: float = 0.3 * DEGREE
     form: float = 0.02
     source: str = "assumed"
+    change: float = 0.25
 
     def __post_init__(self) -> None:
-        for name in ("scale", "level", "turn", "form"):
+        for name in ("scale", "level", "turn", "form", "change"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise PretravelError(f"the drift of {name} is {value:g}; it cannot be negative")
+
+
+def possible_drifts(drift: ProbeDrift) -> dict[str, tuple[float, ProbeDrift]]:
+    """The drift that is assumed, and larger changes beside it, with their probabilities.
+
+    Parameters
+    ----------
+    drift : ProbeDrift
+
+    Returns
+    -------
+    dict of str to (float, ProbeDrift)
+        By what has changed, in words; empty for the drift that is assumed, the first.
+
+    >>> usual, *others = possible_drifts(ProbeDrift()).values()
+    >>> usual[0], round(sum(probability for probability, _ in others), 9)
+    (0.75, 0.25)
+    """
+    changes = {
+        "the force of the spring, or the stylus": {"scale": 0.1, "form": 0.03},
+        "the size of the tip": {"level": 2.0 * MICROMETRE},
+        "the turn about the axis": {"turn": 3.0 * DEGREE},
+        "one rod or one seat": {"form": 0.1},
+        "several things": {"scale": 0.2, "level": 2.0 * MICROMETRE, "turn": 5.0 * DEGREE,
+                           "form": 0.3},
+    }  # fmt: skip
+    share = drift.change / len(changes)
+    found = {"": (1.0 - drift.change, drift)}
+    for name, sizes in changes.items():
+        larger = {key: max(size, getattr(drift, key)) for key, size in sizes.items()}
+        found[name] = (share, replace(drift, **larger))
+    return {name: (weight, each) for name, (weight, each) in found.items() if weight > 0.0}
 
 
 def drift_of_changes(
@@ -125,10 +160,8 @@ class DriftedMap:
     ways : (3, k) float
         Change of the coefficients for a drift of scale, level and turn by one unit: [mm],
         [1], [mm/rad].
-    spread : (3,) float
-        Standard deviation of each.
-    covariance : (k, k) float
-        Of the coefficients now: that of the map, and the drift. [mm²]
+    form : (k, k) float
+        Covariance of the coefficients for a change of form by the whole variation. [mm²]
     shift : (k, axes) float
         Coefficients of the components of the direction, where the basis contains them; else zero.
     shift_of : (axes, k) float
@@ -142,11 +175,20 @@ class DriftedMap:
     drift: ProbeDrift
     axes: int
     ways: FloatArray
-    spread: FloatArray
-    covariance: FloatArray
+    form: FloatArray
     shift: FloatArray
     shift_of: FloatArray
     from_center: bool
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of the coefficients after the drift that is assumed, (k, k). [mm²]"""
+        return self.covariance_after(self.drift)
+
+    def covariance_after(self, drift: ProbeDrift) -> FloatArray:
+        """Of the coefficients: that of the map, and of a drift, (k, k). [mm²]"""
+        by_ways = (self.ways.T * spread_of(drift) ** 2) @ self.ways
+        return self.pretravel_map.covariance.matrix + by_ways + drift.form**2 * self.form
 
     @cached_property
     def without_shift(self) -> FloatArray:
@@ -196,14 +238,16 @@ def drifted_map(
     level = np.zeros(basis.size) if constant is None else constant
     ways = np.stack([coefficients, level, to_coefficients @ -slope])
     shift, shift_of, from_center = _gauge(pretravel_map, places[:, :axes], design, to_coefficients)
-    spread = np.array([drift.scale, drift.level, drift.turn])
-    by_ways = (ways.T * spread**2) @ ways
-    form = _form_covariance(pretravel_map, drift.form, design, shift, shift_of)
-    covariance = pretravel_map.covariance.matrix + by_ways + form
+    form = _form_covariance(pretravel_map, design, shift, shift_of)
     return DriftedMap(
-        pretravel_map, drift, axes, frozen(ways), frozen(spread), frozen(covariance),
-        frozen(shift), frozen(shift_of), from_center,
+        pretravel_map, drift, axes, frozen(ways), frozen(form), frozen(shift), frozen(shift_of),
+        from_center,
     )  # fmt: skip
+
+
+def spread_of(drift: ProbeDrift) -> FloatArray:
+    """Standard deviations of scale, level and turn, (3,): of `DriftedMap.ways`."""
+    return np.array([drift.scale, drift.level, drift.turn])
 
 
 def spread_over_support(pretravel_map: PretravelMap, count: int) -> FloatArray:
@@ -283,16 +327,15 @@ def _gauge(
 
 def _form_covariance(
     pretravel_map: PretravelMap,
-    share: float,
     design: FloatArray,
     shift: FloatArray,
     shift_of: FloatArray,
 ) -> FloatArray:
-    """Independent changes of all coefficients, which together have a share of the variation."""
+    """Independent changes of all coefficients, together as large as the map's variation."""
     without = np.eye(len(shift)) - shift @ shift_of
     seen = np.sqrt(np.mean((design @ without) ** 2, axis=0))
     active = seen > 1e-6 * seen.max()
     variation = float(np.std(design @ pretravel_map.coefficients))
     each = np.zeros(len(seen))
-    each[active] = share * variation / (math.sqrt(active.sum()) * seen[active])
+    each[active] = variation / (math.sqrt(active.sum()) * seen[active])
     return np.asarray((without * each**2) @ without.T)

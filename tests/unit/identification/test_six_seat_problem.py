@@ -14,7 +14,6 @@ from pretravel.identification import six_seat_fit
 from pretravel.identification.six_seat_fit import (
     PriorScales,
     SixSeatProblem,
-    _apart,
     _Weighted,
     most_probable,
 )
@@ -258,15 +257,6 @@ def test_a_search_ends_after_its_evaluations() -> None:
     costs = [most_probable(problem, SCALES, start, number)[1] for number in (1, 3, 100)]
     assert costs[0] > 1.001 * costs[1]
     assert costs[1] > 1.001 * costs[2]
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "apart"),
-    [(10, 30, 20), (30, 10, 20), (5, 118, 7), (118, 5, 7), (250, 13, 3), (70, 10, 60), (1, 1, 0)],
-)
-def test_azimuths_of_a_tripod_repeat_after_a_third(first: int, second: int, apart: int) -> None:
-    found = _apart(math.radians(first), math.radians(second))
-    assert found == pytest.approx(math.radians(apart), abs=1e-12)
 
 
 @pytest.mark.parametrize(

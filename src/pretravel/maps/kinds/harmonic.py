@@ -232,7 +232,6 @@ def fit_harmonic(
         ring_terms() if observation.ring else sphere_terms(observation.direction_count),
         amplitudes,
         near,
-        float(np.mean(observation.values)) if observation.tip_known else None,
     )
     basis = HarmonicBasis(fit.terms)
     mean_of, shift_of = np.split(fit.smoothing.means.weighted(observation.to_sphere), [1])
