@@ -241,12 +241,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=100)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--kind", help="of all maps, instead of that of the row")
     parser.add_argument("--rows", help="numbers of rows, a,b,…")
     parser.add_argument("--said", action="store_true", help="print warnings and refusals")
     chosen = parser.parse_args()
     numbers = range(len(ROWS)) if chosen.rows is None else map(int, chosen.rows.split(","))
     print(HEAD, "| --- " * 9 + "|", sep="\n")
-    for row in (ROWS[number] for number in numbers):
+    for number in numbers:
+        row = ROWS[number] if chosen.kind is None else replace(ROWS[number], kind=chosen.kind)
         sets = range(chosen.first, chosen.first + chosen.sets)
         outcomes = [evaluated(row, number) for number in sets]
         print(line(row, outcomes), flush=True)

@@ -30,6 +30,7 @@ from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.maps.touched_means import TouchedMeans
 from pretravel.uncertainty.covariance import Covariance
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
@@ -82,6 +83,8 @@ class PretravelMap(ShownInNotebooks, WithDataset):
         Change of the coefficients for a delay longer by one standard uncertainty: map and delay
         come from the same touches, and their errors cancel at the feeds of these touches. It adds
         to the uncertainties beside `covariance`. [mm]
+    touched : TouchedMeans, optional
+        What was observed in the nodes of `support`, where the map was fitted to touches there.
     provenance : Provenance
         How the map was made.
 
@@ -120,6 +123,7 @@ Touch the reference there too, or allow extrapolation.
     delay: float | None = None
     u_delay: float = 0.0
     delay_effect: FloatArray | None = None
+    touched: TouchedMeans | None = None
     provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
@@ -145,6 +149,11 @@ Touch the reference there too, or allow extrapolation.
                     f"the effect of the delay must be {size} finite numbers, got {effect.shape}"
                 )
             object.__setattr__(self, "delay_effect", effect)
+        if self.touched is not None and len(self.touched.pretravel) != len(self.support.nodes):
+            raise PretravelError(
+                f"{len(self.touched.pretravel)} directions were observed; the map has "
+                f"{len(self.support.nodes)}"
+            )
 
     def _check_numbers(self) -> None:
         check_numbers(
