@@ -15,6 +15,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin
 from pretravel.maps.touched_means import TouchedMeans
 from pretravel.prediction.catalogue import rewritten
 from pretravel.prediction.compliance.base import ComplianceModel
@@ -40,6 +41,7 @@ _DIFFERENCE = 1e-5
 _SAME_SCATTER = 0.05
 _SURELY_WORSE = 9.2
 _SAME_MAXIMUM = 1.0
+_DETAILED = ("harmonic", "physical", "averaged")
 _OUTSIDE = 1e6  # whitened residual of a description that cannot exist
 
 
@@ -218,11 +220,12 @@ class _MapFit:
         A turn moves the directions alone: the model is evaluated once.
         """
         probe = self.described(parameters)
-        turns = [
-            self.numbers[column].put(probe, angle).orientation.matrix for angle in angles.tolist()
-        ]
-        own = np.concatenate([self.evidence.directions @ turn for turn in turns])
-        return self.evidence.value - self.modelled(probe, own).reshape(len(angles), -1)
+        own = self.evidence.directions @ probe.orientation.matrix
+        back = angles[:, None] - parameters[column]
+        x = np.cos(back) * own[:, 0] + np.sin(back) * own[:, 1]
+        y = np.cos(back) * own[:, 1] - np.sin(back) * own[:, 0]
+        turned = np.stack([x, y, np.broadcast_to(own[:, 2], x.shape)], axis=-1)
+        return self.evidence.value - self.modelled(probe, turned.reshape(-1, 3)).reshape(x.shape)
 
     def whitened(self, parameters: FloatArray) -> FloatArray:
         """Residuals of unit variance, (n,)."""
@@ -534,6 +537,27 @@ def _of_touches(pretravel_map: PretravelMap, touched: TouchedMeans) -> Evidence:
 
 
 def _of_map(pretravel_map: PretravelMap) -> Evidence:
+    """The map in its nodes, with its covariance: the touched directions, or those of a table."""
+    basis, warnings = pretravel_map.basis, []
+    if basis.interpolates and pretravel_map.states_uncertainty:
+        if pretravel_map.provenance.origin is Origin.QUALIFIED:
+            raise PretravelError(
+                "this map is a table (.csv) with uncertainties: it holds neither the touched "
+                "directions nor the correlation of its errors, and what is identified from it can "
+                "be wrong by many times its u; use the .json file of the qualification",
+                inputs=("map_file",),
+            )
+        warnings.append(
+            "this map is a table, which does not contain the correlation of its errors: u is too "
+            "small; use the .json file of the qualification"
+        )
+    if not basis.interpolates and basis.kind not in _DETAILED:
+        raise PretravelError(
+            f"a map of kind {basis.kind} does not follow the lobes of a probe, and this one does "
+            "not hold what was touched (maps of earlier versions and updated maps do not); "
+            "qualify again, or with kind auto",
+            inputs=("map_file",),
+        )
     nodes = pretravel_map.support.nodes
     directions = nodes[:: len(nodes) // _MOST_NODES + 1] @ pretravel_map.rotation.T
     covariance = pretravel_map.value_covariance(directions) + pretravel_map.u_tip_radius**2
@@ -543,6 +567,7 @@ def _of_map(pretravel_map: PretravelMap) -> Evidence:
         value=pretravel_map.pretravel(directions, extrapolate=True),
         covariance=covariance,
         level_known=pretravel_map.provenance.level_known,
+        warnings=tuple(warnings),
     )
 
 
