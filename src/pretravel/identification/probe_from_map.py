@@ -36,6 +36,7 @@ _FIRST_STEP = 0.5 * DEGREE
 _FIRST_DIFFERENCE = 1e-3
 _ROD_OFFSETS = np.array([-3.0, 0.0, 3.0]) * DEGREE
 _FOLLOWED = 8
+_HOPELESS = 3.0
 _WIDEST_STEP = 0.3
 _DIFFERENCE = 1e-5
 _SAME_SCATTER = 0.05
@@ -300,7 +301,8 @@ def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:
         else:
             found.append((float(np.sum(fit.whitened(moved) ** 2)), moved))
     found.sort(key=lambda each: each[0])
-    return [x for _, x in found[:_FOLLOWED]]
+    worst = _HOPELESS * (found[0][0] + len(fit.evidence.value))
+    return [x for square, x in found[:_FOLLOWED] if square <= worst]
 
 
 def _around(
@@ -560,7 +562,9 @@ def _of_map(pretravel_map: PretravelMap) -> Evidence:
         )
     nodes = pretravel_map.support.nodes
     directions = nodes[:: len(nodes) // _MOST_NODES + 1] @ pretravel_map.rotation.T
-    covariance = pretravel_map.value_covariance(directions) + pretravel_map.u_tip_radius**2
+    covariance = pretravel_map.value_covariance(directions)
+    if pretravel_map.provenance.origin is Origin.QUALIFIED:
+        covariance += pretravel_map.u_tip_radius**2  # of the reference, in all directions alike
     covariance[np.diag_indices_from(covariance)] += SMALLEST_ERROR**2
     return Evidence(
         directions=directions,
