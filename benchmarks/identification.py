@@ -16,7 +16,7 @@ import tempfile
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Literal
 
@@ -190,7 +190,7 @@ class Outcome:
     refused: str = ""
 
 
-@lru_cache(maxsize=None)
+@cache
 def qualified(
     kind: str, touched: str, repeats: int, *, uneven: bool, number: int
 ) -> tuple[dict[str, float], bytes]:
@@ -203,9 +203,7 @@ def qualified(
     if uneven:
         truth["rod_azimuth_1"] = generator.normal(0.0, SPREADS["rod_azimuth_1"])
     error = generator.normal(0.0, U_DIAMETER)
-    departure = Departure(
-        "", directions=DIRECTIONS[touched], repeats=repeats, diameter_error=error
-    )
+    departure = Departure("", directions=DIRECTIONS[touched], repeats=repeats, diameter_error=error)
     probe = described(truth)
     reference = reference_run(departure, probe, generator)
     at = latched(reference.run, probe, departure, generator)
@@ -271,8 +269,8 @@ def line(row: Row, outcomes: list[Outcome]) -> str:
 
 
 HEAD = (
-    "| free numbers | map | touches | covered by 1.96 u | χ² | χ² without warned sets | largest error "
-    "(rad, mm, N) | median u | warned | warned of those outside | refused |"
+    "| free numbers | map | touches | covered by 1.96 u | χ² | χ² without warned sets | "
+    "largest error (rad, mm, N) | median u | warned | warned of those outside | refused |"
 )
 
 

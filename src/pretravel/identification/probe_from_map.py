@@ -14,35 +14,29 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.identification.evidence import Evidence, evidence_of
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin
-from pretravel.maps.touched_means import TouchedMeans
 from pretravel.prediction.catalogue import rewritten
 from pretravel.prediction.compliance.base import ComplianceModel
 from pretravel.prediction.description import Probe, StylusSegment
-from pretravel.prediction.hertz import curved_part_factor
 from pretravel.prediction.predict import predict
 
-SMALLEST_ERROR = 0.05 * MICROMETRE
-"""Smallest assumed standard uncertainty of a model in each direction. [mm]"""
 LARGEST_RELATIVE_U = 0.3
 """Relative (angles: in rad) standard uncertainty above which a number is undetermined."""
 MISFIT = 2.0
 """Ratio of the residuals to the map's uncertainty above which they are a misfit."""
-_MOST_NODES = 600
 _CODE_SCALE, _SHIFT_SCALE = 0.1, 1e-3
 _LIMIT_STEP = 0.01
-_FIRST_STEP = 0.5 * DEGREE
+_FIRST_STEP = 0.5 * DEGREE  # of rotations: lobes that fit by chance are 2° wide
 _FIRST_DIFFERENCE = 1e-3
 _ROD_OFFSETS = np.array([-3.0, 0.0, 3.0]) * DEGREE
+_WIDEST_STEP = 0.3  # of a code, in one linear step
 _FOLLOWED = 8
-_HOPELESS = 3.0
-_WIDEST_STEP = 0.3
-_DIFFERENCE = 1e-5
-_SAME_SCATTER = 0.05
-_SURELY_WORSE = 9.2
-_SAME_MAXIMUM = 1.0
-_DETAILED = ("harmonic", "physical", "averaged")
+_HOPELESS = 3.0  # times the chi-squared of the best start: not followed
+_DIFFERENCE = 1e-5  # of a code, for slopes
+_SAME_SCATTER = 0.05  # probability of the F test
+_SURELY_WORSE = 9.2  # chi-squared beyond the best one: a probability of 1 % against it
+_SAME_MAXIMUM = 1.0  # in standard uncertainties
 _OUTSIDE = 1e6  # whitened residual of a description that cannot exist
 
 
@@ -60,13 +54,14 @@ class Identification:
     relative_uncertainty : (k,) float
         Relative for lengths and forces, in rad for angles.
     residuals : (n,) float
-        Map less model, after the shift of the reference. [mm]
+        Touches (of a map without them: the map) less model, after the shift of the reference. [mm]
     directions : (n, 3) float
         In the machine frame.
     shift : (3,) float
         Of the reference of the map from that of the model. [mm]
     unknown : tuple of str
-        Sentences on numbers that the map does not determine.
+        Sentences on numbers that the map does not determine, and on other descriptions that explain
+        it nearly as well.
     """
 
     probe: Probe
@@ -92,7 +87,7 @@ def identify(
     Parameters
     ----------
     pretravel_map : PretravelMap
-        Of any kind.
+        Of any kind, with what was touched; else predicted, harmonic, physical or averaged.
     probe : Probe
         The start, and the numbers that are not free.
     free : names
@@ -107,12 +102,16 @@ def identify(
     Raises
     ------
     PretravelError
-        Unknown names; a fit that leaves the range of possible probes; a description with friction.
+        Unknown names; a fit that leaves the range of possible probes; a description with friction;
+        a map that cannot carry the answer (`pretravel.identification.evidence`).
 
     Notes
     -----
-    Generalised least squares with the map's covariance (and `SMALLEST_ERROR` in each
-    direction). A shift of the reference is free, since a map does not contain it. A map of
+    Generalised least squares in the touched directions: a map is smooth where a probe has kinks, so
+    that between its touches the two differ by more than the map's u. The weights are the scatter of
+    the touches, which repeats and residuals estimate together, and the u of the reference. A shift
+    of the reference is free, since a map does not contain it. The fit begins at the best of all
+    rotations, and other maxima are named in `unknown`. A map of
     pretravel determines the product of compliance and force; it distinguishes preload and
     stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
     read `unknown`.
@@ -280,7 +279,7 @@ def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
         )
         for start in _starts(fit, free)
     ]
-    maxima = [_Maximum(each.x, each.jac, each.fun) for each in found]
+    maxima = [_Maximum(each.x, np.asarray(each.jac), each.fun) for each in found]
     return sorted(maxima, key=lambda each: each.chi_squared)
 
 
@@ -470,109 +469,6 @@ def _with_nearest_rotation(found: Probe, start: Probe) -> Probe:
     near = start.orientation.rotation
     rotation = near + (found.orientation.rotation - near + 0.5 * period) % period - 0.5 * period
     return replace(found, orientation=replace(found.orientation, rotation=rotation))
-
-
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """What a description is compared with.
-
-    Attributes
-    ----------
-    directions : (n, 3) float
-        Machine frame.
-    value : (n,) float
-        Pretravel. [mm]
-    covariance : (n, n) float
-        Of the values and of the model. [mm²]
-    level_known : bool
-        Else pretravel is relative to its mean.
-    tip_factor : float
-        Approach of tip and reference over that of tip and flat part.
-    noise_dof : float, optional
-        Degrees of freedom of the scatter of the touches; None for a map without touches.
-    warnings : tuple of str
-    """
-
-    directions: FloatArray
-    value: FloatArray
-    covariance: FloatArray
-    level_known: bool
-    tip_factor: float = 1.0
-    noise_dof: float | None = None
-    warnings: tuple[str, ...] = ()
-
-
-def evidence_of(pretravel_map: PretravelMap) -> Evidence:
-    """The touches that a map was fitted to; without them the map itself.
-
-    Raises
-    ------
-    PretravelError
-        A map that holds neither its touches nor what they said of each direction.
-    """
-    if pretravel_map.touched is not None:
-        return _of_touches(pretravel_map, pretravel_map.touched)
-    return _of_map(pretravel_map)
-
-
-def _of_touches(pretravel_map: PretravelMap, touched: TouchedMeans) -> Evidence:
-    """Independent errors of the touches; errors of the reference and of the delay are common."""
-    nodes = pretravel_map.support.nodes
-    part = slice(None, None, len(nodes) // _MOST_NODES + 1)
-    directions = nodes[part] @ pretravel_map.rotation.T
-    own = pretravel_map.repeatability**2 / touched.counts[part] + SMALLEST_ERROR**2
-    by_delay = pretravel_map.change_by_delay(directions)
-    covariance = np.diag(own) + pretravel_map.u_tip_radius**2 + np.outer(by_delay, by_delay)
-    factor, setup = 1.0, pretravel_map.provenance.setup
-    if setup is not None:
-        bend = 2.0 / setup.diameter
-        bends = np.array([[-bend, 0.0] if setup.ring else [bend, bend]])
-        factor = float(curved_part_factor(pretravel_map.tip_radius, bends)[0])
-    return Evidence(
-        directions=directions,
-        value=touched.pretravel[part],
-        covariance=covariance,
-        level_known=pretravel_map.provenance.level_known,
-        tip_factor=factor if math.isfinite(factor) else 1.0,
-        noise_dof=pretravel_map.repeatability_dof,
-    )
-
-
-def _of_map(pretravel_map: PretravelMap) -> Evidence:
-    """The map in its nodes, with its covariance: the touched directions, or those of a table."""
-    basis, warnings = pretravel_map.basis, []
-    if basis.interpolates and pretravel_map.states_uncertainty:
-        if pretravel_map.provenance.origin is Origin.QUALIFIED:
-            raise PretravelError(
-                "this map is a table (.csv) with uncertainties: it holds neither the touched "
-                "directions nor the correlation of its errors, and what is identified from it can "
-                "be wrong by many times its u; use the .json file of the qualification",
-                inputs=("map_file",),
-            )
-        warnings.append(
-            "this map is a table, which does not contain the correlation of its errors: u is too "
-            "small; use the .json file of the qualification"
-        )
-    if not basis.interpolates and basis.kind not in _DETAILED:
-        raise PretravelError(
-            f"a map of kind {basis.kind} does not follow the lobes of a probe, and this one does "
-            "not hold what was touched (maps of earlier versions and updated maps do not); "
-            "qualify again, or with kind auto",
-            inputs=("map_file",),
-        )
-    nodes = pretravel_map.support.nodes
-    directions = nodes[:: len(nodes) // _MOST_NODES + 1] @ pretravel_map.rotation.T
-    covariance = pretravel_map.value_covariance(directions)
-    if pretravel_map.provenance.origin is Origin.QUALIFIED:
-        covariance += pretravel_map.u_tip_radius**2  # of the reference, in all directions alike
-    covariance[np.diag_indices_from(covariance)] += SMALLEST_ERROR**2
-    return Evidence(
-        directions=directions,
-        value=pretravel_map.pretravel(directions, extrapolate=True),
-        covariance=covariance,
-        level_known=pretravel_map.provenance.level_known,
-        warnings=tuple(warnings),
-    )
 
 
 @dataclass(frozen=True)

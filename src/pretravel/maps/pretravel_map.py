@@ -83,10 +83,10 @@ class PretravelMap(ShownInNotebooks, WithDataset):
         Change of the coefficients for a delay longer by one standard uncertainty: map and delay
         come from the same touches, and their errors cancel at the feeds of these touches. It adds
         to the uncertainties beside `covariance`. [mm]
-    touched : TouchedMeans, optional
-        What was observed in the nodes of `support`, where the map was fitted to touches there.
     provenance : Provenance
         How the map was made.
+    touched : TouchedMeans, optional
+        What was observed in the nodes of `support`, where the map was fitted to touches there.
 
     Raises
     ------
@@ -123,8 +123,8 @@ Touch the reference there too, or allow extrapolation.
     delay: float | None = None
     u_delay: float = 0.0
     delay_effect: FloatArray | None = None
-    touched: TouchedMeans | None = None
     provenance: Provenance = field(default_factory=Provenance)
+    touched: TouchedMeans | None = None
 
     def __post_init__(self) -> None:
         size = self.basis.size

@@ -38,9 +38,7 @@ def test_a_probe_of_another_kind_widens_u() -> None:
     """Woźniak's lobes, which no six-seat probe has, are reported; u has the size of the misfit."""
     made = example_map("wozniak")
     assert made.touched is not None
-    lobes = replace(
-        made.touched, pretravel=made.pretravel(made.support.nodes @ made.rotation.T)
-    )
+    lobes = replace(made.touched, pretravel=made.pretravel(made.support.nodes @ made.rotation.T))
     other = replace(made, touched=lobes)
     found = identify(other, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
     assert any("another kind" in sentence for sentence in found.unknown)
