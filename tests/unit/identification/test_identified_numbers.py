@@ -189,7 +189,7 @@ def test_the_best_of_all_rotations_is_found() -> None:
 
 
 def test_other_descriptions_that_fit_nearly_as_well_are_named() -> None:
-    """With u of 2 µm thirty directions do not tell which rod is 1° out: a third of a turn is open."""
+    """With u of 2 µm thirty directions do not tell which rod is 1° out: thirds of a turn fit."""
     described = load_probe("omp40-2-100mm")
     true = FREE["rod_azimuth_1"].put(described, np.radians(1.0))
     nodes = fibonacci_cap(30, 1.5)
