@@ -311,7 +311,8 @@ def _around(
     even = even and _even(fit.probe)
     angles = np.arange(0.0, 2.0 * math.pi / (3.0 if even else 1.0), _FIRST_STEP)
     others = [index for index in range(len(fit.numbers)) if index != column]
-    orthogonal = np.linalg.qr(fit.white(fit.reference))[0]
+    orthogonal, size, _ = np.linalg.svd(fit.white(fit.reference), full_matrices=False)
+    orthogonal = orthogonal[:, size > 1e-9 * size[0]]
 
     def left(x: FloatArray) -> FloatArray:
         """Whitened residuals at each angle after the best shift, (angles, n)."""
@@ -342,7 +343,8 @@ def _uncertainty(
 ) -> tuple[FloatArray, list[str]]:
     """Standard uncertainties of the codes, and sentences on undetermined numbers."""
     # By singular values: a combination that changes nothing gets a very large u.
-    norms = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    norms = np.linalg.norm(jacobian, axis=0)
+    norms = np.where(norms > 0.0, norms, 1.0)  # in a ring a shift along its axis changes nothing
     _, singular, rows = np.linalg.svd(jacobian / norms, full_matrices=False)
     weights = (rows.T / np.maximum(singular, 1e-9)) / norms[:, None]
     u = np.sqrt(np.sum(weights**2, axis=1))[: len(numbers)]
