@@ -28,6 +28,7 @@ from pretravel.maps.kinds import restored_basis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
+from pretravel.maps.touched_means import TouchedMeans
 from pretravel.uncertainty.covariance import Correlation, Covariance
 
 SCHEMA, MAP_VERSION = "pretravel map", 1
@@ -42,7 +43,7 @@ _KEYS = frozenset({
     "schema", "version", "kind", "tip_radius_mm", "u_tip_radius_mm", "repeatability_mm",
     "repeatability_dof", "fixed_scatter_mm", "feed_mm_min", "delay_s", "u_delay_s", "provenance",
     "rotation", "basis", "coefficients_mm", "covariance_form", "covariance_mm2",
-    "delay_effect_mm", "support", _DIGEST,
+    "delay_effect_mm", "support", "touched_mm", "touched_count", _DIGEST,
 })  # fmt: skip
 _DAMAGED = (
     "this map was damaged or edited after it was written (its checksum does not fit); "
@@ -180,10 +181,12 @@ def _content(pretravel_map: PretravelMap) -> dict[str, Any]:
     }
     if pretravel_map.delay_effect is not None:
         content["delay_effect_mm"] = pretravel_map.delay_effect.tolist()
+    content["support"] = pretravel_map.support.nodes.tolist()
+    if pretravel_map.touched is not None:
+        content["touched_mm"] = pretravel_map.touched.pretravel.tolist()
+        content["touched_count"] = pretravel_map.touched.counts.astype(np.int64).tolist()
     # What NumPy and tuples become in JSON, so that the digest is that of the file.
-    plain: dict[str, Any] = json.loads(
-        json.dumps(content | {"support": pretravel_map.support.nodes.tolist()}, default=_plain)
-    )
+    plain: dict[str, Any] = json.loads(json.dumps(content, default=_plain))
     return plain
 
 
@@ -314,6 +317,10 @@ def _checked(content: dict[str, Any]) -> dict[str, Any]:
 def _restored(content: Mapping[str, Any]) -> PretravelMap:
     support = DirectionSupport(_floats(content, "support", 2))
     has_delay, has_effect = "delay_s" in content, "delay_effect_mm" in content
+    touched = None
+    if "touched_mm" in content or "touched_count" in content:
+        counts = _floats(content, "touched_count", 1)
+        touched = TouchedMeans(_floats(content, "touched_mm", 1), counts)
     return PretravelMap(
         basis=restored_basis(_word(content, "kind"), _stored_basis(content, support)),
         coefficients=_floats(content, "coefficients_mm", 1),
@@ -333,6 +340,7 @@ def _restored(content: Mapping[str, Any]) -> PretravelMap:
         delay=_number(content, "delay_s") if has_delay else None,
         u_delay=_number(content, "u_delay_s") if has_delay else 0.0,
         delay_effect=_floats(content, "delay_effect_mm", 1) if has_effect else None,
+        touched=touched,
         provenance=_provenance(_object(content, "provenance")),
     )
 

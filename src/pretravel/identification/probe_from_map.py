@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import fibonacci_cap, polar_angle
 from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.identification.evidence import Evidence, evidence_of
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import rewritten
 from pretravel.prediction.compliance.base import ComplianceModel
 from pretravel.prediction.description import Probe, StylusSegment
 from pretravel.prediction.predict import predict
 
-SMALLEST_ERROR = 0.05 * MICROMETRE
-"""Smallest assumed standard uncertainty of a model in each direction. [mm]"""
 LARGEST_RELATIVE_U = 0.3
 """Relative (angles: in rad) standard uncertainty above which a number is undetermined."""
 MISFIT = 2.0
 """Ratio of the residuals to the map's uncertainty above which they are a misfit."""
-_DIRECTIONS = 150
-_MOST_NODES = 600
 _CODE_SCALE, _SHIFT_SCALE = 0.1, 1e-3
 _LIMIT_STEP = 0.01
-_FIRST_ANGLES = np.radians(np.arange(0.0, 120.0, 5.0))
-_FOLLOWED = 3
+_FIRST_STEP = 0.5 * DEGREE  # of rotations: lobes that fit by chance are 2° wide
+_FIRST_DIFFERENCE = 1e-3
+_ROD_OFFSETS = np.array([-3.0, 0.0, 3.0]) * DEGREE
+_WIDEST_STEP = 0.3  # of a code, in one linear step
+_FOLLOWED = 8
+_HOPELESS = 3.0  # times the chi-squared of the best start: not followed
+_DIFFERENCE = 1e-5  # of a code, for slopes
+_SAME_SCATTER = 0.05  # probability of the F test
+_SURELY_WORSE = 9.2  # chi-squared beyond the best one: a probability of 1 % against it
+_SAME_MAXIMUM = 1.0  # in standard uncertainties
 _OUTSIDE = 1e6  # whitened residual of a description that cannot exist
 
 
@@ -48,13 +54,14 @@ class Identification:
     relative_uncertainty : (k,) float
         Relative for lengths and forces, in rad for angles.
     residuals : (n,) float
-        Map less model, after the shift of the reference. [mm]
+        Touches (of a map without them: the map) less model, after the shift of the reference. [mm]
     directions : (n, 3) float
         In the machine frame.
     shift : (3,) float
         Of the reference of the map from that of the model. [mm]
     unknown : tuple of str
-        Sentences on numbers that the map does not determine.
+        Sentences on numbers that the map does not determine, and on other descriptions that explain
+        it nearly as well.
     """
 
     probe: Probe
@@ -80,7 +87,7 @@ def identify(
     Parameters
     ----------
     pretravel_map : PretravelMap
-        Of any kind.
+        Of any kind, with what was touched; else predicted, harmonic, physical or averaged.
     probe : Probe
         The start, and the numbers that are not free.
     free : names
@@ -95,12 +102,16 @@ def identify(
     Raises
     ------
     PretravelError
-        Unknown names; a fit that leaves the range of possible probes; a description with friction.
+        Unknown names; a fit that leaves the range of possible probes; a description with friction;
+        a map that cannot carry the answer (`pretravel.identification.evidence`).
 
     Notes
     -----
-    Generalised least squares with the map's covariance (and `SMALLEST_ERROR` in each
-    direction). A shift of the reference is free, since a map does not contain it. A map of
+    Generalised least squares in the touched directions: a map is smooth where a probe has kinks, so
+    that between its touches the two differ by more than the map's u. The weights are the scatter of
+    the touches, which repeats and residuals estimate together, and the u of the reference. A shift
+    of the reference is free, since a map does not contain it. The fit begins at the best of all
+    rotations, and other maxima are named in `unknown`. A map of
     pretravel determines the product of compliance and force; it distinguishes preload and
     stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
     read `unknown`.
@@ -113,8 +124,10 @@ def identify(
             "to 0",
             inputs=("probe",),
         )
-    fit = _MapFit(pretravel_map, probe, tuple(numbers), model)
-    parameters, jacobian = _fitted(fit, _starts(fit, free))
+    evidence = evidence_of(pretravel_map)
+    fit = _MapFit(evidence, probe, tuple(numbers), model)
+    maxima = _maxima(fit, free)
+    parameters, jacobian = maxima[0].parameters, maxima[0].jacobian
     try:
         fitted = fit.described(parameters)
     except DescriptionError as error:
@@ -125,14 +138,14 @@ def identify(
         ) from None
     codes, unknown = _uncertainty(jacobian, numbers, tuple(free))
     unknown += _numbers_at_limits(fit, fitted, parameters, free)
-    if pretravel_map.basis.interpolates and pretravel_map.states_uncertainty:
-        unknown.append(
-            "this map is a table, which does not contain the correlation of its errors: u is too "
-            "small; use the .json file of the qualification"
-        )
     residuals = fit.residuals(fitted, parameters)
-    widening, misfit = _misfit(residuals, fit.covariance)
+    if evidence.noise_dof is None:
+        widening, misfit = _misfit(residuals, evidence.covariance)
+    else:
+        widening, misfit = _misfit_of_touches(maxima[0], evidence, residuals)
     unknown += misfit
+    unknown += _others_nearly_as_good(fit, maxima, codes, widening)
+    unknown += evidence.warnings
     if "rotation" in free:
         fitted = _with_nearest_rotation(fitted, probe)
     values = np.array([number.of(fitted) for number in numbers])
@@ -145,7 +158,7 @@ def identify(
         standard_uncertainty=relative_uncertainty * scale,
         relative_uncertainty=relative_uncertainty,
         residuals=residuals,
-        directions=fit.directions,
+        directions=evidence.directions,
         shift=np.asarray(-parameters[len(numbers) : len(numbers) + 3]),
         unknown=tuple(unknown),
     )
@@ -153,45 +166,28 @@ def identify(
 
 @dataclass(frozen=True, eq=False)
 class _MapFit:
-    """Residuals between a map and the model of a description.
+    """Residuals between what was observed and the model of a description.
 
     The parameters are the codes of the free numbers, then the shift of the reference, and a level
     where the map contains pretravel only relative to its mean.
     """
 
-    pretravel_map: PretravelMap
+    evidence: Evidence
     probe: Probe
     numbers: tuple[FreeNumber, ...]
     model: str | ComplianceModel
 
     @cached_property
-    def directions(self) -> FloatArray:
-        """Directions over the support of the map, machine frame, (n, 3)."""
-        return _directions_of_support(self.pretravel_map)
-
-    @cached_property
-    def value(self) -> FloatArray:
-        """Pretravel of the map, (n,). [mm]"""
-        return self.pretravel_map.pretravel_and_uncertainty(self.directions, extrapolate=True)[0]
-
-    @cached_property
-    def covariance(self) -> FloatArray:
-        """Of map and model together, (n, n). [mm²]"""
-        covariance = self.pretravel_map.value_covariance(self.directions)
-        covariance[np.diag_indices_from(covariance)] += SMALLEST_ERROR**2
-        return covariance
-
-    @cached_property
     def root(self) -> FloatArray:
         """Cholesky factor of the covariance, (n, n)."""
-        return np.asarray(np.linalg.cholesky(self.covariance), dtype=np.float64)
+        return np.asarray(np.linalg.cholesky(self.evidence.covariance), dtype=np.float64)
 
     @cached_property
     def reference(self) -> FloatArray:
         """Change of the residuals by the shift (and the level) of the reference, (n, 3 or 4)."""
-        columns = 3 if self.pretravel_map.provenance.level_known else 4
-        level = np.ones((len(self.directions), 1))
-        return np.hstack([self.directions, level])[:, :columns]
+        columns = 3 if self.evidence.level_known else 4
+        directions = self.evidence.directions
+        return np.hstack([directions, np.ones((len(directions), 1))])[:, :columns]
 
     def start(self) -> FloatArray:
         """The parameters of the description at the start."""
@@ -205,52 +201,141 @@ class _MapFit:
             found = number.put(found, number.value(float(code)))
         return found
 
+    def modelled(self, probe: Probe, directions: FloatArray) -> FloatArray:
+        """Pretravel on the reference in directions of the probe frame, (m,). [mm]"""
+        trigger = predict(probe, directions, self.model)
+        return np.asarray(
+            trigger.pretravel + (self.evidence.tip_factor - 1.0) * trigger.tip_approach
+        )
+
     def residuals(self, probe: Probe, parameters: FloatArray) -> FloatArray:
-        """Map less model, after the shift of the reference, (n,). [mm]"""
-        in_probe_frame = self.directions @ probe.orientation.matrix
-        predicted = predict(probe, in_probe_frame, self.model).pretravel
+        """Observed less modelled, after the shift of the reference, (n,). [mm]"""
+        own = self.modelled(probe, self.evidence.directions @ probe.orientation.matrix)
         of_reference = self.reference @ parameters[len(self.numbers) :]
-        return np.asarray(self.value - predicted + of_reference)
+        return np.asarray(self.evidence.value - own + of_reference)
+
+    def turned(self, parameters: FloatArray, column: int, angles: FloatArray) -> FloatArray:
+        """Residuals of the probe at several angles of rotation, without a shift, (angles, n). [mm]
+
+        A turn moves the directions alone: the model is evaluated once.
+        """
+        probe = self.described(parameters)
+        own = self.evidence.directions @ probe.orientation.matrix
+        back = angles[:, None] - parameters[column]
+        x = np.cos(back) * own[:, 0] + np.sin(back) * own[:, 1]
+        y = np.cos(back) * own[:, 1] - np.sin(back) * own[:, 0]
+        turned = np.stack([x, y, np.broadcast_to(own[:, 2], x.shape)], axis=-1)
+        return self.evidence.value - self.modelled(probe, turned.reshape(-1, 3)).reshape(x.shape)
 
     def whitened(self, parameters: FloatArray) -> FloatArray:
         """Residuals of unit variance, (n,)."""
         try:
             residuals = self.residuals(self.described(parameters), parameters)
         except DescriptionError:
-            return np.full(len(self.value), _OUTSIDE)
-        return np.asarray(np.linalg.solve(self.root, residuals))
+            return np.full(len(self.evidence.value), _OUTSIDE)
+        return self.white(residuals)
+
+    def white(self, columns: FloatArray) -> FloatArray:
+        """Values of each direction in units of their errors."""
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.root, columns, lower=True))
+
+    def slopes(self, parameters: FloatArray) -> FloatArray:
+        """Derivatives of the whitened residuals by the parameters, (n, p)."""
+        codes = len(self.numbers)
+        columns = []
+        for index in range(codes):
+            step = np.zeros(len(parameters))
+            step[index] = _DIFFERENCE
+            more, less = self.whitened(parameters + step), self.whitened(parameters - step)
+            columns.append((more - less) / (2.0 * _DIFFERENCE))
+        return np.column_stack([*columns, self.white(self.reference)])
 
 
-def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:
-    """Parameters to start from: with a free rotation, the best of angles all around.
+class _Maximum(NamedTuple):
+    """A description that fits better than those beside it."""
 
-    Lobes have kinks, and each angle near a kink can be a local minimum.
-    """
-    start = fit.start()
-    if "rotation" not in free:
-        return [start]
-    column = list(free).index("rotation")
-    starts = []
-    for angle in _FIRST_ANGLES:
-        rotated = start.copy()
-        rotated[column] = angle
-        starts.append(rotated)
-    return sorted(starts, key=lambda x: float(np.sum(fit.whitened(x) ** 2)))[:_FOLLOWED]
+    parameters: FloatArray
+    jacobian: FloatArray
+    whitened: FloatArray
+
+    @property
+    def chi_squared(self) -> float:
+        return float(self.whitened @ self.whitened)
 
 
-def _fitted(fit: _MapFit, starts: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """The best parameters from all starts, and the Jacobian there."""
+def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
+    """The descriptions that fit best, from starts all around; the best one first."""
     from scipy.optimize import least_squares
 
     codes = len(fit.numbers)
     scale = np.concatenate(
         [np.full(codes, _CODE_SCALE), np.full(fit.reference.shape[1], _SHIFT_SCALE)]
     )
-    best = min(
-        (least_squares(fit.whitened, start, x_scale=scale) for start in starts),
-        key=lambda found: float(found.cost),
-    )
-    return np.asarray(best.x), np.asarray(best.jac)
+    found = [
+        least_squares(
+            fit.whitened, start, fit.slopes, x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12
+        )
+        for start in _starts(fit, free)
+    ]
+    maxima = [_Maximum(each.x, np.asarray(each.jac), each.fun) for each in found]
+    return sorted(maxima, key=lambda each: each.chi_squared)
+
+
+def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:
+    """Parameters to start from: with a free rotation, the best of angles all around.
+
+    Lobes have kinks, and an angle beside one can be a local minimum: they are compared in small
+    steps, and each free rod is tried in several places.
+    """
+    start = fit.start()
+    rods = [index for index, name in enumerate(free) if name.startswith("rod_azimuth")]
+    found: list[tuple[float, FloatArray]] = []
+    for offsets in itertools.product(_ROD_OFFSETS, repeat=len(rods)):
+        moved = start.copy()
+        moved[rods] += offsets
+        if "rotation" in free:
+            found += _around(fit, moved, list(free).index("rotation"), even=not rods)
+        else:
+            found.append((float(np.sum(fit.whitened(moved) ** 2)), moved))
+    found.sort(key=lambda each: each[0])
+    worst = _HOPELESS * (found[0][0] + len(fit.evidence.value))
+    return [x for square, x in found[:_FOLLOWED] if square <= worst]
+
+
+def _around(
+    fit: _MapFit, start: FloatArray, column: int, *, even: bool
+) -> list[tuple[float, FloatArray]]:
+    """Angles that are better than those beside them, with χ² and one step of the other numbers."""
+    even = even and _even(fit.probe)
+    angles = np.arange(0.0, 2.0 * math.pi / (3.0 if even else 1.0), _FIRST_STEP)
+    others = [index for index in range(len(fit.numbers)) if index != column]
+    orthogonal, size, _ = np.linalg.svd(fit.white(fit.reference), full_matrices=False)
+    orthogonal = orthogonal[:, size > 1e-9 * size[0]]
+
+    def left(x: FloatArray) -> FloatArray:
+        """Whitened residuals at each angle after the best shift, (angles, n)."""
+        own = fit.white(fit.turned(x, column, angles).T)
+        return np.asarray((own - orthogonal @ (orthogonal.T @ own)).T)
+
+    at_start = left(start)
+    slopes = np.empty((len(angles), at_start.shape[1], len(others)))
+    for place, index in enumerate(others):
+        step = np.zeros(len(start))
+        step[index] = _FIRST_DIFFERENCE
+        slopes[:, :, place] = (left(start + step) - at_start) / _FIRST_DIFFERENCE
+    gradient = np.einsum("ani,an->ai", slopes, at_start)
+    curvature = np.einsum("ani,anj->aij", slopes, slopes) + np.eye(len(others)) / _WIDEST_STEP**2
+    steps = -np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
+    square = np.sum(at_start**2, axis=1) + np.sum(gradient * steps, axis=1)
+    lowest = np.flatnonzero((square <= np.roll(square, 1)) & (square <= np.roll(square, -1)))
+    found = []
+    for number in lowest.tolist():
+        x = start.copy()
+        x[column], x[others] = angles[number], x[others] + steps[number]
+        found.append((float(square[number]), x))
+    return found
 
 
 def _uncertainty(
@@ -258,7 +343,8 @@ def _uncertainty(
 ) -> tuple[FloatArray, list[str]]:
     """Standard uncertainties of the codes, and sentences on undetermined numbers."""
     # By singular values: a combination that changes nothing gets a very large u.
-    norms = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    norms = np.linalg.norm(jacobian, axis=0)
+    norms = np.where(norms > 0.0, norms, 1.0)  # in a ring a shift along its axis changes nothing
     _, singular, rows = np.linalg.svd(jacobian / norms, full_matrices=False)
     weights = (rows.T / np.maximum(singular, 1e-9)) / norms[:, None]
     u = np.sqrt(np.sum(weights**2, axis=1))[: len(numbers)]
@@ -304,12 +390,67 @@ def _misfit(residuals: FloatArray, covariance: FloatArray) -> tuple[float, list[
     if ratio <= MISFIT:
         return 1.0, []
     rms = np.sqrt(np.mean(residuals**2)) / MICROMETRE
-    sentence = (
-        f"map and model differ by {rms:.2f} µm (rms), {ratio:.1f} times as much as the map's "
-        "uncertainty explains: this is another kind of probe, or other numbers than these should "
-        "be free; u is wider for it"
+    widening = ratio * math.sqrt(_directions_per_independent_error(covariance))
+    return widening, [_another_kind(rms, ratio, "the map's uncertainty")]
+
+
+def _another_kind(rms: float, ratio: float, error: str) -> str:
+    return (
+        f"map and model differ by {rms:.2f} µm (rms), {ratio:.1f} times as much as {error} "
+        "explains: this is another kind of probe, or other numbers than these should be free; u is "
+        "wider for it"
     )
-    return ratio * math.sqrt(_directions_per_independent_error(covariance)), [sentence]
+
+
+def _misfit_of_touches(
+    best: _Maximum, evidence: Evidence, residuals: FloatArray
+) -> tuple[float, list[str]]:
+    """Factor on the uncertainties by the residuals of touches, and a sentence on a misfit.
+
+    Repeats and residuals each estimate the scatter of a touch. Where they agree (F test), both
+    together are the estimate; else the residuals contain more than noise, and are it alone.
+    """
+    from scipy.special import fdtrc
+
+    dof = len(residuals) - len(best.parameters)
+    if dof < 1 or evidence.noise_dof is None:
+        return 1.0, []
+    square = best.chi_squared / dof
+    known = evidence.noise_dof
+    if math.isinf(known):
+        widening = math.sqrt(max(square, 1.0))
+    elif known > 0.0 and fdtrc(dof, known, square) > _SAME_SCATTER:
+        widening = math.sqrt((known + best.chi_squared) / (known + dof))
+    else:
+        widening = math.sqrt(square)
+    if square <= MISFIT**2:
+        return widening, []
+    rms = np.sqrt(np.mean(residuals**2)) / MICROMETRE
+    return widening, [_another_kind(rms, math.sqrt(square), "the scatter of its touches")]
+
+
+def _others_nearly_as_good(
+    fit: _MapFit, maxima: Sequence[_Maximum], u: FloatArray, widening: float
+) -> list[str]:
+    """A sentence for each other description that the touches hardly exclude."""
+    best, codes = maxima[0], len(fit.numbers)
+    told, sentences = [best.parameters[:codes]], []
+    for other in maxima[1:]:
+        if other.chi_squared - best.chi_squared > _SURELY_WORSE * widening**2:
+            break
+        apart = [np.abs(other.parameters[:codes] - each) / (widening * u) for each in told]
+        if min(float(each.max()) for each in apart) < _SAME_MAXIMUM:
+            continue
+        told.append(other.parameters[:codes])
+        probe = fit.described(other.parameters)
+        words = ", ".join(
+            f"{number.key} {number.of(probe) / number.unit:.4g}" for number in fit.numbers
+        )
+        sentences.append(
+            f"another description explains the map nearly as well: {words}; u is of the stated "
+            "one alone. Measure one of these numbers, or touch more directions"
+        )
+    return sentences
 
 
 def _directions_per_independent_error(covariance: FloatArray) -> float:
@@ -318,28 +459,18 @@ def _directions_per_independent_error(covariance: FloatArray) -> float:
     return float(len(values) * np.sum(values**2) / np.sum(values) ** 2)
 
 
+def _even(probe: Probe) -> bool:
+    """Whether a third of a turn gives the same probe."""
+    azimuths = np.sort(np.mod(probe.tripod.rod_azimuths, 2.0 * math.pi))
+    return bool(np.allclose(np.diff(azimuths), 2.0 * math.pi / 3.0, atol=1e-9))
+
+
 def _with_nearest_rotation(found: Probe, start: Probe) -> Probe:
     """The orientation nearest to the start, of the three equal ones of an even tripod."""
-    azimuths = np.sort(np.mod(found.tripod.rod_azimuths, 2.0 * math.pi))
-    third = 2.0 * math.pi / 3.0
-    even = np.allclose(np.diff(azimuths), third, atol=1e-9)
-    period = third if even else 2.0 * math.pi
+    period = 2.0 * math.pi / (3.0 if _even(found) else 1.0)
     near = start.orientation.rotation
     rotation = near + (found.orientation.rotation - near + 0.5 * period) % period - 0.5 * period
     return replace(found, orientation=replace(found.orientation, rotation=rotation))
-
-
-def _directions_of_support(pretravel_map: PretravelMap) -> FloatArray:
-    """Directions over the support of a map, machine frame, (n, 3)."""
-    nodes = pretravel_map.support.nodes
-    if pretravel_map.basis.interpolates:
-        # Between its nodes a table does not contain kinks.
-        return np.asarray(nodes[:: len(nodes) // _MOST_NODES + 1] @ pretravel_map.rotation.T)
-    spread = fibonacci_cap(_DIRECTIONS, float(polar_angle(nodes).max()))
-    if len(nodes) > _DIRECTIONS:
-        nodes = nodes[:: len(nodes) // _DIRECTIONS + 1]
-    kept = spread[pretravel_map.support.supports(spread)]
-    return np.concatenate([nodes, kept]) @ pretravel_map.rotation.T
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.maps.touched_means import TouchedMeans
 from pretravel.uncertainty.covariance import Covariance
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
@@ -84,6 +85,8 @@ class PretravelMap(ShownInNotebooks, WithDataset):
         to the uncertainties beside `covariance`. [mm]
     provenance : Provenance
         How the map was made.
+    touched : TouchedMeans, optional
+        What was observed in the nodes of `support`, where the map was fitted to touches there.
 
     Raises
     ------
@@ -121,6 +124,7 @@ Touch the reference there too, or allow extrapolation.
     u_delay: float = 0.0
     delay_effect: FloatArray | None = None
     provenance: Provenance = field(default_factory=Provenance)
+    touched: TouchedMeans | None = None
 
     def __post_init__(self) -> None:
         size = self.basis.size
@@ -145,6 +149,11 @@ Touch the reference there too, or allow extrapolation.
                     f"the effect of the delay must be {size} finite numbers, got {effect.shape}"
                 )
             object.__setattr__(self, "delay_effect", effect)
+        if self.touched is not None and len(self.touched.pretravel) != len(self.support.nodes):
+            raise PretravelError(
+                f"{len(self.touched.pretravel)} directions were observed; the map has "
+                f"{len(self.support.nodes)}"
+            )
 
     def _check_numbers(self) -> None:
         check_numbers(

@@ -428,6 +428,7 @@ def _updated(
         delay=delay,
         u_delay=u_delay,
         delay_effect=effect,
+        touched=None,  # of the old map: the probe has drifted since then
         provenance=replace(
             made,
             origin=Origin.QUALIFIED,

@@ -25,10 +25,11 @@ from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit
 from pretravel.maps.kinds import AUTO, kind_named, kinds
 from pretravel.maps.kinds.averaged import AveragedBasis
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
-from pretravel.maps.observation import Scatter
+from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup, SetupOptions
 from pretravel.maps.support import DirectionSupport
+from pretravel.maps.touched_means import MOST_DIRECTIONS, TouchedMeans
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
@@ -390,6 +391,7 @@ def _map(
         delay=None if delay is None else delay.delay,
         u_delay=0.0 if delay is None else delay.u_delay,
         delay_effect=delay_effect,
+        touched=_touched(fit.observation, centered.center, tip_radius),
         provenance=Provenance(
             Origin.QUALIFIED,
             f"qualified on a {setup.reference} of {setup.diameter:.9g} mm",
@@ -404,6 +406,17 @@ def _map(
             kind_settings=dict(kind.settings()),
         ),
     )
+
+
+def _touched(
+    observation: Observation, center: FloatArray, tip_radius: float
+) -> TouchedMeans | None:
+    """What was observed in each direction, about the centre and with the tip of the map."""
+    if observation.direction_count > MOST_DIRECTIONS:
+        return None
+    observed = replace(observation, center=center).group_means
+    counts = np.bincount(observation.groups)
+    return TouchedMeans(observed + (tip_radius - observation.tip_radius), counts)
 
 
 def qualify_like(

@@ -10,25 +10,25 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, grid, sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, grid
 from pretravel.base.errors import DescriptionError, PretravelError
+from pretravel.identification.evidence import evidence_of
 from pretravel.identification.probe_from_map import (
     FREE,
     Identification,
-    _directions_of_support,
     _numbers_at_limits,
     _uncertainty,
     free_numbers,
     identified_description,
     identify,
 )
-from pretravel.maps.kinds.mean import MeanBasis
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.support import DirectionSupport
+from pretravel.maps.provenance import Origin
+from pretravel.maps.touched_means import TouchedMeans
 from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.predict import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import example_map
 
 NODES = grid(np.radians([20.0, 50.0, 70.0, 90.0]), np.radians(np.arange(4.0, 360.0, 30.0)))
 IN_DEGREES = {"support_angle", "rotation", "rod_azimuth_1", "rod_azimuth_2", "rod_azimuth_3"}
@@ -143,34 +143,79 @@ def test_a_table_with_u_lacks_its_correlations(variance: float) -> None:
     assert found.standard_uncertainty == pytest.approx(factor * none, rel=1e-4)
 
 
-def test_directions_in_which_map_and_model_are_compared() -> None:
-    """Of a table its nodes, of more than 600 each second or third; of another map up to 150 nodes
-    and directions between them, which it supports. In the machine's frame."""
-    turn = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    for count, step in ((599, 1), (600, 2), (1199, 2), (1200, 3)):
-        nodes = fibonacci_cap(count, 1.5)
-        table = cast(
-            "Any",
-            SimpleNamespace(
-                support=SimpleNamespace(nodes=nodes),
-                basis=SimpleNamespace(interpolates=True),
-                rotation=turn,
-            ),
+def test_a_table_of_a_qualification_is_refused() -> None:
+    """A grid over a map is neither its touches nor the correlation of its errors."""
+    probe = load_probe("omp40-2")
+    made = predicted_map(probe, predict(probe, NODES))
+    table = replace(
+        made,
+        covariance=Covariance.fully_shared(np.full(len(NODES), 1e-8)),
+        provenance=replace(made.provenance, origin=Origin.QUALIFIED),
+    )
+    with pytest.raises(PretravelError, match=r"use the \.json file") as error:
+        identify(table, probe, ["preload"])
+    assert error.value.inputs == ("map_file",)
+
+
+def test_a_coarse_map_without_its_touches_is_refused() -> None:
+    """The mean of all directions tells nothing of lobes; what was touched does, of any kind."""
+    probe, coarse = load_probe("omp40-2-100mm"), example_map("mean")
+    with pytest.raises(PretravelError, match="a map of kind mean does not follow the lobes"):
+        identify(replace(coarse, touched=None), probe, ["stem_diameter"])
+    first, second = (
+        identify(example_map(kind), probe, ["stem_diameter"]) for kind in ("mean", "harmonic")
+    )
+    near = 0.1 * float(second.standard_uncertainty[0])  # their centres differ by some µm
+    assert first.values == pytest.approx(second.values, abs=near)
+
+
+@pytest.mark.parametrize(("count", "step"), [(599, 1), (600, 2), (1200, 3)])
+def test_directions_in_which_a_table_is_compared(count: int, step: int) -> None:
+    """Its nodes, of more than 600 each second or third."""
+    probe, nodes = load_probe("omp40-2"), fibonacci_cap(count, 1.5)
+    table = predicted_map(probe, predict(probe, nodes))
+    assert evidence_of(table).directions == pytest.approx(nodes[::step])
+
+
+def test_the_best_of_all_rotations_is_found() -> None:
+    """One rod 4° out: a third of a turn away another description fits best of those beside it."""
+    described = load_probe("omp40-2-100mm")
+    true = FREE["rotation"].put(FREE["rod_azimuth_1"].put(described, np.radians(4.0)), 4.5)
+    nodes = fibonacci_cap(60, 1.5)
+    seen = predicted_map(true, predict(true, nodes))
+    found = identify(seen, described, ["rotation", "rod_azimuth_1"])
+    rotation = (found.values[0] - 4.5 + np.pi) % (2.0 * np.pi) - np.pi
+    assert (rotation, found.values[1]) == pytest.approx((0.0, np.radians(4.0)), abs=1e-6)
+
+
+def test_other_descriptions_that_fit_nearly_as_well_are_named() -> None:
+    """With u of 2 µm thirty directions do not tell which rod is 1° out: thirds of a turn fit."""
+    described = load_probe("omp40-2-100mm")
+    true = FREE["rod_azimuth_1"].put(described, np.radians(1.0))
+    nodes = fibonacci_cap(30, 1.5)
+    made = predicted_map(true, predict(true, nodes))
+    unsure = replace(made, covariance=Covariance.full(4e-6 * np.eye(len(nodes))))
+    found = identify(unsure, described, ["rotation", "rod_azimuth_1"])
+    told = [sentence for sentence in found.unknown if "nearly as well" in sentence]
+    assert len(told) >= 2
+    assert all("rotation_deg" in sentence for sentence in told)
+
+
+def test_errors_of_touches_are_independent_beside_those_of_the_reference() -> None:
+    """Noise over the number of touches and 0.05 µm in each direction; 0.1 µm common to all; the
+    approach of a tip of 3 mm and a ball of 12.5 mm is (1 + 3/12.5)^(1/3) of that on a flat."""
+    made = example_map("harmonic")
+    assert made.touched is not None
+    count = len(made.support.nodes)
+    touched = TouchedMeans(np.full(count, 0.010), np.arange(1.0, count + 1.0))
+    setup = replace(made.provenance.setup, diameter=25.0) if made.provenance.setup else None
+    seen = evidence_of(
+        replace(
+            made, touched=touched, repeatability=3e-4, u_tip_radius=1e-4, delay_effect=None,
+            provenance=replace(made.provenance, setup=setup),
         )
-        assert _directions_of_support(table) == pytest.approx(nodes[::step] @ turn.T)
-    nodes = np.delete(sphere_pattern_25(), 3, axis=0)
-    support = DirectionSupport(nodes)
-    mean = PretravelMap(
-        MeanBasis(), np.array([0.01]), Covariance.independent([0.0]), support,
-        tip_radius=3.0, rotation=turn,
     )  # fmt: skip
-    spread = fibonacci_cap(150, float(np.arccos(nodes[:, 2].min())))
-    expected = np.concatenate([nodes, spread[support.supports(spread)]])
-    assert _directions_of_support(mean) == pytest.approx(expected @ turn.T)
-    for count, step in ((150, 1), (151, 2)):
-        many = fibonacci_cap(count, 1.5)
-        support = DirectionSupport(many)
-        found = _directions_of_support(replace(mean, support=support))
-        spread = fibonacci_cap(150, float(np.arccos(many[:, 2].min())))
-        expected = np.concatenate([many[::step], spread[support.supports(spread)]])
-        assert found == pytest.approx(expected @ turn.T)
+    expected = np.diag(9e-8 / np.arange(1, count + 1) + 2.5e-9) + 1e-8
+    assert seen.covariance == pytest.approx(expected, rel=1e-12)
+    assert seen.value == pytest.approx(np.full(count, 0.010))
+    assert seen.tip_factor == pytest.approx((1.0 + 3.0 / 12.5) ** (1.0 / 3.0), rel=1e-6)

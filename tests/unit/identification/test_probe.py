@@ -21,7 +21,6 @@ from pretravel.identification.probe_from_map import (
 )
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
-from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import run
 from tests.support.example_maps import example_map
 
@@ -38,8 +37,10 @@ def test_what_the_map_does_not_determine(tmp_path: Path) -> None:
 def test_a_probe_of_another_kind_widens_u() -> None:
     """Woźniak's lobes, which no six-seat probe has, are reported; u has the size of the misfit."""
     made = example_map("wozniak")
-    sharp = replace(made, covariance=Covariance.full(1e-4 * made.covariance.matrix))
-    found = identify(sharp, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
+    assert made.touched is not None
+    lobes = replace(made.touched, pretravel=made.pretravel(made.support.nodes @ made.rotation.T))
+    other = replace(made, touched=lobes)
+    found = identify(other, load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"])
     assert any("another kind" in sentence for sentence in found.unknown)
     true = identify(
         example_map("physical"), load_probe("omp40-2-100mm"), ["rotation", "stem_diameter"]

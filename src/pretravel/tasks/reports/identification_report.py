@@ -75,8 +75,8 @@ def _numbers_table(found: Identification) -> Table:
             ),
         ),
         title="Identified numbers",
-        explanation="The key names the unit (deg: degrees). u: standard uncertainty from the u of "
-        "the map.",
+        explanation="The key names the unit (deg: degrees). u: standard uncertainty from "
+        "the scatter of the touches and the u of the reference.",
     )
 
 
