@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
 from .patterns import USUAL_25
-from .probes import MICROMETRE, MakeProbe, six_seats
+from .probes import MICROMETRE, MakeProbe, aged, six_seats
+from .tripod import SimulatedProbe
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,7 @@ class Departure:
     gross_errors: tuple[float, ...] = ()
     """Of single touches on the reference, at random places, outwards."""
     check: int | None = None
-    """Number of touches that bring the map of the probe before it aged up to date."""
+    """Number of touches that bring the map of the probe before `change` up to date."""
+    change: Callable[[SimulatedProbe, np.random.Generator], SimulatedProbe] = aged
     options: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of `qualify` that this user gives."""

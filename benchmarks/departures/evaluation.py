@@ -26,7 +26,7 @@ from .machine import (
     with_gross_errors,
 )
 from .patterns import reachable, scattered
-from .probes import MICROMETRE, aged
+from .probes import MICROMETRE
 from .rows import ROWS
 from .tripod import TIP_RADIUS, SimulatedProbe
 
@@ -106,7 +106,7 @@ def scene_of(job: Job) -> Scene:
     reference = reference_run(departure, probe, for_reference)
     found = latched(reference.run, probe, departure, noise)
     found, rows = with_gross_errors(found, reference.run, departure.gross_errors, gross)
-    today = probe if departure.check is None else aged(probe, ageing)
+    today = probe if departure.check is None else departure.change(probe, ageing)
     normals = scattered(4 * PART_TOUCHES, for_part, level=departure.ring)
     normals = reachable(probe.stem, normals, least=0.2)[:PART_TOUCHES]
     run, surface = part_run(departure, normals, for_part)

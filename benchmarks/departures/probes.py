@@ -83,6 +83,43 @@ def long_stylus(generator: np.random.Generator) -> Tripod:
     return replace(probe, tip=np.array([0.0, 0.0, -200.0]))
 
 
+def uneven(generator: np.random.Generator) -> Tripod:
+    """A stylus of 100 mm on seats 2° out, the spring 6 % of the radius beside the axis."""
+    probe = six_seats(generator, largest=(30.0, 60.0))
+    return replace(
+        probe,
+        tip=np.array([0.0, 0.0, -115.0]),
+        spring=generator.normal(0.0, 0.06 * probe.seat_radius, 2),
+        support_angles=probe.support_angles + generator.normal(0.0, np.radians(2.0), 6),
+    )
+
+
+def yielding(generator: np.random.Generator) -> Tripod:
+    """A pretravel of 30 to 60 µm, as with a stylus of 100 mm."""
+    return six_seats(generator, largest=(30.0, 60.0))
+
+
+def turned(probe: SimulatedProbe, degrees: float) -> SimulatedProbe:
+    """The probe after a turn in its spindle."""
+    assert isinstance(probe, Tripod)
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    about_z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return replace(probe, rotation=probe.rotation @ about_z)
+
+
+def with_rod_out(probe: SimulatedProbe, degrees: float) -> SimulatedProbe:
+    """The probe after one rod has turned."""
+    assert isinstance(probe, Tripod)
+    azimuths = probe.rod_azimuths + np.radians([0.0, degrees, 0.0])
+    return replace(probe, rod_azimuths=azimuths)
+
+
+def with_preload(probe: SimulatedProbe, factor: float) -> SimulatedProbe:
+    """The probe after its spring has settled."""
+    assert isinstance(probe, Tripod)
+    return replace(probe, preload=factor * probe.preload)
+
+
 def aged(probe: SimulatedProbe, generator: np.random.Generator) -> SimulatedProbe:
     """The probe after days: its spring 1 % weaker or stronger, its seat in the spindle 0.3° off.
 

@@ -2,23 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from . import patterns, probes
 from .departure import Departure
 from .probes import MICROMETRE
+from .tripod import SimulatedProbe
 
 _SLOW_AND_FAST = {"delay": 2e-3, "feed": 50.0, "part_feed": 300.0}
+
+_CHANGES: Mapping[str, tuple[str, Callable[[SimulatedProbe], SimulatedProbe]]] = {
+    "same": ("an unchanged probe", lambda probe: probe),
+    "rod_3": ("a probe with a rod 3° out since", partial(probes.with_rod_out, degrees=3.0)),
+    "turn_2": ("a probe turned by 2° since", partial(probes.turned, degrees=2.0)),
+    "turn_10": ("a probe turned by 10° since", partial(probes.turned, degrees=10.0)),
+    "preload": ("a probe with a preload lower by 10 %", partial(probes.with_preload, factor=0.9)),
+}
+
+
+def _changed(name: str, count: int) -> Departure:
+    title, change = _CHANGES[name]
+    title = f"map of {title}, {count} planned touches"
+    return Departure(title, check=count, change=lambda probe, _: change(probe))
+
+
+_CHANGED = {f"{name}_{n}": _changed(name, n) for name in _CHANGES for n in (5, 9, 15)}
 
 ROWS: Mapping[str, Departure] = {
     "baseline": Departure("baseline, noise 0.3 µm"),
     "rod_10deg": Departure("one rod 10° out", make_probe=probes.rod_out),
     "five": Departure("five directions", directions=patterns.FIVE),
     "six": Departure("six directions", directions=patterns.SIX),
+    "five_yielding": Departure(
+        "five directions, pretravel 30 to 60 µm",
+        directions=patterns.FIVE,
+        make_probe=probes.yielding,
+    ),
+    "six_yielding": Departure(
+        "six directions, pretravel 30 to 60 µm",
+        directions=patterns.SIX,
+        make_probe=probes.yielding,
+    ),
     "nine": Departure("nine directions", directions=patterns.NINE),
+    "fourteen": Departure("fourteen directions", directions=patterns.FOURTEEN),
+    "single": Departure("25 directions once", repeats=1),
+    "uneven": Departure("very uneven probe, stylus of 100 mm", make_probe=probes.uneven),
     "prior_5": Departure("map of an aged probe, 5 planned touches", check=5),
     "prior_9": Departure("map of an aged probe, 9 planned touches", check=9),
     "prior_15": Departure("map of an aged probe, 15 planned touches", check=15),
+    **_CHANGED,
     "quantised": Departure(
         "latch quantised to 1 µm, noise 0.1 µm", quantum=MICROMETRE, noise=0.1 * MICROMETRE
     ),

@@ -5,28 +5,14 @@ The truth is the tripod of `benchmarks.departures`, which has none of the packag
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from benchmarks.departures.patterns import USUAL_25, spread
-from benchmarks.departures.probes import six_seats
-from benchmarks.departures.tripod import Tripod
+from benchmarks.departures.probes import uneven
 
 from pretravel import Touches, qualify
 
 DIRECTIONS = spread(150, 85.0)
-
-
-def _uneven(generator: np.random.Generator) -> Tripod:
-    """Seats 2° out, the spring 6 % of the radius (standard deviations); pretravel 30 to 60 µm."""
-    probe = six_seats(generator, largest=(30.0, 60.0))
-    return replace(
-        probe,
-        tip=np.array([0.0, 0.0, -115.0]),
-        spring=generator.normal(0.0, 0.06 * probe.seat_radius, 2),
-        support_angles=probe.support_angles + generator.normal(0.0, np.radians(2.0), 6),
-    )
 
 
 @pytest.mark.parametrize("seed", [11, 17])
@@ -36,7 +22,7 @@ def test_a_very_uneven_probe_is_found(seed: int) -> None:
     The mean of three touches has 0.17 µm, and between the touches nothing is better known.
     """
     generator = np.random.default_rng([21, seed])
-    probe, normals = _uneven(generator), np.repeat(USUAL_25, 3, axis=0)
+    probe, normals = uneven(generator), np.repeat(USUAL_25, 3, axis=0)
     travel = probe.pretravel(normals, 2.0 / 25.0) + 3e-4 * generator.standard_normal(len(normals))
     touches = Touches(normals * (15.5 - travel)[:, None], normals)
     result = qualify(touches, 25.0, tip_diameter=6.0, kind="physical")
