@@ -388,8 +388,9 @@ def _shrunk(
         observed = float(own.var(ddof=1)) if len(own) > 1 else 0.0
         share = max(1.0 - scatter / observed, 0.0) if observed > 0.0 else 0.0
         result[part] = mean + share * (own - mean)
-    # No pair gets the weight of a variance far below the mean.
-    lowest = float(np.min(design.incidence @ result))
+    # No pair gets the weight of a variance far below the mean, not even one without a reading:
+    # a reading that is left out is judged with it.
+    lowest = float(result[: design.split].min() + result[design.split :].min())
     if lowest < _SMALLEST_WEIGHED * level:
         factor = (level - _SMALLEST_WEIGHED * level) / (level - lowest)
         half = 0.5 * level
