@@ -221,6 +221,6 @@ def _course(
     if len(series) < FEWEST_VALUES or not np.ptp(series.times) > 0.0:
         return None
     course = course_of(series)
-    start = 0.0 if zero else float(course.level[0][0])
+    start = 0.0 if zero else float(course.expected.level[0][0])
     due = due_date(course, limit / quantity.share, start) if quantity.share > 0.0 else None
     return QuantityCourse(quantity, course, start, due)
