@@ -141,7 +141,8 @@ def weighed_noises(
 def _probabilities(fitted: Sequence[FittedNoise], prior: FloatArray) -> FloatArray:
     logs = np.array([one.noise.log_likelihood for one in fitted])
     known = prior.ravel() > 0.0
-    weights = np.where(known, prior.ravel() * np.exp(logs - logs[known].max()), 0.0)
+    weights = np.zeros(len(logs))
+    weights[known] = prior.ravel()[known] * np.exp(logs[known] - logs[known].max())
     return np.asarray(weights / weights.sum())
 
 
@@ -236,7 +237,7 @@ class Course:
     allowed : PossibleStates
         With a trend, whatever the kind: one that the values do not show, but allow. Its slope is
         the one that is stated. The errors of the days are independent, unless the values show a
-        walk.
+        walk; of a random walk the noise is any.
     walking : PossibleStates
         The same if the quantity walks at random beside its trend, which few days do not tell.
     walk_share : float
@@ -325,8 +326,7 @@ def course_of(series: TimeSeries) -> Course:
         kind = "drift"
     elif p_walk < CERTAIN:
         kind = "random walk"
-    if_walking = _with_trend(series, fitted, _OF_WALKS)
-    allowed = if_walking if kind == "random walk" else _with_trend(series, fitted, _USUAL)
+    allowed = _with_trend(series, fitted, _ANY if kind == "random walk" else _USUAL)
     expected = allowed
     if kind == "random walk":
         weighed = list(weighed_noises(fitted_noises(series, level)))
@@ -341,7 +341,7 @@ def course_of(series: TimeSeries) -> Course:
         p_walk=p_walk,
         expected=expected,
         allowed=allowed,
-        walking=if_walking,
+        walking=_with_trend(series, fitted, _OF_WALKS),
         walk_share=float(either[_OF_WALKS.ravel() > 0.0].sum()),
     )
 
