@@ -31,13 +31,15 @@ EARLY = 0.05
 _EVEN = 0.5
 HORIZON = 36525.0
 """Dates later than a century from the last value are not stated. [days]"""
-_SCATTERS = np.concatenate([[0.0], np.geomspace(0.01, 30.0, 7)])
+_SCATTERS = np.concatenate([[0.0], np.geomspace(0.03, 300.0, 9)])
 """Variances of scatter that are weighed, in the variance of the values about their line."""
 _WALKS = np.concatenate([[0.0], np.geomspace(0.1, 100.0, 10)])
 """Variances of the walk over the whole series that are weighed, in the same unit."""
 _LEAST_WEIGHT = 1e-4
-_WALK_SHARE = 0.01
+_WALK_SHARE = 0.003
 """Probability, before the values are seen, that a quantity walks at random beside its trend."""
+_EXACT_SHARE = 0.5
+"""Probability that the stated uncertainties are all that days without a walk scatter by."""
 _CLEAR_WALK = 4.0
 """Least of `_WALKS` of a quantity that walks at random; a smaller walk hardly moves a slope."""
 
@@ -60,8 +62,8 @@ _OF_WALKS: FloatArray = frozen(
 )
 """Of a quantity that walks at random beside its trend."""
 _OF_LINES: FloatArray = frozen(
-    0.5
-    * (_even_noises(scattering=False, walking=False) + _even_noises(scattering=True, walking=False))
+    _EXACT_SHARE * _even_noises(scattering=False, walking=False)
+    + (1.0 - _EXACT_SHARE) * _even_noises(scattering=True, walking=False)
 )
 """Of a straight trend: errors of the stated uncertainties, or with scatter beside them."""
 _USUAL: FloatArray = frozen((1.0 - _WALK_SHARE) * _OF_LINES + _WALK_SHARE * _OF_WALKS)
@@ -298,7 +300,7 @@ def course_of(series: TimeSeries) -> Course:
     No interval of a slope from five to ten days is right for both, errors of the days that are
     independent and a random walk: the days do not tell them apart, and with a walk the slope is two
     to four times less certain. The one that is stated, `Course.allowed`, is that of independent
-    errors, unless a walk is a hundred times as probable; that of a walk is `Course.walking`.
+    errors, unless a walk explains the values three hundred times as well; that of a walk is `Course.walking`.
 
     >>> days = np.arange(12.0)
     >>> rise = course_of(TimeSeries(days, 0.1 * days, np.full(12, 0.01)))

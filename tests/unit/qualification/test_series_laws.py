@@ -74,15 +74,15 @@ def residual_variance(series: TimeSeries, columns: np.ndarray) -> float:
 
 
 def prior_of(noises: str) -> np.ndarray:
-    """Probabilities of the 8 scatters and 11 walks, the first of each none: all alike; of walks of
-    at least four times the variance about the line, half of it with scatter; or 1 % of these and
-    99 % without a walk, half of it with scatter."""
+    """Probabilities of the 10 scatters and 11 walks, the first of each none: all alike; of walks of
+    at least four times the variance about the line, half of it with scatter; or 0.3 % of these and
+    the rest without a walk, half of it with scatter."""
     if noises == "any":
-        return np.full(88, 1.0 / 88.0)
-    walks, lines = np.zeros((8, 11)), np.zeros((8, 11))
-    walks[0, 6:], walks[1:, 6:] = 0.5 / 5.0, 0.5 / 35.0  # 4.6, 10, 22, 46 and 100
-    lines[0, 0], lines[1:, 0] = 0.5, 0.5 / 7.0
-    return np.ravel(walks if noises == "walks" else 0.01 * walks + 0.99 * lines)
+        return np.full(110, 1.0 / 110.0)
+    walks, lines = np.zeros((10, 11)), np.zeros((10, 11))
+    walks[0, 6:], walks[1:, 6:] = 0.5 / 5.0, 0.5 / 45.0  # 4.6, 10, 22, 46 and 100
+    lines[0, 0], lines[1:, 0] = 0.5, 0.5 / 9.0
+    return np.ravel({"walks": walks, "lines": lines}.get(noises, 0.003 * walks + 0.997 * lines))
 
 
 def mixture(
@@ -210,7 +210,7 @@ def test_states_are_the_best_predictions_at_all_times(
 
 
 def test_noises_are_weighed_by_their_likelihood() -> None:
-    """Those below 1e-4 are left out and the rest is scaled: by less than 88 of them."""
+    """Those below 1e-4 are left out and the rest is scaled: by less than 110 of them."""
     series = uneven()
     columns = series.times[:, None]
     known = {(n.scatter, n.walk): rest for weight, n, *rest in mixture(series, columns)}
@@ -273,13 +273,10 @@ def test_a_course_is_the_mean_over_the_noises(kind: str, courses: dict[str, Cour
     walks = counted(mixture(series, level)) if kind == "random walk" else with_trend
     assert course.allowed.weights == pytest.approx([w for w, *_ in with_trend], rel=1e-6)
     assert course.expected.weights == pytest.approx([w for w, *_ in walks], rel=1e-6)
-    # Of walks, where walks and lines are alike before; the unnormalised shares are comparable.
+    # Of walks, where walks and lines are alike before.
     even = np.array([w for w, *_ in mixture(series, time)])
-    of_walks, lines = (
-        prior_of("walks") @ even,
-        (prior_of("usual") - 0.01 * prior_of("walks")) @ even,
-    )
-    expected_share = of_walks / (of_walks + lines / 0.99)
+    of_walks, of_lines = prior_of("walks") @ even, prior_of("lines") @ even
+    expected_share = of_walks / (of_walks + of_lines)
     assert course.walk_share == pytest.approx(expected_share, rel=1e-6)
     assert course.may_walk == (expected_share > 0.05)
     last = series.times[-1]
