@@ -300,7 +300,8 @@ def course_of(series: TimeSeries) -> Course:
     No interval of a slope from five to ten days is right for both, errors of the days that are
     independent and a random walk: the days do not tell them apart, and with a walk the slope is two
     to four times less certain. The one that is stated, `Course.allowed`, is that of independent
-    errors, unless a walk explains the values three hundred times as well; that of a walk is `Course.walking`.
+    errors, unless a walk explains the values three hundred times as well; that of a walk is
+    `Course.walking`.
 
     >>> days = np.arange(12.0)
     >>> rise = course_of(TimeSeries(days, 0.1 * days, np.full(12, 0.01)))
