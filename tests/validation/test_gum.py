@@ -261,8 +261,11 @@ def test_jcgm_101_9_3_mass() -> None:
     assert gum.budgets[0].combined == pytest.approx(0.0539, abs=5e-5)
     trials = monte_carlo(mass, independent(inputs), share=0.2, most_trials=2_000_000)
     assert trials.standard_uncertainty[0] == pytest.approx(0.0754, abs=4e-4)
-    # Of 1e6 trials an end of 95 % scatters by about 0.0002; the document has about as many.
-    assert trials.shortest_interval[0] == pytest.approx([1.0834, 1.3825], abs=1.5e-3)
+    # The shortest interval slides along a distribution that is nearly symmetric: its length is
+    # known better than its place. That of the document is 0.001 off 1.234 ± 0.1495.
+    found = trials.shortest_interval[0]
+    assert np.ptp(found) == pytest.approx(1.3825 - 1.0834, abs=1e-3)
+    assert found == pytest.approx([1.0834, 1.3825], abs=3e-3)
     assert not validate(gum, trials).valid[0]
 
 
