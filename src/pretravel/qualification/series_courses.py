@@ -136,7 +136,7 @@ def weighed_noises(
     weights = _probabilities(fitted, prior)
     kept = weights > _LEAST_WEIGHT
     share = float(weights[kept].sum())
-    for row in np.flatnonzero(kept):
+    for row in np.flatnonzero(kept).tolist():
         yield float(weights[row]) / share, fitted[row]
 
 
