@@ -413,6 +413,8 @@ def _with_pooled_scatter(
     """
     factor = coverage_factor(repeatability.dof) if repeatability.dof > 0.0 else math.nan
     u_hysteresis, expanded_hysteresis = _hysteresis_scatter(groups)
+    touched = [touch.u_pretravel for group in groups.values() for touch in group]
+    edges = COVERAGE_FACTOR * float(np.mean([u for u in touched if math.isfinite(u)] or [0.0]))
     found = []
     for d in directions:
         shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
@@ -421,7 +423,8 @@ def _with_pooled_scatter(
             replace(
                 d,
                 u_pretravel=u,
-                expanded_pretravel=factor * u,
+                # Few repeats may be alike by chance; edges between samples are not.
+                expanded_pretravel=max(factor * u, edges / math.sqrt(d.count)),
                 u_hysteresis=u_hysteresis / shown,
                 expanded_hysteresis=expanded_hysteresis / shown,
             )
