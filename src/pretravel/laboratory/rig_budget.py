@@ -11,7 +11,7 @@ import numpy as np
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig_calibration import RigCalibration
-from pretravel.uncertainty.gum import Budget, Component
+from pretravel.uncertainty.gum import COVERAGE_FACTOR, Budget, Component, coverage_factor
 
 
 @dataclass(frozen=True)
@@ -168,10 +168,11 @@ def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
 
 
 def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponent | None:
-    """The repeatability of the mean of `count` touches; None where no touch was repeated.
+    """The repeatability of the mean of `count` touches; None where nothing shows it.
 
     The position of edges between samples scatters from touch to touch and is part of the
-    repeatability. Where the repeatability is smaller than this part, this part is the source.
+    repeatability. Where the expanded uncertainty from few repeats is below that of this part, this
+    part is the source.
     """
     spread = calibration.repeatability
     if not math.isfinite(spread.value):
@@ -179,10 +180,41 @@ def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponen
     edges = float(
         np.mean([t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)])
     )
-    if spread.value >= edges:
-        source, kind, single, dof = "repeatability of pretravel", "A", spread.value, spread.dof
+    if coverage_factor(spread.dof) * spread.value >= COVERAGE_FACTOR * edges:
+        source = "scatter about three equal lobes" if spread.of_lobes else "repeatability"
+        source, kind, single, dof = f"{source} of pretravel", "A", spread.value, spread.dof
     else:
         source, kind, single, dof = "edges between samples", "B", edges, math.inf
     return LengthComponent(
         f"{source}, mean of {count}", kind, single / math.sqrt(count), dof=dof, repeatability=True
     )
+
+
+def repeatability_doubts(
+    calibration: RigCalibration, components: Sequence[LengthComponent]
+) -> tuple[str, ...]:
+    """What the calibration does not show of the repeatability of its touches, as sentences.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    components : sequence of LengthComponent
+        Budget of the rig.
+    """
+    spread = calibration.repeatability
+    if spread.of_lobes:
+        shown = (
+            "no direction was touched twice: the repeatability, "
+            f"{spread.value / MICROMETRE:.2g} µm, is what three equal lobes leave of the touches; "
+            "where the lobes differ it is too large. Repeat some directions"
+        )
+        return (shown,)
+    if math.isfinite(spread.value):
+        return ()
+    stated = length_budget([c for c in components if c.repeatability], 0.0).combined
+    unknown = (
+        "nothing was repeated, and the directions do not show the scatter of a touch: the "
+        f"repeatability is that of the budget, {stated / MICROMETRE:.2g} µm, not of this probe. "
+        "Repeat some directions"
+    )
+    return (unknown,)

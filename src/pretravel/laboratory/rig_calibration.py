@@ -15,16 +15,17 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import PROBABILITY, checked
 from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.rig import RigTouch
+from pretravel.laboratory.rig_lobes import scatter_about_lobes
 from pretravel.laboratory.rig_outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.maps.plausibility import BEFORE_CONTACT, LARGEST_PRETRAVEL
-from pretravel.uncertainty.gum import COVERAGE
+from pretravel.uncertainty.gum import COVERAGE, COVERAGE_FACTOR, coverage_factor
 
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
 
 
 @dataclass(frozen=True)
 class Spread:
-    """A standard deviation from repeats, with its coverage interval.
+    """A standard deviation of single touches, with its coverage interval.
 
     Attributes
     ----------
@@ -32,12 +33,16 @@ class Spread:
         [mm]
     dof : float
         Degrees of freedom.
+    of_lobes : bool
+        Nothing was repeated: it is what three equal lobes leave of the touches. Where the lobes
+        differ from each other it is too large.
     """
 
     value: float
     low: float
     high: float
     dof: float
+    of_lobes: bool = False
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,9 @@ class DirectionPerformance:
     count : int
     pretravel, u_pretravel : float
         Mean, and its standard uncertainty from the repeats of all directions. [mm]
+    expanded_pretravel : float
+        Expanded uncertainty of the mean, from the repeats alone, with k by Student's t: more than
+        2 where they are few. [mm]
     repeatability : Spread
         Of pretravel.
     pretravel_range : float
@@ -62,6 +70,8 @@ class DirectionPerformance:
     hysteresis, u_hysteresis : float
         Mean, and its standard uncertainty from the repeats of all directions, not below that of
         edges between samples; nan without repeats. [mm]
+    expanded_hysteresis : float
+        Expanded uncertainty, as that of the pretravel. [mm]
     """
 
     name: str
@@ -69,11 +79,13 @@ class DirectionPerformance:
     count: int
     pretravel: float
     u_pretravel: float
+    expanded_pretravel: float
     repeatability: Spread
     pretravel_range: float
     trigger_range: float
     hysteresis: float
     u_hysteresis: float
+    expanded_hysteresis: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +98,8 @@ class RigCalibration:
     directions : tuple of DirectionPerformance
         In order of azimuth.
     repeatability : Spread
-        Unidirectional, pooled over the directions.
+        Unidirectional, pooled over the directions; of touches without any repeat, what the lobes
+        leave.
     pretravel, u_pretravel : float
         Mean over the directions, and its standard uncertainty. [mm]
     anisotropy : float
@@ -219,6 +232,9 @@ def calibrate_rig(
 
     Notes
     -----
+    Standard uncertainties from few repeats are those of the GUM (4.2.3); the coverage factor of
+    their degrees of freedom is in the expanded ones (G.3).
+
     The largest less the smallest mean is biased upwards by scatter. The interval of the anisotropy
     is Tukey's for all differences of two means at once: its coverage probability is at least the
     one stated.
@@ -294,16 +310,7 @@ def _calibration(
     directions = [_performance(name, group, probability) for name, group in groups.items()]
     directions.sort(key=lambda d: (math.isnan(d.azimuth), d.azimuth, d.name))
     repeatability = _pooled_repeatability(directions, groups, probability)
-    hysteresis = _hysteresis_scatter(groups)
-    # Two or three repeats of one direction alone would often state too small an uncertainty.
-    directions = [
-        replace(
-            d,
-            u_pretravel=repeatability.value / math.sqrt(d.count),
-            u_hysteresis=hysteresis / math.sqrt(max(len(_shifts(groups[d.name])), 1)),
-        )
-        for d in directions
-    ]
+    directions = _with_pooled_scatter(directions, groups, repeatability)
     means = np.array([d.pretravel for d in directions])
     shifts = _shifts(evaluated)
     without = [t.trace for t in touches if not math.isfinite(t.pretravel)]
@@ -380,11 +387,13 @@ def _performance(
         count=count,
         pretravel=float(pretravel.mean()),
         u_pretravel=math.nan,  # needs the repeats of all directions
+        expanded_pretravel=math.nan,
         repeatability=spread,
         pretravel_range=float(np.ptp(pretravel)),
         trigger_range=float(np.ptp(triggers)),
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
         u_hysteresis=math.nan,  # as above
+        expanded_hysteresis=math.nan,
     )
 
 
@@ -393,24 +402,59 @@ def _shifts(touches: Sequence[RigTouch]) -> FloatArray:
     return np.array([t.hysteresis for t in touches if math.isfinite(t.hysteresis)])
 
 
-def _hysteresis_scatter(groups: Mapping[str, Sequence[RigTouch]]) -> float:
-    """Standard deviation of the hysteresis of one touch, pooled over the directions. [mm]
+def _with_pooled_scatter(
+    directions: Sequence[DirectionPerformance],
+    groups: Mapping[str, Sequence[RigTouch]],
+    repeatability: Spread,
+) -> list[DirectionPerformance]:
+    """The directions with the uncertainties that the repeats of all of them give.
+
+    Two or three repeats of one direction alone would often state too small an uncertainty.
+    """
+    factor = coverage_factor(repeatability.dof) if repeatability.dof > 0.0 else math.nan
+    u_hysteresis, expanded_hysteresis = _hysteresis_scatter(groups)
+    touched = [touch.u_pretravel for group in groups.values() for touch in group]
+    edges = COVERAGE_FACTOR * float(np.mean([u for u in touched if math.isfinite(u)] or [0.0]))
+    found = []
+    for d in directions:
+        shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
+        u = repeatability.value / math.sqrt(d.count)
+        found.append(
+            replace(
+                d,
+                u_pretravel=u,
+                # Few repeats may be alike by chance; edges between samples are not.
+                expanded_pretravel=max(factor * u, edges / math.sqrt(d.count)),
+                u_hysteresis=u_hysteresis / shown,
+                expanded_hysteresis=expanded_hysteresis / shown,
+            )
+        )
+    return found
+
+
+def _hysteresis_scatter(groups: Mapping[str, Sequence[RigTouch]]) -> tuple[float, float]:
+    """Standard deviation of the hysteresis of one touch, pooled, and expanded. [mm]
 
     Not below what edges between samples alone produce, which few repeats may hide; nan where
     nothing was repeated.
     """
     repeated = [shifts for group in groups.values() if len(shifts := _shifts(group)) > 1]
     if not repeated:
-        return math.nan
+        return math.nan, math.nan
     dof = sum(len(shifts) - 1 for shifts in repeated)
     squares = math.fsum(float(np.sum((shifts - shifts.mean()) ** 2)) for shifts in repeated)
-    edges = [
-        math.hypot(touch.u_r0, touch.u_r3)
-        for group in groups.values()
-        for touch in group
-        if math.isfinite(touch.hysteresis)
-    ]
-    return max(math.sqrt(squares / dof), float(np.mean(edges)))
+    single = math.sqrt(squares / dof)
+    edges = float(
+        np.mean(
+            [
+                math.hypot(touch.u_r0, touch.u_r3)
+                for group in groups.values()
+                for touch in group
+                if math.isfinite(touch.hysteresis)
+            ]
+        )
+    )
+    return max(single, edges), max(coverage_factor(dof) * single, COVERAGE_FACTOR * edges)
 
 
 def _pooled_repeatability(
@@ -419,10 +463,16 @@ def _pooled_repeatability(
     probability: float,
 ) -> Spread:
     """The repeatability of single touches, pooled over the directions."""
+    dof = sum(d.count - 1 for d in directions)
+    if dof == 0:
+        means = np.array([d.pretravel for d in directions])
+        azimuths = np.array([d.azimuth for d in directions])
+        squares, dof = scatter_about_lobes(means, azimuths)
+        return replace(spread_from(squares, dof, probability), of_lobes=dof > 0)
     squares = math.fsum(
         (touch.pretravel - d.pretravel) ** 2 for d in directions for touch in groups[d.name]
     )
-    return spread_from(squares, float(sum(d.count - 1 for d in directions)), probability)
+    return spread_from(squares, dof, probability)
 
 
 def _u_of_overall_mean(directions: Sequence[DirectionPerformance], repeatability: Spread) -> float:

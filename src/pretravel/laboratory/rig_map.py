@@ -23,6 +23,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty.gum import COVERAGE_FACTOR, coverage_factor
 
 
 def rig_map(
@@ -60,7 +61,13 @@ def rig_map(
     support = DirectionSupport(from_angles(np.full(len(azimuths), 0.5 * math.pi), azimuths))
     common = length_budget(rig_sources(components), abs(calibration.pretravel)).combined
     own = [own_repeatability(calibration, d.count) for d in directions]
-    variances = [0.0 if source is None else source.constant**2 for source in own]
+    # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.
+    variances = [
+        0.0
+        if source is None
+        else (coverage_factor(source.dof) / COVERAGE_FACTOR * source.constant) ** 2
+        for source in own
+    ]
     spread = calibration.repeatability
     known = math.isfinite(spread.value)
     return PretravelMap(

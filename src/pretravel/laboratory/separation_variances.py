@@ -20,6 +20,7 @@ from pretravel.laboratory.multi_step_readings import (
 )
 from pretravel.laboratory.separation_noise import (
     TAILS,
+    NoiseTails,
     ReadingScale,
     noise_tails,
     student_weight,
@@ -34,6 +35,8 @@ ROBUST_TAIL = 0.25
 _NORMAL = 1.4826  # standard deviation over median absolute deviation of a normal distribution
 _LEAST_PROBABLE = 1e-3  # distributions of the noise with less are left out of the mean
 _LEAST_FREE = 1e-6
+_HEAVIEST_SQUARES = 4.5
+"""Degrees of freedom of Student's distribution whose squares scatter most of those counted."""
 _SMALLEST_WEIGHED = 0.1
 """Ratio to the mean variance: no pair gets the weight of a smaller variance than this."""
 
@@ -114,6 +117,7 @@ def least_squares_variances(
     from each residual.
     """
     values, covariance = _from_squared_residuals(design, errors)
+    covariance = covariance * _scatter_of_squares(noise_of_readings(design, errors))
     if repeated is not None:
         values, covariance = _updated(values, covariance, repeated)
     return DirectionVariances(values, covariance, design.incidence @ values)
@@ -220,6 +224,22 @@ def restricted_likelihood_variances(
     shrunk = _shrunk(design, values, covariance, level)
     of_readings = design.incidence @ (0.5 * (admissible + shrunk))
     return DirectionVariances(admissible, covariance, of_readings)
+
+
+def noise_of_readings(design: MultiStepDesign, errors: FloatArray) -> NoiseTails:
+    """The distribution of the noise of readings without gross errors."""
+    total = design.incidence @ squared_scales(design, errors)
+    leverage = likelihood_information(design, total).leverage
+    return noise_tails(design, errors, ReadingScale(total, leverage), gross=False)
+
+
+def _scatter_of_squares(tails: NoiseTails) -> float:
+    """Variance of a squared reading over that of normal noise, 1 + 3 / (dof - 4) of Student's.
+
+    Below four degrees of freedom it has none; there the limit of `_HEAVIEST_SQUARES` counts.
+    """
+    dof = np.append(math.inf, 1.0 / TAILS[1:])
+    return float(tails.of_tails @ (1.0 + 3.0 / (np.maximum(dof, _HEAVIEST_SQUARES) - 4.0)))
 
 
 def _mean_over_tails(design: MultiStepDesign, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -388,8 +408,9 @@ def _shrunk(
         observed = float(own.var(ddof=1)) if len(own) > 1 else 0.0
         share = max(1.0 - scatter / observed, 0.0) if observed > 0.0 else 0.0
         result[part] = mean + share * (own - mean)
-    # No pair gets the weight of a variance far below the mean.
-    lowest = float(np.min(design.incidence @ result))
+    # No pair gets the weight of a variance far below the mean, not even one without a reading:
+    # a reading that is left out is judged with it.
+    lowest = float(result[: design.split].min() + result[design.split :].min())
     if lowest < _SMALLEST_WEIGHED * level:
         factor = (level - _SMALLEST_WEIGHED * level) / (level - lowest)
         half = 0.5 * level

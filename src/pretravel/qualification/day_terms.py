@@ -2,7 +2,8 @@
 
 The differences from the map are fitted by least squares with equal weights, so that on the same
 directions the errors of the map are the same every day. The uncertainties are those of the day's
-own touches: errors that all days share (of the map, of the calibrated diameter) are not in them.
+own touches: errors that all days share (of the map, what it leaves of the lobes in single
+directions, of the calibrated diameter) are not in them.
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ def _fitted(compared: TouchesAndMap) -> tuple[FloatArray, FloatArray, FloatArray
     used = [*range(axes), *separable_columns(compared.design, axes)]
     design = compared.design[:, used]
     gain = np.linalg.pinv(design)
-    of_touches = np.diagonal(compared.covariance) - np.diagonal(compared.of_map)
+    of_touches = compared.noise.of_means
     change, covariance = np.full(3, math.nan), np.full((3, 3), math.nan)
     known = [column - axes for column in used[axes:]]
     change[known] = (gain @ compared.differences)[axes:]
@@ -156,7 +157,7 @@ def _form(compared: TouchesAndMap, rest: FloatArray) -> tuple[float, float]:
     """Signed root of the mean square that is left beyond the noise, and its uncertainty. [mm]"""
     left = rest @ compared.differences
     count = len(left)
-    of_touches = np.diagonal(compared.covariance) - np.diagonal(compared.of_map)
+    of_touches = compared.noise.of_means
     noise = (rest * of_touches) @ rest.T
     beyond = (float(left @ left) - float(np.trace(rest @ compared.covariance @ rest.T))) / count
     squares = float(np.sum(noise * noise.T))

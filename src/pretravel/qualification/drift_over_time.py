@@ -133,6 +133,13 @@ class DriftOverTime:
                 found, least = one, time
         return found, least
 
+    @property
+    def earliest_if_walking(self) -> float:
+        """The first early date of any quantity if they walk at random beside their trends; the
+        first early date where the values exclude it. [days]
+        """
+        return min((one.due.early_if_walking for one in self.last if one.due), default=math.inf)
+
     def moment(self, time: float) -> datetime | None:
         """The moment of a time in days from the first; None where it is infinite."""
         return self.moments[0] + timedelta(days=time) if math.isfinite(time) else None
@@ -221,6 +228,6 @@ def _course(
     if len(series) < FEWEST_VALUES or not np.ptp(series.times) > 0.0:
         return None
     course = course_of(series)
-    start = 0.0 if zero else float(course.level[0][0])
+    start = 0.0 if zero else float(course.expected.level[0][0])
     due = due_date(course, limit / quantity.share, start) if quantity.share > 0.0 else None
     return QuantityCourse(quantity, course, start, due)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.qualification.series_courses import weighed_noises
+from pretravel.qualification.series_courses import fitted_noises, weighed_noises
 from pretravel.qualification.time_series import (
     SeriesNoise,
     TimeSeries,
@@ -153,10 +153,10 @@ def _tested(series: TimeSeries, place: int, *, apart: bool) -> tuple[float, floa
     rows = np.arange(len(series))
     shape: BoolArray = rows == place if apart else rows >= place
     columns = np.column_stack([shape.astype(np.float64), series.times])
-    weighed = list(weighed_noises(series, columns))
-    weights = np.array([weight for weight, *_ in weighed])
-    sizes = np.array([found[0] for *_, found, _ in weighed])
-    own = np.array([u[0] for *_, u in weighed])
+    weighed = list(weighed_noises(fitted_noises(series, columns)))
+    weights = np.array([weight for weight, _ in weighed])
+    sizes = np.array([one.coefficients[0] for _, one in weighed])
+    own = np.array([one.u[0] for _, one in weighed])
     size = float(weights @ sizes)
     p_value = 2.0 * min(float(weights @ ndtr(sizes / own)), float(weights @ ndtr(-sizes / own)))
     return size, float(np.sqrt(weights @ (own**2 + (sizes - size) ** 2))), p_value

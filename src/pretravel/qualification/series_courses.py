@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.errors import PretravelError
 from pretravel.qualification.time_series import (
     FEWEST_VALUES,
@@ -31,17 +31,62 @@ EARLY = 0.05
 _EVEN = 0.5
 HORIZON = 36525.0
 """Dates later than a century from the last value are not stated. [days]"""
-_SCATTERS = np.concatenate([[0.0], np.geomspace(0.01, 30.0, 7)])
+_SCATTERS = np.concatenate([[0.0], np.geomspace(0.03, 300.0, 9)])
 """Variances of scatter that are weighed, in the variance of the values about their line."""
 _WALKS = np.concatenate([[0.0], np.geomspace(0.1, 100.0, 10)])
 """Variances of the walk over the whole series that are weighed, in the same unit."""
 _LEAST_WEIGHT = 1e-4
+_WALK_SHARE = 0.003
+"""Probability, before the values are seen, that a quantity walks at random beside its trend."""
+_EXACT_SHARE = 0.5
+"""Probability that the stated uncertainties are all that days without a walk scatter by."""
+_CLEAR_WALK = 4.0
+"""Least of `_WALKS` of a quantity that walks at random; a smaller walk hardly moves a slope."""
 
 
-def weighed_noises(
-    series: TimeSeries, columns: FloatArray
-) -> Iterator[tuple[float, SeriesNoise, FloatArray, FloatArray]]:
-    """Noises that the values of a series may have, with their probability.
+def _even_noises(*, scattering: bool, walking: bool) -> FloatArray:
+    """The noises with or without scatter and walk, all alike, (scatters, walks)."""
+    scatters = (_SCATTERS > 0.0) == scattering
+    walks = _WALKS >= _CLEAR_WALK if walking else _WALKS == 0.0
+    found = np.outer(scatters, walks).astype(np.float64)
+    return np.asarray(found / found.sum())
+
+
+_ANY: FloatArray = frozen(
+    np.full((len(_SCATTERS), len(_WALKS)), 1.0 / (len(_SCATTERS) * len(_WALKS)))
+)
+"""Any noise: what a trend or a break must not be mistaken for."""
+_OF_WALKS: FloatArray = frozen(
+    0.5
+    * (_even_noises(scattering=False, walking=True) + _even_noises(scattering=True, walking=True))
+)
+"""Of a quantity that walks at random beside its trend."""
+_OF_LINES: FloatArray = frozen(
+    _EXACT_SHARE * _even_noises(scattering=False, walking=False)
+    + (1.0 - _EXACT_SHARE) * _even_noises(scattering=True, walking=False)
+)
+"""Of a straight trend: errors of the stated uncertainties, or with scatter beside them."""
+_USUAL: FloatArray = frozen((1.0 - _WALK_SHARE) * _OF_LINES + _WALK_SHARE * _OF_WALKS)
+
+
+@dataclass(frozen=True, eq=False)
+class FittedNoise:
+    """Columns that were fitted to a series with one noise.
+
+    Attributes
+    ----------
+    noise : SeriesNoise
+    coefficients, u : (p,) float
+        Of the columns, and their standard uncertainty for this noise.
+    """
+
+    noise: SeriesNoise
+    coefficients: FloatArray
+    u: FloatArray
+
+
+def fitted_noises(series: TimeSeries, columns: FloatArray) -> list[FittedNoise]:
+    """Every noise that the values of a series may have, with the columns fitted.
 
     Parameters
     ----------
@@ -49,20 +94,10 @@ def weighed_noises(
     columns : (n, p) float
         What else moves the values, with unknown coefficients; n is above p + 1.
 
-    Yields
-    ------
-    float
-        Probability of the noise: they add up to one. Logarithms of scatter and walk are as
-        probable as others before the values are seen; each is zero with the probability of one
-        step of the logarithm.
-    SeriesNoise
-    (p,) float each
-        The coefficients for this noise, and their standard uncertainty.
-
-    Notes
-    -----
-    One noise, the most probable one, would make a random walk a trend too often: the likelihood
-    of a short walk is often largest without any walk.
+    Returns
+    -------
+    list of FittedNoise
+        Scatters in turn, of each all walks.
     """
     span = max(float(np.ptp(series.times)), 1e-9)
     size = variance_about(series, columns)
@@ -71,53 +106,77 @@ def weighed_noises(
         for walk in size / span * _WALKS:
             fit = column_fit(series, columns, scatter=float(scatter), walk=float(walk))
             noise = SeriesNoise(float(scatter), float(walk), fit.log_likelihood)
-            found.append((noise, fit.coefficients, fit.u))
-    logs = np.array([noise.log_likelihood for noise, _, _ in found])
-    weights = np.exp(logs - logs.max())
-    weights /= weights.sum()
+            found.append(FittedNoise(noise, fit.coefficients, fit.u))
+    return found
+
+
+def weighed_noises(
+    fitted: Sequence[FittedNoise], prior: FloatArray = _ANY
+) -> Iterator[tuple[float, FittedNoise]]:
+    """The noises that are possible, with their probability.
+
+    Parameters
+    ----------
+    fitted : sequence of FittedNoise
+    prior : (scatters, walks) float
+        Probability before the values are seen. By default logarithms of scatter and walk are as
+        probable as others; each is zero with the probability of one step of the logarithm.
+
+    Yields
+    ------
+    float
+        They add up to one.
+    FittedNoise
+
+    Notes
+    -----
+    One noise, the most probable one, would make a random walk a trend too often: the likelihood
+    of a short walk is often largest without any walk.
+    """
+    weights = _probabilities(fitted, prior)
     kept = weights > _LEAST_WEIGHT
     share = float(weights[kept].sum())
-    for row in np.flatnonzero(kept):
-        yield float(weights[row]) / share, *found[row]
+    for row in np.flatnonzero(kept).tolist():
+        yield float(weights[row]) / share, fitted[row]
+
+
+def _probabilities(fitted: Sequence[FittedNoise], prior: FloatArray) -> FloatArray:
+    logs = np.array([one.noise.log_likelihood for one in fitted])
+    known = prior.ravel() > 0.0
+    weights = np.zeros(len(logs))
+    weights[known] = prior.ravel()[known] * np.exp(logs[known] - logs[known].max())
+    return np.asarray(weights / weights.sum())
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
-    """How a quantity moves.
+class PossibleStates:
+    """The states of a quantity with each noise that its values may have.
 
     Attributes
     ----------
-    kind : str
-        drift: a trend that is not chance; random walk: none, but steps that add up; scatter:
-        neither.
-    series : TimeSeries
-    slope, u_slope : float
-        Of the trend, whatever the kind. [unit/day]
-    p_slope : float
-        Probability that the trend has the other sign, twice.
-    noise : SeriesNoise
-        The most probable scatter and walk; without a trend where the kind is not drift.
-    p_walk : float
-        Probability of values that look as much like a walk, where there is none.
     weights : tuple of float
+        Probability of each noise.
     states : tuple of States
-        With the noises that are possible, and their probabilities; of a random walk without a
-        trend.
-    allowed_weights, allowed_states : tuple
-        The same with a trend, whatever the kind: one that the values do not show, but allow.
     """
 
-    kind: CourseKind
-    series: TimeSeries
-    slope: float
-    u_slope: float
-    p_slope: float
-    noise: SeriesNoise
-    p_walk: float
     weights: tuple[float, ...]
     states: tuple[States, ...] = field(repr=False)
-    allowed_weights: tuple[float, ...]
-    allowed_states: tuple[States, ...] = field(repr=False)
+
+    @staticmethod
+    def of(
+        series: TimeSeries, weighed: Sequence[tuple[float, FittedNoise]], *, trend: bool
+    ) -> PossibleStates:
+        """Of noises and their probabilities, with a trend or without."""
+        states = tuple(states_of(series, one.noise, trend=trend) for _, one in weighed)
+        return PossibleStates(tuple(weight for weight, _ in weighed), states)
+
+    @property
+    def slope(self) -> tuple[float, float]:
+        """The trend and its standard uncertainty; zero without one. [unit/day]"""
+        mean, u = self._moments(
+            [(np.array([s.slope]), np.array([s.u_slope**2])) for s in self.states]
+        )
+        return float(mean[0]), float(u[0])
 
     @property
     def level(self) -> tuple[FloatArray, FloatArray]:
@@ -133,34 +192,84 @@ class Course:
         means = np.stack([np.atleast_1d(mean) for mean, _ in parts])
         variances = np.stack([np.atleast_1d(variance) for _, variance in parts])
         mean = np.sum(weights * means, axis=0)
-        spread = np.sum(weights * (variances + (means - mean) ** 2), axis=0)
-        return np.asarray(mean), np.sqrt(spread)
+        return mean, np.sqrt(np.sum(weights * (variances + (means - mean) ** 2), axis=0))
 
     def probability_beyond(
-        self, limit: float, times: npt.ArrayLike, start: float = 0.0, *, allowed: bool = False
+        self, limit: float, times: npt.ArrayLike, start: float = 0.0
     ) -> FloatArray:
-        """Probability that the state is more than a limit from a start, at later times, (m,).
+        """Probability that the state is farther than the limit from a start, either side, (n,).
 
         Parameters
         ----------
         limit, start : float
-        times : (m,) float
-            [days]
-        allowed : bool
-            Of a random walk: whether a trend that is not detected is taken into account.
+            In the unit of the quantity.
+        times : (n,) float
+            After the last value. [days]
         """
         from scipy.special import ndtr
 
         found = np.zeros(np.shape(np.atleast_1d(times)))
-        weights, known = self.weights, self.states
-        if allowed:
-            weights, known = self.allowed_weights, self.allowed_states
-        for weight, states in zip(weights, known, strict=True):
+        for weight, states in zip(self.weights, self.states, strict=True):
             mean, variance = states.later(np.atleast_1d(times))
             u = np.sqrt(np.maximum(variance, 1e-300))
             beyond = ndtr((mean - start - limit) / u) + ndtr((start - limit - mean) / u)
             found += weight * beyond
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """How a quantity moves.
+
+    Attributes
+    ----------
+    kind : str
+        drift: a trend that is not chance; random walk: none, but steps that add up; scatter:
+        neither.
+    series : TimeSeries
+    p_slope : float
+        Probability that the trend has the other sign, twice, whatever the noise: a random walk
+        may look like a trend.
+    noise : SeriesNoise
+        The most probable scatter and walk; without a trend where the kind is not drift.
+    p_walk : float
+        Probability of values that look as much like a walk, where there is none.
+    expected : PossibleStates
+        Of a random walk without a trend.
+    allowed : PossibleStates
+        With a trend, whatever the kind: one that the values do not show, but allow. Its slope is
+        the one that is stated. The errors of the days are independent, unless the values show a
+        walk; of a random walk the noise is any.
+    walking : PossibleStates
+        The same if the quantity walks at random beside its trend, which few days do not tell.
+    walk_share : float
+        Probability that it does, where both are alike before the values are seen.
+    """
+
+    kind: CourseKind
+    series: TimeSeries
+    p_slope: float
+    noise: SeriesNoise
+    p_walk: float
+    expected: PossibleStates
+    allowed: PossibleStates
+    walking: PossibleStates
+    walk_share: float
+
+    @property
+    def slope(self) -> float:
+        """Of the trend, whatever the kind. [unit/day]"""
+        return self.allowed.slope[0]
+
+    @property
+    def u_slope(self) -> float:
+        """Standard uncertainty of the trend. [unit/day]"""
+        return self.allowed.slope[1]
+
+    @property
+    def may_walk(self) -> bool:
+        """Whether the values leave open that the quantity walks at random."""
+        return self.walk_share > EARLY
 
 
 def course_of(series: TimeSeries) -> Course:
@@ -188,6 +297,12 @@ def course_of(series: TimeSeries) -> Course:
     likelihood ratio against scatter alone exceeds its limit; the walk is at its boundary there,
     so that its distribution is half that of chi-square.
 
+    No interval of a slope from five to ten days is right for both, errors of the days that are
+    independent and a random walk: the days do not tell them apart, and with a walk the slope is two
+    to four times less certain. The one that is stated, `Course.allowed`, is that of independent
+    errors, unless a walk explains the values three hundred times as well; that of a walk is
+    `Course.walking`.
+
     >>> days = np.arange(12.0)
     >>> rise = course_of(TimeSeries(days, 0.1 * days, np.full(12, 0.01)))
     >>> rise.kind, round(rise.slope, 6)
@@ -201,40 +316,43 @@ def course_of(series: TimeSeries) -> Course:
             "needed to tell drift from scatter"
         )
     time, level = series.times[:, None], np.empty((len(series), 0))
-    weighed = list(weighed_noises(series, time))
-    weights = np.array([weight for weight, *_ in weighed])
-    slopes = np.array([found[0] for *_, found, _ in weighed])
-    own = np.array([u[0] for *_, u in weighed])
-    slope = float(weights @ slopes)
-    up = float(weights @ ndtr(slopes / own))
-    p_slope = min(2.0 * min(up, float(weights @ ndtr(-slopes / own))), 1.0)
+    fitted = fitted_noises(series, time)
+    up = sum(w * ndtr(np.array([1.0, -1.0]) * one.coefficients[0] / one.u[0])
+             for w, one in weighed_noises(fitted))  # fmt: skip
+    p_slope = min(2.0 * float(np.min(up)), 1.0)
     walking = determined_noise(series, level)
     still = determined_noise(series, level, walk=False)
     ratio = 2.0 * max(walking.log_likelihood - still.log_likelihood, 0.0)
     p_walk = 0.5 * float(chdtrc(1.0, ratio)) if ratio > 0.0 else 1.0
-    allowed = tuple(states_of(series, noise, trend=True) for _, noise, *_ in weighed)
     kind: CourseKind = "scatter"
     if p_slope < CERTAIN:
         kind = "drift"
     elif p_walk < CERTAIN:
         kind = "random walk"
-        weighed = list(weighed_noises(series, level))
+    allowed = _with_trend(series, fitted, _ANY if kind == "random walk" else _USUAL)
+    expected = allowed
+    if kind == "random walk":
+        weighed = list(weighed_noises(fitted_noises(series, level)))
+        expected = PossibleStates.of(series, weighed, trend=False)
     noise = determined_noise(series, time) if kind == "drift" else walking
+    either = _probabilities(fitted, 0.5 * (_OF_LINES + _OF_WALKS))
     return Course(
         kind=kind,
         series=series,
-        slope=slope,
-        u_slope=math.sqrt(float(weights @ (own**2 + (slopes - slope) ** 2))),
         p_slope=p_slope,
         noise=still if kind == "scatter" else noise,
         p_walk=p_walk,
-        weights=tuple(weight for weight, *_ in weighed),
-        states=allowed
-        if kind != "random walk"
-        else tuple(states_of(series, noise, trend=False) for _, noise, *_ in weighed),
-        allowed_weights=tuple(weights.tolist()),
-        allowed_states=allowed,
+        expected=expected,
+        allowed=allowed,
+        walking=_with_trend(series, fitted, _OF_WALKS),
+        walk_share=float(either[_OF_WALKS.ravel() > 0.0].sum()),
     )
+
+
+def _with_trend(
+    series: TimeSeries, fitted: Sequence[FittedNoise], prior: FloatArray
+) -> PossibleStates:
+    return PossibleStates.of(series, list(weighed_noises(fitted, prior)), trend=True)
 
 
 @dataclass(frozen=True)
@@ -251,11 +369,15 @@ class DueDate:
     early : float
         Time at which the probability is `EARLY`; it takes a trend into account that the values do
         not show but allow. [days]
+    early_if_walking : float
+        The same if the quantity walks at random beside its trend; not after `early`, and equal to
+        it where the values exclude such a walk. [days]
     """
 
     limit: float
     due: float
     early: float
+    early_if_walking: float
 
 
 def due_date(course: Course, limit: float, start: float = 0.0) -> DueDate:
@@ -287,17 +409,29 @@ def due_date(course: Course, limit: float, start: float = 0.0) -> DueDate:
         raise PretravelError(
             f"the limit of a drift is {limit:g}; it is positive", inputs=("limit",)
         )
-    due = math.inf if course.kind == "scatter" else _first_beyond(course, limit, start, _EVEN)
-    return DueDate(limit, due, min(_first_beyond(course, limit, start, EARLY), due))
+    last, beyond = float(course.series.times[-1]), (limit, start)
+    due = math.inf
+    if course.kind != "scatter":
+        due = _first_beyond(course.expected, last, beyond, _EVEN)
+    early = min(_first_beyond(course.allowed, last, beyond, EARLY), due)
+    walking = early
+    if course.may_walk:
+        walking = min(_first_beyond(course.walking, last, beyond, EARLY), early)
+    return DueDate(limit, due, early, walking)
 
 
-def _first_beyond(course: Course, limit: float, start: float, probability: float) -> float:
-    """First time, not before the last value, at which the probability is reached. [days]"""
+def _first_beyond(
+    possible: PossibleStates, last: float, beyond: tuple[float, float], probability: float
+) -> float:
+    """First time, not before the last value, at which the probability is reached. [days]
+
+    `beyond` has the limit, and the start that it counts from.
+    """
     from scipy.optimize import brentq
 
-    last, allowed = float(course.series.times[-1]), probability == EARLY
+    limit, start = beyond
     after = np.concatenate([[0.0], np.geomspace(1e-3, HORIZON, 600)])
-    reached = course.probability_beyond(limit, last + after, start, allowed=allowed) >= probability
+    reached = possible.probability_beyond(limit, last + after, start) >= probability
     if not reached.any():
         return math.inf
     first = int(np.argmax(reached))
@@ -305,7 +439,6 @@ def _first_beyond(course: Course, limit: float, start: float, probability: float
         return last
 
     def lacking(time: float) -> float:
-        beyond = course.probability_beyond(limit, last + time, start, allowed=allowed)
-        return float(beyond[0]) - probability
+        return float(possible.probability_beyond(limit, last + time, start)[0]) - probability
 
     return last + float(brentq(lacking, after[first - 1], after[first], xtol=1e-6))

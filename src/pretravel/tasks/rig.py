@@ -212,11 +212,12 @@ class CalibratedRig(Result):
     @property
     def notes(self) -> list[str]:
         """Irregularities of the traces, and doubts about the budget."""
-        from pretravel.laboratory.rig_budget import budget_doubts
+        from pretravel.laboratory.rig_budget import budget_doubts, repeatability_doubts
 
         return [
             *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
             *budget_doubts(self.components),
+            *repeatability_doubts(self.calibration, self.components),
         ]
 
     def document(self) -> Document:

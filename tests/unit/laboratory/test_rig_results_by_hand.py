@@ -12,6 +12,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -292,25 +293,28 @@ S = math.sqrt((0.18 + 0.02) / 4.0) * UM
 
 class TestBudgets:
     def test_own_repeatability(self) -> None:
-        """0.224 µm of the repeats; edges of √2 · 0.01 µm, or of √2 · 0.2 µm, which is more."""
+        """0.224 µm of the repeats, with k = 2.87 of four degrees of freedom 0.64 µm; edges of
+        √2 · 0.01 µm, of √2 · 0.2 µm, with k = 2 0.57 µm, or of √2 · 0.25 µm, 0.71 µm."""
         own = own_repeatability(_calibration(), 4)
         assert own is not None
         assert (own.source, own.evaluation) == ("repeatability of pretravel, mean of 4", "A")
         assert own.constant == pytest.approx(S / 2.0, rel=1e-9)
         assert (own.per_length, own.dof, own.repeatability) == (0.0, 4.0, True)
-        rough = own_repeatability(_calibration(u=0.2 * UM), 9)
+        less = own_repeatability(_calibration(u=0.2 * UM), 4)
+        assert less == own
+        rough = own_repeatability(_calibration(u=0.25 * UM), 9)
         assert rough is not None
         assert (rough.source, rough.evaluation) == ("edges between samples, mean of 9", "B")
-        assert rough.constant == pytest.approx(0.2 * UM * math.sqrt(2.0) / 3.0, rel=1e-9)
+        assert rough.constant == pytest.approx(0.25 * UM * math.sqrt(2.0) / 3.0, rel=1e-9)
         assert (rough.dof, rough.repeatability) == (math.inf, True)
         assert own_repeatability(_calibration({"p_000": [3.0], "p_090": [4.0]}), 2) is None
 
     def test_touches_without_u_do_not_count(self) -> None:
-        touches = list(_calibration(u=0.2 * UM).touches)
+        touches = list(_calibration(u=0.25 * UM).touches)
         touches[0] = replace(touches[0], u_r1=math.nan)
         own = own_repeatability(calibrate_rig(touches, search_outliers=False), 1)
         assert own is not None
-        assert own.constant == pytest.approx(0.2 * UM * math.sqrt(2.0), rel=1e-9)
+        assert own.constant == pytest.approx(0.25 * UM * math.sqrt(2.0), rel=1e-9)
 
     def test_budget_of_a_calibration(self) -> None:
         """The fewest touches of a direction, one, where no number is given."""
@@ -358,14 +362,16 @@ class TestBudgets:
 
 class TestMap:
     def test_every_field(self) -> None:
-        """A quarter more µm² of the touches in each direction, and what is common to all."""
+        """A quarter more µm² of the touches in each direction, with k = 2.8693 of four degrees of
+        freedom (Student's t for 95.45 %) over 2, and what is common to all."""
         components = (LengthComponent("a", "B", 5e-5), LengthComponent("b", "B", 0.0, 1e-2))
         calibration = _calibration()
         found = rig_map(calibration, components, 1.5)
         # In order of the azimuth; the mean of the directions is 4.1333 µm.
         assert found.coefficients == pytest.approx(np.array([3.1, 4.2, 5.0]) * UM, rel=1e-9)
         common = 5e-5**2 + (1e-2 * (3.1 + 4.2 + 5.0) / 3.0 * UM) ** 2
-        own = S**2 / np.array([2.0, 4.0, 1.0])
+        factor = stats.t.ppf(0.5 + 0.5 * math.erf(math.sqrt(2.0)), 4.0) / 2.0
+        own = (factor * S) ** 2 / np.array([2.0, 4.0, 1.0])
         assert found.covariance.matrix == pytest.approx(np.diag(own) + common, rel=1e-9)
         azimuth = np.radians([0.0, 90.0, 200.0])
         directions = np.column_stack([np.cos(azimuth), np.sin(azimuth), np.zeros(3)])
@@ -424,14 +430,14 @@ class TestLeftOut:
         assert missing == "no touch is left of q; touch again there"
 
     def test_a_single_touch_off_the_map(self) -> None:
-        """Without repeats neither repeatability nor u is known: only the anisotropy is told."""
+        """Without repeats the lobes tell the repeatability: of 5 µm in one of 24 directions half is
+        left, √(5² · 12 / 24 / 12) µm. The sine of a² is no lobe, but small."""
         azimuth = np.arange(0, 360, 15)
         made = {f"p_{a:03d}": [3.0 + 0.01 * math.sin(a * a)] for a in azimuth}
         made["p_075"] = [8.0]
         found = _calibration(made, search_outliers=True)
         _, effect, missing = left_out_sentences(found)
-        assert effect.startswith("with it, anisotropy would be ")
-        assert "repeatability" not in effect
+        assert effect.startswith("with it, repeatability would be 1.02 µm instead of 0.00")
         assert missing == "no touch is left of p_075; touch again there"
 
 

@@ -12,7 +12,12 @@ from pretravel.laboratory.multi_step_readings import (
     weighted_residuals,
 )
 from pretravel.laboratory.separation import METHODS, Method, separate
-from pretravel.laboratory.separation_noise import ReadingScale, noise_tails, student_weight
+from pretravel.laboratory.separation_noise import (
+    TAILS,
+    ReadingScale,
+    noise_tails,
+    student_weight,
+)
 from pretravel.laboratory.separation_plan import (
     best_steps,
     error_factor,
@@ -24,6 +29,7 @@ from pretravel.laboratory.separation_variances import (
     _student_scales,
     equally_shared,
     likelihood_information,
+    noise_of_readings,
 )
 from tests.support.separation_trials import separation_by_trials
 
@@ -44,8 +50,14 @@ def test_separation() -> None:
     assert errors.mean(axis=0) == pytest.approx(
         np.concatenate([result.machine_error, result.probe_error]), abs=5e-6
     )
-    stated = np.sqrt(np.diag(result.variance_covariance))
-    assert variances.std(axis=0) == pytest.approx(stated, rel=0.02)
+    stated = np.diag(result.variance_covariance)
+    # The trials have normal noise; u contains that the readings may have another one.
+    dof = np.maximum(1.0 / np.maximum(TAILS, 1e-9), 4.5)
+    wider = noise_of_readings(multi_step_design(readings), readings.errors).of_tails @ (
+        1.0 + 3.0 / (dof - 4.0)
+    )
+    assert 1.0 < wider < 1.5
+    assert variances.std(axis=0) == pytest.approx(np.sqrt(stated / wider), rel=0.02)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -54,11 +54,14 @@ def _compared(size: float) -> tuple[Any, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(5)
     columns = np.linalg.qr(rng.normal(size=(12, 4)))[0]
     rest = np.eye(12) - columns @ columns.T
-    of_touches = np.diag(rng.uniform(0.02, 0.2, 12)) * UM**2
+    of_means = rng.uniform(0.02, 0.2, 12) * UM**2
+    of_touches = np.diag(of_means)
     root = 0.1 * UM * rng.normal(size=(12, 12))
     differences = size * UM * rng.normal(size=12)
     of_map = root @ root.T
-    seen = SimpleNamespace(differences=differences, covariance=of_touches + of_map, of_map=of_map)
+    covariance = of_touches + of_map
+    noise = SimpleNamespace(of_means=of_means)
+    seen = SimpleNamespace(differences=differences, covariance=covariance, noise=noise)
     return seen, rest, rest @ of_touches @ rest.T
 
 

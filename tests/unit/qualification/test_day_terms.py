@@ -43,6 +43,15 @@ def test_uncertainties_are_the_scatter_between_days() -> None:
         assert scatter == pytest.approx(stated, rel=0.5)
 
 
+def test_what_a_map_leaves_of_single_directions_is_common_to_all_days() -> None:
+    """The fixed scatter of a map is the same every day on the same directions."""
+    new = touches(7)
+    rough = day_terms(new, replace(old_map(), fixed_scatter=0.001), SPHERE)
+    smooth = day_terms(new, replace(old_map(), fixed_scatter=0.0), SPHERE)
+    for name in ("u_level", "u_scale", "u_turn"):
+        assert getattr(rough, name) == pytest.approx(getattr(smooth, name), rel=1e-9)
+
+
 def test_another_calibrated_diameter_moves_the_level_of_all_days_alike() -> None:
     """Two days differ by the same, and are as uncertain, whatever the diameter is."""
     other = replace(SPHERE, diameter=25.001)

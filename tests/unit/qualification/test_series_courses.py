@@ -84,18 +84,20 @@ class TestDueDate:
         from scipy.stats import norm
 
         course = course_of(simulated(5, 60, walk=9.0, u=0.3))
-        weights, states = np.array(course.weights), course.states
+        weights, states = np.array(course.expected.weights), course.expected.states
         at = np.array([70.0, 200.0])
         expected = np.zeros(2)
         for weight, state in zip(weights, states, strict=True):
             own = norm(state.level[-1], np.sqrt(state.own + state.walk * (at - 59.0)))
-            expected += weight * (own.sf(40.0) + own.cdf(-40.0))
-        assert course.probability_beyond(40.0, at) == pytest.approx(expected, rel=1e-9)
-        found = due_date(course, 40.0)
-        assert course.probability_beyond(40.0, [found.due])[0] == pytest.approx(0.5, abs=1e-6)
+            expected += weight * (own.sf(45.0) + own.cdf(-45.0))
+        assert course.expected.probability_beyond(45.0, at) == pytest.approx(expected, rel=1e-9)
+        found = due_date(course, 45.0)
+        assert course.expected.probability_beyond(45.0, [found.due])[0] == pytest.approx(
+            0.5, abs=1e-6
+        )
         # The early date allows for a trend that the walk hides: it comes sooner.
-        assert course.probability_beyond(40.0, [found.early])[0] < EARLY
-        beyond = course.probability_beyond(40.0, [found.early], allowed=True)
+        assert course.expected.probability_beyond(45.0, [found.early])[0] < EARLY
+        beyond = course.allowed.probability_beyond(45.0, [found.early])
         assert beyond[0] == pytest.approx(EARLY, abs=1e-6)
         assert 59.0 < found.early < found.due
 

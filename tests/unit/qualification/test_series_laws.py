@@ -20,6 +20,7 @@ from pretravel.qualification.series_courses import (
     Course,
     course_of,
     due_date,
+    fitted_noises,
     weighed_noises,
 )
 from pretravel.qualification.time_series import (
@@ -72,8 +73,20 @@ def residual_variance(series: TimeSeries, columns: np.ndarray) -> float:
     return float(left @ left) / (len(x) - x.shape[1])
 
 
+def prior_of(noises: str) -> np.ndarray:
+    """Probabilities of the 10 scatters and 11 walks, the first of each none: all alike; of walks of
+    at least four times the variance about the line, half of it with scatter; or 0.3 % of these and
+    the rest without a walk, half of it with scatter."""
+    if noises == "any":
+        return np.full(110, 1.0 / 110.0)
+    walks, lines = np.zeros((10, 11)), np.zeros((10, 11))
+    walks[0, 6:], walks[1:, 6:] = 0.5 / 5.0, 0.5 / 45.0  # 4.6, 10, 22, 46 and 100
+    lines[0, 0], lines[1:, 0] = 0.5, 0.5 / 9.0
+    return np.ravel({"walks": walks, "lines": lines}.get(noises, 0.003 * walks + 0.997 * lines))
+
+
 def mixture(
-    series: TimeSeries, columns: np.ndarray
+    series: TimeSeries, columns: np.ndarray, noises: str = "any"
 ) -> list[tuple[float, SeriesNoise, np.ndarray, np.ndarray]]:
     """Every pair of the grid with its probability: none is left out."""
     size, span = residual_variance(series, columns), np.ptp(series.times)
@@ -83,7 +96,7 @@ def mixture(
         for walk in size / span * _WALKS:
             value, u, log = least_squares(series, columns, scatter, walk)
             found.append((log, SeriesNoise(float(scatter), float(walk)), value, u))
-    shares = np.exp([log - max(one[0] for one in found) for log, *_ in found])
+    shares = prior_of(noises) * np.exp([log - max(one[0] for one in found) for log, *_ in found])
     return [
         (float(share / shares.sum()), *rest)
         for share, (_, *rest) in zip(shares, found, strict=True)
@@ -197,12 +210,15 @@ def test_states_are_the_best_predictions_at_all_times(
 
 
 def test_noises_are_weighed_by_their_likelihood() -> None:
-    """Those below 1e-4 are left out and the rest is scaled: by less than 88 of them."""
+    """Those below 1e-4 are left out and the rest is scaled: by less than 110 of them."""
     series = uneven()
     columns = series.times[:, None]
     known = {(n.scatter, n.walk): rest for weight, n, *rest in mixture(series, columns)}
     shares = {(n.scatter, n.walk): weight for weight, n, *_ in mixture(series, columns)}
-    found = list(weighed_noises(series, columns))
+    found = [
+        (weight, one.noise, one.coefficients, one.u)
+        for weight, one in weighed_noises(fitted_noises(series, columns))
+    ]
     assert sum(weight for weight, *_ in found) == pytest.approx(1.0, rel=1e-12)
     kept = sum(share for share in shares.values() if share > 1e-4)
     assert len(found) == sum(share > 1e-4 for share in shares.values())
@@ -243,21 +259,31 @@ def test_a_course_is_the_mean_over_the_noises(kind: str, courses: dict[str, Cour
     series, course = SERIES[kind], courses[kind]
     assert course.kind == kind
     time, level = series.times[:, None], np.empty((len(series), 0))
-    with_trend = counted(mixture(series, time))
-    slope, u_slope = moments_of([(w, b[0], u[0] ** 2) for w, _, b, u in with_trend])
-    assert (course.slope, course.u_slope) == pytest.approx((slope, u_slope), rel=1e-6)
-    below = sum(w * stats.norm.cdf(-b[0] / u[0]) for w, _, b, u in with_trend)
-    above = sum(w * stats.norm.cdf(b[0] / u[0]) for w, _, b, u in with_trend)
+    any_noise = counted(mixture(series, time))
+    below = sum(w * stats.norm.cdf(-b[0] / u[0]) for w, _, b, u in any_noise)
+    above = sum(w * stats.norm.cdf(b[0] / u[0]) for w, _, b, u in any_noise)
     assert course.p_slope == pytest.approx(2.0 * min(below, above), rel=1e-4)
     assert (course.p_slope < 0.01) == (kind == "drift")
+    if_walking = counted(mixture(series, time, "walks"))
+    with_trend = any_noise if kind == "random walk" else counted(mixture(series, time, "usual"))
+    slope, u_slope = moments_of([(w, b[0], u[0] ** 2) for w, _, b, u in with_trend])
+    assert (course.slope, course.u_slope) == pytest.approx((slope, u_slope), rel=1e-6)
+    walking = moments_of([(w, b[0], u[0] ** 2) for w, _, b, u in if_walking])
+    assert course.walking.slope == pytest.approx(walking, rel=1e-6)
     walks = counted(mixture(series, level)) if kind == "random walk" else with_trend
-    assert course.allowed_weights == pytest.approx([w for w, *_ in with_trend], rel=1e-6)
-    assert course.weights == pytest.approx([w for w, *_ in walks], rel=1e-6)
+    assert course.allowed.weights == pytest.approx([w for w, *_ in with_trend], rel=1e-6)
+    assert course.expected.weights == pytest.approx([w for w, *_ in walks], rel=1e-6)
+    # Of walks, where walks and lines are alike before.
+    even = np.array([w for w, *_ in mixture(series, time)])
+    of_walks, of_lines = prior_of("walks") @ even, prior_of("lines") @ even
+    expected_share = of_walks / (of_walks + of_lines)
+    assert course.walk_share == pytest.approx(expected_share, rel=1e-6)
+    assert course.may_walk == (expected_share > 0.05)
     last = series.times[-1]
     for at, (mean, u) in (
-        (series.times[2], (course.level[0][2], course.level[1][2])),
-        (last, (course.level[0][-1], course.level[1][-1])),
-        (last + 9.0, tuple(float(part[0]) for part in course.later(last + 9.0))),
+        (series.times[2], tuple(part[2] for part in course.expected.level)),
+        (last, tuple(part[-1] for part in course.expected.level)),
+        (last + 9.0, tuple(float(part[0]) for part in course.expected.later(last + 9.0))),
     ):
         parts = [(w, *predicted(series, n, at, kind != "random walk")) for w, n, *_ in walks]
         assert (mean, u) == pytest.approx(moments_of(parts), rel=1e-6)
@@ -306,25 +332,22 @@ def test_a_walk_is_tested_by_its_likelihood_ratio(kind: str, courses: dict[str, 
 
 
 @pytest.mark.parametrize("kind", SERIES)
-@pytest.mark.parametrize("allowed", [False, True])
+@pytest.mark.parametrize("which", ["expected", "allowed", "walking"])
 def test_a_state_beyond_the_limit_is_beyond_on_either_side(
-    kind: str, allowed: bool, courses: dict[str, Course]
+    kind: str, which: str, courses: dict[str, Course]
 ) -> None:
     course = courses[kind]
+    possible = getattr(course, which)
     last = course.series.times[-1]
     at, limit, start = last + np.array([1.0, 20.0]), 6.0, 2.0
-    states = course.allowed_states if allowed else course.states
-    weights = course.allowed_weights if allowed else course.weights
-    assert sum(weights) == pytest.approx(1.0, rel=1e-12)
+    assert sum(possible.weights) == pytest.approx(1.0, rel=1e-12)
     expected = np.zeros(2)
-    for weight, state in zip(weights, states, strict=True):
+    for weight, state in zip(possible.weights, possible.states, strict=True):
         mean, variance = state.later(at)
         inside = stats.norm.cdf(start + limit, mean, np.sqrt(variance))
         inside -= stats.norm.cdf(start - limit, mean, np.sqrt(variance))
         expected += weight * (1.0 - inside)
-    assert course.probability_beyond(limit, at, start, allowed=allowed) == pytest.approx(
-        expected, rel=1e-9
-    )
+    assert possible.probability_beyond(limit, at, start) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", SERIES)
@@ -341,14 +364,17 @@ def test_dates_are_those_of_half_and_of_a_twentieth(
     last = float(given.times[-1])
     assert found.limit == limit
     assert last < found.early < found.due
-    at = course.probability_beyond(limit, [found.early], start, allowed=True)
+    at = course.allowed.probability_beyond(limit, [found.early], start)
     assert at[0] == pytest.approx(EARLY, abs=1e-6)
+    assert last < found.early_if_walking <= found.early
+    if found.early_if_walking < found.early:
+        at = course.walking.probability_beyond(limit, [found.early_if_walking], start)
+        assert at[0] == pytest.approx(EARLY, abs=1e-6)
     if kind == "scatter":
         assert found.due == math.inf
     else:
-        assert course.probability_beyond(limit, [found.due], start)[0] == pytest.approx(
-            0.5, abs=1e-6
-        )
+        at = course.expected.probability_beyond(limit, [found.due], start)
+        assert at[0] == pytest.approx(0.5, abs=1e-6)
     if side < 0.0:  # a mirrored series has the same dates
         mirrored = due_date(courses[kind], limit, 3.0)
         assert (found.due, found.early) == pytest.approx((mirrored.due, mirrored.early), rel=1e-6)

@@ -124,7 +124,7 @@ def drift_verdict(drift: DriftOverTime) -> str:
     moving = ", ".join(_movement(one) for one in drift.drifting)
     due, time = drift.first_due()
     _, early = drift.first_due(early=True)
-    before = f"at the earliest on {_date(drift.moment(early))} (95 %)"
+    before = f"at the earliest on {_date(drift.moment(early))} (95 %{_sooner(drift)})"
     if early <= drift.times[-1]:
         before = "now: the change may be beyond the limit already (more than 5 % probable)"
     if due is not None and time <= drift.times[-1]:
@@ -144,6 +144,13 @@ def drift_verdict(drift: DriftOverTime) -> str:
         return f"{after}no drift is detected"
     hidden = "one that these days do not show"
     return f"{after}no drift is detected; {hidden} could reach {limit} {before}"
+
+
+def _sooner(drift: DriftOverTime) -> str:
+    """The earliest date if a quantity walks at random, where that is another day."""
+    _, early = drift.first_due(early=True)
+    walking = _date(drift.moment(drift.earliest_if_walking))
+    return "" if walking == _date(drift.moment(early)) else f"; {walking} if it walks at random"
 
 
 def _movement(one: QuantityCourse) -> str:
@@ -176,13 +183,16 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         found.append(KeyFigure("due date", _date(drift.moment(time)), remark=remark))
     if first is not None:
         remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
+        remark += _sooner(drift)
         found.append(KeyFigure("earliest date (95 %)", _date(drift.moment(early)), remark=remark))
     return tuple(found)
 
 
 def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
-    return f"{words[one.course.kind]}, p = {one.course.p_slope:.2g}"
+    course = one.course
+    walking = f"; u {course.walking.slope[1]:.2g} if it walks at random" if course.may_walk else ""
+    return f"{words[course.kind]}, p = {course.p_slope:.2g}{walking}"
 
 
 def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
@@ -241,6 +251,12 @@ def _courses_table(
             Column.of("days", [float(len(c.series)) for c in course], "", decimals(0)),
             Column.of("trend a day", [c.slope for c in course], "", significant(3)),
             Column.of("u", [c.u_slope for c in course], "", significant(2)),
+            Column.of(
+                "u if it walks",
+                [c.walking.slope[1] if c.may_walk else math.nan for c in course],
+                "",
+                significant(2),
+            ),
             Column.of("unit", [one.quantity.unit for _, one in rows]),
             Column.of("p", [c.p_slope for c in course], "", significant(2)),
             Column.of("scatter", [c.noise.scatter for c in course], "", significant(2)),
@@ -250,7 +266,9 @@ def _courses_table(
         ),
         "Course of each quantity",
         "scatter: between the days, beyond the uncertainty of the touches; walk: standard "
-        "deviation of the steps that add up, in a day. p: probability of such a trend by chance.",
+        "deviation of the steps that add up, in a day. u: of errors of the days that are "
+        "independent; if it walks: with steps that add up beside the trend, where these days leave "
+        "that open. p: probability of such a trend by chance, walks included.",
     )
 
 
@@ -407,7 +425,7 @@ def _end_of_picture(drift: DriftOverTime) -> float:
 
 def _course_marks(one: QuantityCourse, end: float | None, *, named: bool) -> list[Mark]:
     """The course of a quantity with its band; to `end` where it is continued."""
-    series, (level, u) = one.course.series, one.course.level
+    series, (level, u) = one.course.series, one.course.expected.level
     name = {"drift": "trend", "random walk": "random walk", "scatter": "no drift: trend"}
     band = f"its band, ± {_BAND:g} u"
     marks: list[Mark] = [
@@ -418,7 +436,7 @@ def _course_marks(one: QuantityCourse, end: float | None, *, named: bool) -> lis
     if end is None:
         return marks
     ahead = np.linspace(float(series.times[-1]), end, 60)
-    mean, spread = one.course.later(ahead)
+    mean, spread = one.course.expected.later(ahead)
     marks += [
         Area(ahead, mean - _BAND * spread, mean + _BAND * spread, "", "series3", 0.1),
         LineMark(ahead, mean, "forecast", "series3", dashed=True),

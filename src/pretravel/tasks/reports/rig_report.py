@@ -105,17 +105,18 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
     low, high = (calibration.anisotropy_interval / MICROMETRE).tolist()
     readings = [t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)]
     u, dof = calibration.u_pretravel / MICROMETRE, calibration.repeatability.dof
+    source = "the scatter about the lobes" if calibration.repeatability.of_lobes else "repeats"
     return (
         KeyFigure(
             "pretravel r1 - r0", calibration.pretravel / MICROMETRE, "µm", digits,
             None if math.isnan(u) else u,
             coverage_factor=None if math.isnan(u) else coverage_factor(dof),
-            remark="mean of the directions" + ("" if math.isnan(u) else "; u from repeats alone"),
+            remark="mean of the directions" + ("" if math.isnan(u) else f"; u from {source} alone"),
         ),
         KeyFigure(
             "anisotropy", calibration.anisotropy / MICROMETRE, "µm", digits,
             interval=None if math.isnan(low) else Span(low, high),
-            remark="largest less smallest" + ("" if math.isnan(low) else "; from repeats alone"),
+            remark="largest less smallest" + ("" if math.isnan(low) else f"; from {source} alone"),
         ),
         _repeatability_figure(calibration.repeatability),
         KeyFigure(
@@ -140,7 +141,8 @@ def _repeatability_figure(spread: Spread) -> KeyFigure:
         "µm",
         decimals(3),
         interval=Span(spread.low / MICROMETRE, spread.high / MICROMETRE),
-        remark=f"{number_text(spread.dof, decimals(0))} degrees of freedom; unidirectional, pooled",
+        remark=f"{number_text(spread.dof, decimals(0))} degrees of freedom; "
+        + ("what three equal lobes leave" if spread.of_lobes else "unidirectional, pooled"),
     )
 
 
@@ -162,14 +164,18 @@ def direction_table(calibration: RigCalibration) -> Table:
             Column.of("n", [float(d.count) for d in directions], digits=decimals(0)),
             column("pretravel", [d.pretravel for d in directions]),
             column("u", [d.u_pretravel for d in directions]),
+            column("U", [d.expanded_pretravel for d in directions]),
             column("s", [d.repeatability.value for d in directions]),
             column("range", [d.pretravel_range for d in directions]),
             column("hysteresis", [d.hysteresis for d in directions]),
             column("u of hysteresis", [d.u_hysteresis for d in directions]),
+            column("U of hysteresis", [d.expanded_hysteresis for d in directions]),
         ),
         title="Performance by direction",
         explanation="n: touches; u: standard uncertainty of the mean, from the repeats of all "
-        "directions; s: standard deviation of one touch, from the repeats of its direction.",
+        "directions; U: expanded uncertainty, u times k for 95.45 % by Student's t with their "
+        "degrees of freedom, without the budget of the rig; s: standard deviation of one touch, "
+        "from the repeats of its direction.",
         detail=True,
     )
 
@@ -213,11 +219,13 @@ def rig_data(
         "count": [d.count for d in directions],
         "pretravel_um": _um([d.pretravel for d in directions]),
         "u_pretravel_um": _um([d.u_pretravel for d in directions]),
+        "expanded_pretravel_um": _um([d.expanded_pretravel for d in directions]),
         **_spread_columns([d.repeatability for d in directions]),
         "pretravel_range_um": _um([d.pretravel_range for d in directions]),
         "trigger_range_um": _um([d.trigger_range for d in directions]),
         "hysteresis_um": _um([d.hysteresis for d in directions]),
         "u_hysteresis_um": _um([d.u_hysteresis for d in directions]),
+        "expanded_hysteresis_um": _um([d.expanded_hysteresis for d in directions]),
     }
     left_out = {
         "trace": [outlier.trace for outlier in outliers],
