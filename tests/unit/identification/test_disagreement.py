@@ -27,7 +27,7 @@ CASES = ["sphere", "sphere, tip unknown", "ring"]
 
 @cache
 def _observed(case: str) -> Observation:
-    """5 µm and four edges on a sphere, five smooth lobes in a ring."""
+    """Five smooth lobes of 3 µm on a sphere, of 1.5 µm in a ring."""
     rng = np.random.default_rng(16)
     if case == "ring":
         azimuth = np.arange(24) * (np.pi / 12.0)
@@ -37,7 +37,7 @@ def _observed(case: str) -> Observation:
         return observe(touches, QualificationSetup(25.0, 6.0, ring=True), np.eye(3))
     n = sphere_pattern_25()
     across, azimuth = np.hypot(n[:, 0], n[:, 1]), np.arctan2(n[:, 1], n[:, 0]) - 0.2
-    value = 1e-3 * (1.5 + across**2 * (7.5 + 5.0 * np.abs(np.cos(2.0 * azimuth))))
+    value = 1e-3 * (1.5 + 7.5 * across**2 + 3.0 * across**5 * np.cos(5.0 * azimuth))
     value += 3e-4 * rng.standard_normal(25)
     tip = None if case == "sphere, tip unknown" else 6.0
     return observe(sphere_touches(value), QualificationSetup(25.0, tip), np.eye(3))

@@ -263,6 +263,8 @@ def test_the_search_begins_in_some_directions_and_follows_the_best_start(
     monkeypatch.setattr(physical, "SEARCHED", searched)
     monkeypatch.setattr(physical, "oriented_starts", lambda *_: list(evidence))
     monkeypatch.setattr(physical, "_settled", settled)
+    own = SimpleNamespace(scales=("own scales",))
+    monkeypatch.setattr(physical, "weighted_scales", lambda *_: own)
     monkeypatch.setattr(physical, "promised_gain", lambda part, scales, x: promised[scales])
     monkeypatch.setattr(physical, "_misfit", lambda part, x, *_: "misfit")
     monkeypatch.setattr(physical, "_concluded", concluded)
@@ -275,5 +277,7 @@ def test_the_search_begins_in_some_directions_and_follows_the_best_start(
         assert part.observation.direction_count == (5 if searched == 5 else 13)
     assert found == (observation, "middle")
     begun = [call[:2] for call in calls[:3]]
-    assert begun == [(5 if searched == 5 else 13, x) for x in evidence]
-    assert calls[3:] == ([(13, "middle", "of middle")] if searched == 5 else [])
+    count = 5 if searched == 5 else 13
+    assert begun == [(count, x) for x in evidence]
+    assert calls[3] == (count, "left", "own scales")
+    assert calls[4:] == ([(13, "middle", "of middle")] if searched == 5 else [])

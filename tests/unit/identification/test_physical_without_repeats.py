@@ -46,13 +46,20 @@ def _error_over_u(found: Qualification, truth: np.ndarray) -> float:
 
 @pytest.mark.parametrize("lobes", LOBES)
 def test_u_covers_another_kind_of_probe(lobes: str) -> None:
-    """Before, error over u was 2.0 to 3.0, without a warning."""
+    """Of the usual map, in which the kind that predicts left-out directions counts. Of the six seats
+    alone, without repeats, error over u is 0.9 to 1.8, and five lobes are said."""
     rng = np.random.default_rng(16)
     pretravel = _pretravel(lobes, PATTERN) + rng.normal(0.0, NOISE, len(PATTERN))
-    found = qualify(sphere_touches(pretravel), 25.0, tip_diameter=6.0, kind="physical")
+    found = qualify(sphere_touches(pretravel), 25.0, tip_diameter=6.0)
     assert _error_over_u(found, _pretravel(lobes, BETWEEN)) < 1.5
-    # Four lobes look like none in rings of four and eight touches, at some azimuths.
-    assert any(SAID in warning for warning in found.warnings) or lobes == "four smooth lobes"
+
+
+def test_another_kind_of_probe_is_said() -> None:
+    """Four lobes look like none in rings of four and eight touches, at some azimuths; five do not."""
+    rng = np.random.default_rng(16)
+    pretravel = _pretravel("five smooth lobes", PATTERN) + rng.normal(0.0, NOISE, len(PATTERN))
+    found = qualify(sphere_touches(pretravel), 25.0, tip_diameter=6.0, kind="physical")
+    assert any(SAID in warning for warning in found.warnings)
 
 
 def test_rounding_does_not_choose_between_starts() -> None:
