@@ -46,7 +46,7 @@ def _error_over_u(found: Qualification, truth: np.ndarray) -> float:
 
 @pytest.mark.parametrize("lobes", LOBES)
 def test_u_covers_another_kind_of_probe(lobes: str) -> None:
-    """Of the usual map, in which the kind that predicts left-out directions counts. Of the six seats
+    """Of the usual map, in which the kind counts that predicts left-out directions. Of six seats
     alone, without repeats, error over u is 0.9 to 1.8, and five lobes are said."""
     rng = np.random.default_rng(16)
     pretravel = _pretravel(lobes, PATTERN) + rng.normal(0.0, NOISE, len(PATTERN))
@@ -55,7 +55,7 @@ def test_u_covers_another_kind_of_probe(lobes: str) -> None:
 
 
 def test_another_kind_of_probe_is_said() -> None:
-    """Four lobes look like none in rings of four and eight touches, at some azimuths; five do not."""
+    """Four lobes look like none in rings of four and eight touches, at some azimuths."""
     rng = np.random.default_rng(16)
     pretravel = _pretravel("five smooth lobes", PATTERN) + rng.normal(0.0, NOISE, len(PATTERN))
     found = qualify(sphere_touches(pretravel), 25.0, tip_diameter=6.0, kind="physical")

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
+from scipy.stats import t as student
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.identification.scale_weights import (
@@ -100,12 +101,13 @@ def test_sizes_are_hundredths_to_a_few_micrometres() -> None:
 
 def test_priors_of_the_scales() -> None:
     """In steps of equal factors: a density is that of the logarithm, size times that of the size.
-    Half of Student's distributions, 3 degrees of freedom, 0.1 µm and 0.03 µm; normal ones of logarithms about 0.3, with
-    1.2, and about 0.3 µm, with 1. The noise has one where it is not separated by repeats."""
+    Half of Student's distributions, 3 degrees of freedom, 0.1 µm and 0.03 µm; normal ones of
+    logarithms about 0.3, with 1.2, and about 0.3 µm, with 1. The noise has one where it is not
+    separated by repeats."""
 
     def density(scales: PriorScales) -> float:
         found = norm.logpdf(math.log(scales.asymmetry), math.log(0.3), 1.2)
-        found += math.log(scales.correction) + student.logpdf(scales.correction, 3.0, 0.0, 0.1 * UM)
+        found += math.log(scales.correction) + student.logpdf(scales.correction, 3, 0.0, 0.1 * UM)
         if scales.fixed_scatter:
             size = scales.fixed_scatter
             return float(found + math.log(size) + student.logpdf(size, 3.0, 0.0, 0.03 * UM))
