@@ -15,6 +15,8 @@ _POLE = np.array([[0.0, 0.0, 1.0]])
 _BADLY_KNOWN = 1.0 * MICROMETRE
 """The assumption of the pretravel along the axis alone has 0.7 µm."""
 
+FEWEST_TO_SEE_LOBES = 8
+"""Directions below which the lobes of three rods are not seen."""
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 
@@ -49,6 +51,12 @@ def map_warnings(pretravel_map: PretravelMap, observation: Observation) -> list[
         That it was fitted to.
     """
     found = []
+    count = observation.direction_count
+    if count < FEWEST_TO_SEE_LOBES:
+        found.append(
+            f"{count} directions do not show the lobes of a probe with three rods: u of the map "
+            "can only contain lobes of a usual size; touch 25 directions"
+        )
     largest_polar = float(polar_angle(observation.directions).max())
     if not observation.ring and largest_polar < LOWEST_POLAR:
         found.append(

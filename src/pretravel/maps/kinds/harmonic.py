@@ -32,8 +32,6 @@ from pretravel.maps.spherical_harmonics import Smoothing, checked_terms, real_sp
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
 
-FEWEST_TO_SEE_LOBES = 8
-"""Directions below which the lobes of three rods are not seen: their size is a usual one."""
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])
 
@@ -133,18 +131,6 @@ class HarmonicKind(KindOfMap):
     def refit(self, fit: MapFit, observation: Observation) -> HarmonicMapFit:
         assert isinstance(fit, HarmonicMapFit)
         return fit_harmonic(observation, fit.posterior.amplitudes)
-
-    def warnings(self, fit: MapFit, repeatability: float) -> list[str]:
-        del repeatability
-        count = fit.observation.direction_count
-        if count >= FEWEST_TO_SEE_LOBES:
-            return []
-        return [
-            (
-                f"{count} directions do not show the lobes of a probe with three rods: u of the "
-                "map contains lobes of a usual size, its largest part; touch 25 directions"
-            )
-        ]
 
     def centered(self, fit: MapFit, axial_pretravel: float | None) -> CenteredFit:
         assert isinstance(fit, HarmonicMapFit)
