@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,14 +14,10 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.association import Association, associate
-from pretravel.measurement.feature_uncertainty import (
-    MACHINE,
-    FeatureErrors,
-    FormResult,
-    feature_errors,
-    form_result,
-)
+from pretravel.measurement.feature_form import FormResult, form_result
+from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
 from pretravel.measurement.points import Points
+from pretravel.uncertainty.gum import coverage_factor
 
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
@@ -45,6 +42,8 @@ class Quantity:
         From the uncompensated points, where these are known. [mm or rad]
     angle : bool
         Whether it is an angle, in rad, not a length in mm.
+    dof : float
+        Degrees of freedom of `u`: few where few residuals show the form of the part.
     """
 
     name: str
@@ -53,6 +52,12 @@ class Quantity:
     parts: Mapping[str, float]
     uncompensated: float | None = None
     angle: bool = False
+    dof: float = math.inf
+
+    @property
+    def expanded_u(self) -> float:
+        """U: 2 u, or more with few degrees of freedom (95 %). [mm or rad]"""
+        return coverage_factor(self.dof, whole_dof=False) * self.u
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +113,8 @@ class MeasuredFeature:
             for q in self.quantities
             if q.name == "diameter"
         ]
-        told.append(
-            f"{self.form_name} {self.form.value / MICROMETRE:.2f} µm, "
-            f"u = {self.form.u / MICROMETRE:.2f} µm"
-        )
+        low, high = (end / MICROMETRE for end in self.form.interval)
+        told.append(f"{self.form_name} {low:.2f} to {high:.2f} µm at the touched points")
         return f"MeasuredFeature({'; '.join(told)})"
 
     @property
@@ -128,6 +131,11 @@ class MeasuredFeature:
         if self.located is None:
             raise PretravelError("the position needs a nominal position", inputs=("at",))
         return position_and_uncertainty(self.located, self.located_covariance)
+
+    @property
+    def position_dof(self) -> float:
+        """Degrees of freedom of the position: the fewest of the coordinates."""
+        return min((q.dof for q in self.quantities if q.name in "xyz"), default=math.inf)
 
     @property
     def uncompensated_position(self) -> float | None:
@@ -210,7 +218,7 @@ def measure_feature(
 
     References
     ----------
-    JCGM 102, equation 3, for several outputs. Form by trials after JCGM 101.
+    JCGM 102, equation 3, for several outputs. Degrees of freedom: JCGM 100, G.4.
 
     >>> angle = np.arange(8) * np.pi / 4
     >>> outward = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -353,7 +361,7 @@ def _quantities(
         if errors.machine > 0.0 and not angle:
             parts[MACHINE] = errors.machine
         u = float(np.sqrt(sum(part**2 for part in parts.values())))
-        found.append(Quantity(name, value, u, parts, plain, angle))
+        found.append(Quantity(name, value, u, parts, plain, angle, errors.dof(row, u)))
 
     now, plain = association, before
     add("diameter", now.diameter_row, now.diameter, plain.diameter if plain else None, False)
