@@ -39,6 +39,9 @@ _BY_PROBING_ALONE = {
 MACHINE_NOT_IN_U = "machine not in u"
 """What a verdict adds where u contains the errors of probing alone."""
 
+AT_TOUCHED_POINTS = " at the touched points"
+"""What a verdict on a form adds: a larger form between the points is not seen."""
+
 
 def verdict_words(verdict: ConformityVerdict, u_machine: float) -> str:
     """An outcome in words: conformity is stated only where the errors of the machine are in u.
@@ -107,6 +110,20 @@ class Conformity:
 def _quantile(dof: float, probability: float) -> float:
     """Of Student's t; of the normal distribution where the degrees of freedom are infinite."""
     return float(ndtri(probability) if math.isinf(dof) else stdtrit(dof, probability))
+
+
+def conformity_words(conformity: Conformity, u_machine: float) -> str:
+    """The outcome of one decision in words, with what it speaks of.
+
+    Parameters
+    ----------
+    conformity : Conformity
+    u_machine : float
+        As of `verdict_words`. [mm]
+    """
+    words = verdict_words(conformity.verdict, u_machine)
+    inside = conformity.verdict is ConformityVerdict.CONFORMS
+    return words + AT_TOUCHED_POINTS if inside and conformity.of_touched_points else words
 
 
 def size_conformity(
@@ -255,10 +272,10 @@ def form_conformity(name: str, form: FormResult, tolerance: float, required: flo
     _check(required, form.u, -math.inf, tolerance)
     found = form.probability_of(tolerance)
     guard = max(form.at_most(required) - form.value, 0.0)
+    reject = max(form.value - form.at_most(1.0 - required), form.most_noise, guard)
     return Conformity(
         name, form.value, form.u, -math.inf, tolerance, guard if guard < tolerance else math.nan,
-        max(form.value - form.at_most(1.0 - required), 0.0), found, required,
-        _verdict(found, required, form.u), of_touched_points=True,
+        reject, found, required, _verdict(found, required, form.u), of_touched_points=True,
     )  # fmt: skip
 
 

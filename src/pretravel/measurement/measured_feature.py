@@ -22,6 +22,8 @@ from pretravel.uncertainty.gum import coverage_factor
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
 """The name of the form of a feature; `form` of the others."""
+MEASURED_RANGE = "measured range"
+"""Largest less smallest residual: the form of the surface and the noise of the points."""
 _TANGENTIAL = 0.1  # smallest cosine of a point's normal, or of an axis, with what it determines
 
 
@@ -35,7 +37,7 @@ class Quantity:
     value : float
         From the compensated points. [mm or rad]
     u : float
-        Standard uncertainty. [mm or rad]
+        Standard uncertainty; not a number for what was read off, as a range is. [mm or rad]
     parts : mapping of str to float
         Contributions to `u` by source, whose squares add up to its square.
     uncompensated : float or None
@@ -44,6 +46,8 @@ class Quantity:
         Whether it is an angle, in rad, not a length in mm.
     dof : float
         Degrees of freedom of `u`: few where few residuals show the form of the part.
+    ends : pair of float or None
+        Where the value lies with 95 %, if that is not the value plus and minus U. [mm or rad]
     """
 
     name: str
@@ -53,11 +57,17 @@ class Quantity:
     uncompensated: float | None = None
     angle: bool = False
     dof: float = math.inf
+    ends: tuple[float, float] | None = None
 
     @property
     def expanded_u(self) -> float:
         """U: 2 u, or more with few degrees of freedom (95 %). [mm or rad]"""
         return coverage_factor(self.dof, whole_dof=False) * self.u
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the value lies with 95 %. [mm or rad]"""
+        return self.ends or (self.value - self.expanded_u, self.value + self.expanded_u)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +155,23 @@ class MeasuredFeature:
         along = self.uncompensated.located_along
         away = along @ (self.uncompensated.point - self.nominal)
         return float(2.0 * np.linalg.norm(away))
+
+    @property
+    def stated(self) -> tuple[Quantity, ...]:
+        """All that is stated: `quantities`, the position, the form and the measured range."""
+        found = list(self.quantities)
+        if self.located is not None:
+            value, u = self.position
+            plain = self.uncompensated_position
+            found.append(Quantity("position", value, u, {}, plain, dof=self.position_dof))
+        if self.association.dof > 0:
+            form, before = self.form, self.uncompensated
+            found.append(
+                Quantity(self.form_name, form.value, form.u, {}, ends=form.interval)
+            )
+            plain = None if before is None else before.form
+            found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
+        return tuple(found)
 
     @property
     def form_name(self) -> str:
