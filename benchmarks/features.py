@@ -182,9 +182,7 @@ def bore_row(shop: Workshop, shape: str, count: int) -> dict[str, float]:
     azimuth, outward = around(count)
     profile = SHAPES[shape](shop.generator)
     off, everywhere = profile(azimuth), profile(around(2000)[0])
-    found = shop.measured(
-        "bore", PART_AT + (BORE + off)[:, None] * outward, -outward, -1.0 / BORE
-    )
+    found = shop.measured("bore", PART_AT + (BORE + off)[:, None] * outward, -outward, -1.0 / BORE)
     rough = shape.startswith("rough")
     # The mean of what is rough is zero; that of waves is so over the whole turn.
     touched = left(np.column_stack([outward[:, :2], np.ones(count)]), off)
@@ -194,7 +192,9 @@ def bore_row(shop: Workshop, shape: str, count: int) -> dict[str, float]:
 def plane_row(shop: Workshop, count: int) -> dict[str, float]:
     at = shop.generator.uniform(-20.0, 20.0, (count, 3)) * [1.0, 1.0, 0.0]
     if count == 4:
-        at = np.array([[-20.0, -20.0, 0.0], [20.0, -20.0, 0.0], [20.0, 20.0, 0.0], [-20.0, 20.0, 0.0]])
+        at = np.array(
+            [[-20.0, -20.0, 0.0], [20.0, -20.0, 0.0], [20.0, 20.0, 0.0], [-20.0, 20.0, 0.0]]
+        )
     found = shop.measured("plane", PART_AT + at, np.tile(Z, (count, 1)), FLAT)
     return _form_and_size(found, np.zeros(count), None, None)
 
@@ -280,26 +280,54 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
 
     names = list(sets[0])
     features = [name for name in names if not name.startswith("two")]
-    print("| form | true µm | measured range µm | form µm | U µm | covered % | only a bound % | "
-          "range ± 2 u covers % | false acceptance of touched points % | of the whole % |")
+    print(
+        "| form | true µm | measured range µm | form µm | U µm | covered % | only a bound % | "
+        "range ± 2 u covers % | false acceptance of touched points % | of the whole % |"
+    )
     print("| --- |" + " --- |" * 9)
     for name in features:
-        print("|", name, "|", " | ".join(
-            [*(micrometres(name, c) for c in ("true", "measured", "value", "U")),
-             *(percent(name, c) for c in ("covered", "bound", "old", "accepted", "whole"))]), "|")
+        print(
+            "|",
+            name,
+            "|",
+            " | ".join(
+                [
+                    *(micrometres(name, c) for c in ("true", "measured", "value", "U")),
+                    *(percent(name, c) for c in ("covered", "bound", "old", "accepted", "whole")),
+                ]
+            ),
+            "|",
+        )
     print("\n| size | u µm | k | χ² | covered by U % | covered by 2 u % | false acceptance % |")
     print("| --- |" + " --- |" * 6)
     for name in (name for name in features if "size" in sets[0][name]):
-        print("|", name, "|", " | ".join(
-            [micrometres(name, "size u"), f"{mean(name, 'k'):.2f}", f"{mean(name, 'size chi'):.2f}",
-             percent(name, "size"), percent(name, "size 2u"),
-             f"{100.0 * mean(name, 'size accepted'):.1f}"]), "|")
+        print(
+            "|",
+            name,
+            "|",
+            " | ".join(
+                [
+                    micrometres(name, "size u"),
+                    f"{mean(name, 'k'):.2f}",
+                    f"{mean(name, 'size chi'):.2f}",
+                    percent(name, "size"),
+                    percent(name, "size 2u"),
+                    f"{100.0 * mean(name, 'size accepted'):.1f}",
+                ]
+            ),
+            "|",
+        )
     print("\n| between features | u µm or µrad | χ² | covered by U % | χ² of u in quadrature |")
     print("| --- |" + " --- |" * 4)
-    for name in names[len(features):]:
+    for name in names[len(features) :]:
         scale = 1e-6 if "angle" in name else MICROMETRE
-        print("|", name, "|", f"{mean(name, 'u') / scale:.2f} | {mean(name, 'chi'):.2f} | "
-              f"{percent(name, 'covered')} | {mean(name, 'chi in quadrature'):.2f} |")
+        print(
+            "|",
+            name,
+            "|",
+            f"{mean(name, 'u') / scale:.2f} | {mean(name, 'chi'):.2f} | "
+            f"{percent(name, 'covered')} | {mean(name, 'chi in quadrature'):.2f} |",
+        )
     print(f"\n{len(sets)} sets; false acceptance: of a value at its limit, with P = "
           f"{100.0 * REQUIRED:g} %", flush=True)  # fmt: skip
 

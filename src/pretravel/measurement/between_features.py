@@ -17,7 +17,7 @@ from pretravel.measurement.feature_uncertainty import (
 )
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 
-DISTANCE, ANGLE = "distance", "angle"
+_DISTANCE, _ANGLE = "distance", "angle"
 _FLAT = ("plane", "line")
 _PARALLEL = 1.0 * DEGREE  # largest angle of features that have a distance
 _ALL_PAIRS = 6  # features up to this number: all pairs; more: neighbours alone
@@ -50,9 +50,7 @@ class _Derived:
     second: FloatArray
 
 
-_Derive = Callable[
-    [MeasuredFeature, MeasuredFeature, Association, Association], _Derived | None
-]
+_Derive = Callable[[MeasuredFeature, MeasuredFeature, Association, Association], _Derived | None]
 
 
 def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelation, ...]:
@@ -98,7 +96,7 @@ def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelat
     """
     found = []
     for first, second in _pairs(features):
-        for name, derive in ((DISTANCE, _distance), (ANGLE, _angle)):
+        for name, derive in ((_DISTANCE, _distance), (_ANGLE, _angle)):
             here = derive(first, second, first.association, second.association)
             if here is not None:
                 before = _uncompensated(first, second, derive)
@@ -165,11 +163,11 @@ def _quantity(
         cause: float(np.sqrt(max(part[0, 0], 0.0)))
         for cause, part in covariance_by_source(terms).items()
     }
-    if first.errors.machine > 0.0 and name == DISTANCE:
+    if first.errors.machine > 0.0 and name == _DISTANCE:
         parts[MACHINE] = first.errors.machine
     u = float(np.sqrt(sum(part**2 for part in parts.values())))
     dof = dof_of_features(terms, u)
-    return Quantity(name, derived.value, u, parts, before, name == ANGLE, dof)
+    return Quantity(name, derived.value, u, parts, before, name == _ANGLE, dof)
 
 
 def _off_parallel(first: FloatArray, second: FloatArray) -> float:
@@ -214,10 +212,7 @@ def _distance_of_centres(a: Association, b: Association) -> _Derived | None:
     along = float(apart @ axes[0]) if axes else 0.0
     across = apart - along * axes[0] if axes else apart
     value = float(np.linalg.norm(across))
-    if value > _SAME_PLACE:
-        toward = across / value
-    else:
-        toward = a.located_along[0]
+    toward = across / value if value > _SAME_PLACE else a.located_along[0]
     by_first, by_second = -toward @ a.point_rows, toward @ b.point_rows
     owner = a if a.direction is not None else b
     if owner.direction_rows is not None:
@@ -253,4 +248,3 @@ def _angle(
         largest = np.linalg.eigh(scatter)[1][:, -1]
         by_first, by_second = largest @ rows[0], largest @ rows[1]
     return _Derived(value, by_first, by_second)
-

@@ -13,6 +13,7 @@ from pretravel.uncertainty.gum import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 _SEED = 1
 _STEPS = 2000  # of probability: the ends of an interval of 95 % are 45 of them
+_NOISE_DOF = 50  # of the repeatability: 25 directions touched three times, as is usual
 _PAIRED = 200  # largest and smallest residuals of which pairs are compared
 
 
@@ -27,7 +28,7 @@ class FormResult:
     value : float
         Form of the surface at the touched points: this range less its enlargement. [mm]
     quantiles : (q,) float
-        Of that form, at equal steps of probability. [mm]
+        Of that form, ascending, at the middles of equal steps of probability. [mm]
     noise : float
         Mean range that the errors of the points produce on a perfect feature. [mm]
     most_noise : float
@@ -42,7 +43,8 @@ class FormResult:
 
     def at_most(self, probability: float) -> float:
         """The bound below which the form lies with a probability. [mm]"""
-        return float(np.quantile(self.quantiles, probability))
+        steps = (np.arange(len(self.quantiles)) + 0.5) / len(self.quantiles)
+        return float(np.interp(probability, steps, self.quantiles))
 
     def probability_of(self, tolerance: float) -> float:
         """The probability that the form is not larger than a tolerance."""
@@ -96,16 +98,20 @@ def form_result(errors: FeatureErrors) -> FormResult:
     noise = errors.noise_trials(generator)
     alone = np.ptp(noise, axis=1)
     probability = (np.arange(_STEPS) + 0.5) / _STEPS
-    least = measured - np.quantile(_enlargement(residuals, noise, alone), 1.0 - probability)
+    # How large the noise is was found with few touches itself.
+    scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, len(noise)))
+    enlarged = np.sort(scale * _enlargement(residuals, noise, alone))
+    drawn = (np.arange(len(enlarged)) + 0.5) / len(enlarged)
+    least = measured - np.interp(1.0 - probability, drawn, enlarged)
     most = _largest_difference(errors, np.maximum(ndtri(probability), 0.0))
     quantiles = np.where(probability < 0.5, np.maximum(least, 0.0), most)
     if errors.machine > 0.0:
         quantiles = _widened(quantiles, errors.machine, generator)
     shape = _without_noise(residuals, noise)
-    enlarged = float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape))
+    bias = float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape))
     return FormResult(
         measured=measured,
-        value=min(max(measured - enlarged, 0.0), float(quantiles[-1])),
+        value=min(max(measured - bias, 0.0), float(quantiles[-1])),
         quantiles=frozen(quantiles),
         noise=float(alone.mean()),
         most_noise=float(np.quantile(alone, 0.95)),
@@ -149,4 +155,4 @@ def _without_noise(residuals: FloatArray, noise: FloatArray) -> FloatArray:
     """The residuals, made smaller so that their variance is less by that of the noise."""
     observed = float(np.sum(residuals**2))
     expected = float(np.mean(np.sum(noise**2, axis=1)))
-    return residuals * np.sqrt(max(1.0 - expected / max(observed, 1e-300), 0.0))
+    return np.asarray(residuals * np.sqrt(max(1.0 - expected / max(observed, 1e-300), 0.0)))

@@ -24,7 +24,7 @@ MAP = "map"
 _RARE = 0.01  # probability that noise alone is taken for form
 _SAME_DIRECTION = np.radians(1.0)
 _CELLS = 128  # of one degree and more, from -1 to 1
-_PERFECT = 0.5  # probability, before the touches, that a surface has no form beside the noise
+_PERFECT = 0.3  # probability, before the touches, that a surface has no form beside the noise
 _SIZES = 24  # of the form of a part that are tried
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _DOFS = (0.5, 1e4)  # of Student's t: fewer are a bound, more are normal
@@ -325,8 +325,10 @@ def _excess(observed: float, expected: float, dof: int) -> float:
 def _form_sizes(observed: float, expected: float, dof: int) -> tuple[FloatArray, FloatArray]:
     """Standard deviations of the form of a part, and their probabilities by the residuals. [mm]
 
-    Before the touches a surface without form is as probable as one with it, and all orders of
-    magnitude of its form are alike. The sum of the squares is distributed as chi-squared.
+    Before the touches a surface has no form with a probability of 0.3, and all orders of magnitude
+    of a form are alike. The sum of the squares is distributed as chi-squared. With more weight on
+    surfaces without form, sizes of rough bores of five touches would be accepted falsely too often;
+    with less, four touches of a perfect bore would say still less (benchmarks/features.py).
     """
     noise = max(math.sqrt(expected / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
     largest = _MOST * max(noise, math.sqrt(observed / dof))

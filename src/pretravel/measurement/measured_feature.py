@@ -166,9 +166,7 @@ class MeasuredFeature:
             found.append(Quantity("position", value, u, {}, plain, dof=self.position_dof))
         if self.association.dof > 0:
             form, before = self.form, self.uncompensated
-            found.append(
-                Quantity(self.form_name, form.value, form.u, {}, ends=form.interval)
-            )
+            found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
             plain = None if before is None else before.form
             found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
         return tuple(found)

@@ -97,9 +97,7 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     if tolerances.size is not None:
         size = feature.quantity("diameter")
         found.append(
-            size_conformity(
-                "diameter", size.value, size.u, tolerances.size, required, dof=size.dof
-            )
+            size_conformity("diameter", size.value, size.u, tolerances.size, required, dof=size.dof)
         )
     if tolerances.position is not None:
         if feature.located is None:

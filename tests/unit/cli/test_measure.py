@@ -48,9 +48,10 @@ def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None
         # The effective radius is smaller than that of the tip by 1 to 20 µm (an OMP40-2).
         assert 2e-3 < float(row["uncompensated"]) - diameter < 40e-3
         assert float(row["u"]) > 1e-3  # that of the machine alone
-        assert float(row["expanded_u"]) == pytest.approx(2.0 * float(row["u"]))
+        # Nine residuals leave some doubt about the form of the bore; u is mostly the machine's.
+        assert float(row["expanded_u"]) == pytest.approx(2.0 * float(row["u"]), rel=5e-3)
         # 95 % at one limit: JCGM 106.
-        assert float(row["guard_band"]) == pytest.approx(1.6449 * float(row["u"]), rel=1e-4)
+        assert float(row["guard_band"]) == pytest.approx(1.6449 * float(row["u"]), rel=5e-3)
     assert found["bore1"]["verdict"] == "conforms"
     assert found["bore2"]["verdict"] == "does not conform"
     (apart,) = (row for row in rows(out) if row["quantity"] == "distance")

@@ -33,10 +33,9 @@ _MOST_BUDGETS = 6
 """Drawn as bars; a page lists all of them as tables."""
 _ASSOCIATION = (
     "features of least squares (Gaussian association): not the largest inscribed or smallest "
-    "circumscribed ones. Form (roundness, flatness, …) is that of the surface at the touched points: "
-    "the measured range without its enlargement by noise, in bounds that hold for a surface of any "
-    "shape. The surface between the points is not seen: fewer touches than some seven for each wave "
-    "of a form miss a part of it"
+    "circumscribed ones. Form (roundness, flatness, …) is that of the surface at the touched "
+    "points, in bounds that hold for any shape; the measured range contains the noise too. The "
+    "surface between the points is not seen"
 )
 _BETWEEN = "Between features"
 _COMMON = (
@@ -235,7 +234,9 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
     ]
     why = "" if inspected.verdict is ConformityVerdict.CONFORMS else f" ({'; '.join(reasons)})"
     words = verdict_words(inspected.verdict, feature.errors.machine)
-    return f"{_name(feature)}, {count}: {words}{why}{_decided_value(inspected)}{_touched(inspected)}"
+    return (
+        f"{_name(feature)}, {count}: {words}{why}{_decided_value(inspected)}{_touched(inspected)}"
+    )
 
 
 def _value_words(quantity: Quantity) -> str:
@@ -252,7 +253,9 @@ def _form_words(feature: MeasuredFeature) -> str:
     low, high = (end / MICROMETRE for end in feature.form.interval)
     found = f"at most {high:.2f} µm" if low == 0.0 else f"{low:.2f} to {high:.2f} µm"
     measured = feature.form.measured / MICROMETRE
-    return f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), measured range {measured:.2f} µm"
+    return (
+        f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), measured range {measured:.2f} µm"
+    )
 
 
 def _touched(inspected: InspectedFeature) -> str:
@@ -283,7 +286,9 @@ def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
     return side_of_failure(conformity, feature.side)
 
 
-def _lengths_table(rows: Sequence[tuple[str, Quantity]], **about: str) -> Table:
+def _lengths_table(
+    rows: Sequence[tuple[str, Quantity]], explanation: str, title: str = ""
+) -> Table:
     plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in rows]
     change = [(q.value - p) / MICROMETRE for (_, q), p in zip(rows, plain, strict=True)]
     return Table(
@@ -301,7 +306,8 @@ def _lengths_table(rows: Sequence[tuple[str, Quantity]], **about: str) -> Table:
                 if any(q.ends for _, q in rows)
             ),
         ),
-        **about,
+        title=title,
+        explanation=explanation,
     )
 
 
@@ -325,7 +331,7 @@ def _relations_table(relations: Sequence[FeatureRelation]) -> Table:
     """Distances and angles, in the unit of each."""
     found = [(f"{r.first}, {r.second}", r.quantity) for r in relations]
     if not any(q.angle for _, q in found):
-        return _lengths_table(found, title=_BETWEEN, explanation=_COMMON)
+        return _lengths_table(found, _COMMON, _BETWEEN)
     scale = [DEGREE if q.angle else 1.0 for _, q in found]
     plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in found]
     return Table(
