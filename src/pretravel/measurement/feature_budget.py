@@ -26,7 +26,7 @@ def feature_budgets(feature: MeasuredFeature) -> tuple[Budget, ...]:
     """
     name = feature.label or feature.kind
     return tuple(
-        Budget(_components(quantity), f"{name}, {quantity.name}")
+        Budget(_components(quantity), f"{name}, {quantity.name}", whole_dof=False)
         for quantity in feature.quantities
         if not quantity.angle
     )

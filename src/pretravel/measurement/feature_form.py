@@ -14,7 +14,8 @@ from pretravel.uncertainty.gum import COVERAGE_FACTOR, EXPANDED_COVERAGE
 _SEED = 1
 _STEPS = 2000  # of probability: the ends of an interval of 95 % are 45 of them
 _NOISE_DOF = 50  # of the repeatability: 25 directions touched three times, as is usual
-_PAIRED = 200  # largest and smallest residuals of which pairs are compared
+_PAIRED = 200  # largest and smallest residuals of which pairs are compared, …
+_MOST_CHANGES = 4_000_000  # … fewer of very many points
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +134,8 @@ def _largest_difference(errors: FeatureErrors, factors: FloatArray) -> FloatArra
     """Largest difference of two residuals plus factors of its standard uncertainty. [mm]"""
     residuals = errors.association.residuals
     order = np.argsort(residuals)
-    rows = np.unique(np.concatenate([order[:_PAIRED], order[-_PAIRED:]]))
+    paired = min(_PAIRED, max(_MOST_CHANGES // len(order), 10))
+    rows = np.unique(np.concatenate([order[:paired], order[-paired:]]))
     u = errors.u_of_differences(rows)
     difference = residuals[rows][:, None] - residuals[rows]
     # Only pairs that are largest for some factor: on the way from small to large u.

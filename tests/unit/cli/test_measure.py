@@ -105,7 +105,8 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
     run(*command, "-o", values, code=3)
     found = data_of(values)
     (bore,) = found["Features"]
-    assert (bore["kind"], bore["side"], bore["coverage_factor"]) == ("bore", "inside", 2.0)
+    assert (bore["kind"], bore["side"]) == ("bore", "inside")
+    assert 2.0 <= bore["coverage_factor"] < 2.1  # nine residuals without any form
     by_name = {row["quantity"]: row for row in found["Quantities"]}
     assert by_name["position"]["verdict"] == "within the tolerance, machine not in u"
     # Between the points a larger form is not seen.

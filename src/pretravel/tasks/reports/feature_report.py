@@ -110,7 +110,7 @@ def _data(
         "feature": [f.label for f in measured],
         "kind": [f.kind for f in measured],
         "side": [f.side or "" for f in measured],
-        "coverage_factor": [COVERAGE_FACTOR] * len(measured),
+        "coverage_factor": [_largest_factor(f) for f in measured],
         "u_machine_mm": [f.errors.machine for f in measured],
         "correlation_of_points_stated": [f.errors.correlation_known for f in measured],
         **{f"direction_{name}": axes[:, i] for i, name in enumerate("xyz")},
@@ -155,6 +155,12 @@ def _data(
         ),
         _rows_data(("feature", "label", "residual_mm"), residuals, "Residuals"),
     )  # fmt: skip
+
+
+def _largest_factor(feature: MeasuredFeature) -> float:
+    """The largest U / u of its quantities."""
+    known = [q.expanded_u / q.u for q in feature.quantities if q.u > 0.0]
+    return max(known, default=COVERAGE_FACTOR)
 
 
 def _covariances_between(
