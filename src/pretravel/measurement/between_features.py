@@ -64,7 +64,8 @@ def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelat
     Returns
     -------
     tuple of FeatureRelation
-        Of all pairs of up to six features; of more features, of neighbours in their order.
+        Of all pairs of up to six features; of more features, of neighbours in their order. None of
+        two features that share touches.
         Centres have a distance (across their axes, where these are parallel within 1°), and so
         have planes and lines that are parallel within 1°: that of the point of the second. An
         angle is that between the directions that both features determine.
@@ -139,7 +140,14 @@ def _pairs(
     for i, first in enumerate(features):
         last = len(features) if len(features) <= _ALL_PAIRS else min(i + 2, len(features))
         for second in features[i + 1 : last]:
-            yield first, second
+            if not _share_touches(first, second):
+                yield first, second
+
+
+def _share_touches(first: MeasuredFeature, second: MeasuredFeature) -> bool:
+    """Whether a touch belongs to both: its own error would be common to them."""
+    here = {place.tobytes() for place in first.points.positions}
+    return any(place.tobytes() in here for place in second.points.positions)
 
 
 def _uncompensated(

@@ -100,6 +100,12 @@ def test_pairs_of_few_and_neighbours_of_many() -> None:
     assert [(r.first, r.second) for r in found] == [(str(i), str(i + 1)) for i in range(7)]
 
 
+def test_features_that_share_touches_have_no_distance() -> None:
+    """The error of a shared touch is common to both, and would be counted twice."""
+    bore = _bores()[0]
+    assert relations_between([bore, bore]) == ()
+
+
 def test_axes_that_cross_have_an_angle_and_no_distance() -> None:
     positions, normals = features()["cylinder"]
     points = [feature_points(_turned(positions, a), _turned(normals, a)) for a in (0.0, 60.0)]
