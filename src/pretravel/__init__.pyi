@@ -48,6 +48,9 @@ from .maps.kinds.wozniak import WozniakKind as WozniakKind
 from .maps.pretravel_map import PretravelMap as PretravelMap
 from .maps.provenance import Provenance as Provenance
 from .maps.provenance import QualificationSetup as QualificationSetup
+from .measurement.between_features import FeatureRelation as FeatureRelation
+from .measurement.between_features import covariance_of_positions as covariance_of_positions
+from .measurement.between_features import relations_between as relations_between
 from .measurement.comparison import compare_corrections as compare_corrections
 from .measurement.compensation import apply as apply
 from .measurement.compensation import embed as embed

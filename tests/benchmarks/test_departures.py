@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from benchmarks import features
 from benchmarks.departures import machine, patterns, probes, rows, table
 from benchmarks.departures.departure import Departure
 from benchmarks.departures.evaluation import Job, Outcome, evaluated, scene_of
@@ -345,6 +346,15 @@ def test_an_aged_probe_differs_a_little() -> None:
     around = _ring(np.arange(0.0, 360.0, 5.0))
     change = probes.aged(probe, generator).pretravel(around) - probe.pretravel(around)
     assert 0.01 * MICROMETRE < np.abs(change).max() < 1.0 * MICROMETRE
+
+
+def test_features_are_compared_with_the_truth(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every row of the three tables, of one probe; 50 rough places have a form of some 4.5 times
+    their standard deviation (range of 50 normal values)."""
+    one = features.one_set(0, "mean")
+    assert one["bore, rough, 1 µm, 50 touches"]["true"] > 2.0 * MICROMETRE
+    features.printed([one])
+    assert len(capsys.readouterr().out.splitlines()) == len(one) + len(features.BORES) + 10
 
 
 def test_refusals_are_counted_and_not_averaged() -> None:

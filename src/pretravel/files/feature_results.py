@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.units import DEGREE
-from pretravel.measurement.conformity import MACHINE_NOT_IN_U, Conformity, verdict_words
+from pretravel.measurement.between_features import FeatureRelation
+from pretravel.measurement.conformity import MACHINE_NOT_IN_U, Conformity, conformity_words
+from pretravel.measurement.measured_feature import Quantity
 from pretravel.measurement.tolerances import InspectedFeature
-from pretravel.uncertainty.gum import COVERAGE_FACTOR
 
 
 def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
@@ -25,41 +26,51 @@ def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        feature, kind, points, quantity, unit (mm or deg), value, u, expanded_u (k = 2),
-        uncompensated, and with a tolerance lower, upper, guard_band, rejection_band,
-        conformance_probability, verdict.
+        feature, kind, points, quantity, unit (mm or deg), value, u, expanded_u, uncompensated,
+        interval_from_mm, interval_to_mm (95 %, of lengths), and with a tolerance lower, upper,
+        guard_band, rejection_band, conformance_probability, verdict.
     """
     feature = inspected.feature
     decisions = {conformity.name: conformity for conformity in inspected.conformities}
-    rows = []
+    about = {"feature": feature.label, "kind": feature.kind, "points": len(feature.points)}
+    return [
+        {**about, **_values(q), **_decision(decisions.get(q.name), feature.errors.machine)}
+        for q in feature.stated
+    ]
 
-    def add(name: str, value: float, u: float, plain: float | None, angle: bool = False) -> None:
-        scale = DEGREE if angle else 1.0
-        rows.append(
-            {
-                "feature": feature.label,
-                "kind": feature.kind,
-                "points": len(feature.points),
-                "quantity": name,
-                "unit": "deg" if angle else "mm",
-                "value": value / scale,
-                "u": u / scale,
-                "expanded_u": COVERAGE_FACTOR * u / scale,
-                "uncompensated": None if plain is None else plain / scale,
-                **_decision(decisions.get(name), feature.errors.machine),
-            }
-        )
 
-    for quantity in feature.quantities:
-        add(quantity.name, quantity.value, quantity.u, quantity.uncompensated, quantity.angle)
-    plain = feature.uncompensated
-    if feature.located is not None:
-        position, u = feature.position
-        add("position", position, u, feature.uncompensated_position)
-    if feature.association.dof > 0:
-        form = feature.form
-        add(feature.form_name, form.value, form.u, None if plain is None else plain.form)
-    return rows
+def relation_rows(
+    relations: Sequence[FeatureRelation], features: Sequence[InspectedFeature]
+) -> list[dict[str, Any]]:
+    """Distances and angles between features, each as values by column as `feature_rows`."""
+    counts = {each.feature.label: len(each.feature.points) for each in features}
+    kind = features[0].feature.kind
+    return [
+        {
+            "feature": f"{relation.first}, {relation.second}",
+            "kind": kind,
+            "points": counts[relation.first] + counts[relation.second],
+            **_values(relation.quantity),
+            **_decision(None, 0.0),
+        }
+        for relation in relations
+    ]
+
+
+def _values(quantity: Quantity) -> dict[str, Any]:
+    scale = DEGREE if quantity.angle else 1.0
+    plain = quantity.uncompensated
+    ends = (math.nan, math.nan) if quantity.angle else quantity.interval
+    return {
+        "quantity": quantity.name,
+        "unit": "deg" if quantity.angle else "mm",
+        "value": quantity.value / scale,
+        "u": _finite(quantity.u / scale),
+        "expanded_u": _finite(quantity.expanded_u / scale),
+        "uncompensated": None if plain is None else plain / scale,
+        "interval_from_mm": _finite(ends[0]),
+        "interval_to_mm": _finite(ends[1]),
+    }
 
 
 def _decision(conformity: Conformity | None, u_machine: float) -> dict[str, Any]:
@@ -74,7 +85,7 @@ def _decision(conformity: Conformity | None, u_machine: float) -> dict[str, Any]
         "guard_band": _finite(conformity.guard_band),
         "rejection_band": _finite(conformity.rejection_band),
         "conformance_probability": _finite(conformity.probability),
-        "verdict": verdict_words(conformity.verdict, u_machine) + lacks,
+        "verdict": conformity_words(conformity, u_machine) + lacks,
     }
 
 
@@ -82,12 +93,15 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def features_table(features: Sequence[InspectedFeature]) -> dict[str, npt.ArrayLike]:
+def features_table(
+    features: Sequence[InspectedFeature], relations: Sequence[FeatureRelation] = ()
+) -> dict[str, npt.ArrayLike]:
     """The quantities of features as columns of a table; a cell that does not apply is empty.
 
-    Columns: see `feature_rows`.
+    Columns: see `feature_rows`. Distances and angles between features follow.
     """
     rows = [row for inspected in features for row in feature_rows(inspected)]
+    rows += relation_rows(relations, features)
     return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
 

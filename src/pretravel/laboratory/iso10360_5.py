@@ -22,6 +22,7 @@ from pretravel.laboratory.standard_check import (
     ALONG_Z,
     DIAMETER_OF_REFERENCE,
     FORM_OF_REFERENCE,
+    RANGE_AS_DEFINED,
     RECALLED,
     CalibratedSphere,
     FittedSet,
@@ -151,6 +152,7 @@ def check_iso10360_5(
             f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm (recalled); "
             f"this one has {sphere.diameter:g} mm"
         )
+    notes.append(RANGE_AS_DEFINED)
     sets = tuple(
         FittedSet(f"run {run}", fit, points[rows], form.limit)
         for run, (fit, rows) in enumerate(zip(fits, runs, strict=True), start=1)

@@ -21,6 +21,7 @@ from pretravel.base.units import DEGREE
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
     FORM_OF_REFERENCE,
+    RANGE_AS_DEFINED,
     RECALLED,
     CalibratedSphere,
     FittedSet,
@@ -108,6 +109,7 @@ def check_iso230_10(
     figures = tuple(test.figure for test in tests if test.figure is not None)
     sets = tuple(test.fitted for test in tests if test.fitted is not None)
     notes = tuple(test.note for test in tests if test.note)
+    notes += (RANGE_AS_DEFINED,) if sets else ()
     if not figures:
         raise PretravelError("these touches allow none of the tests: " + "; ".join(notes))
     if tip_diameter is not None and sets:

@@ -29,6 +29,11 @@ RECALLED = "recalled"
 FORM_OF_REFERENCE = "form error of the reference"
 DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
 """Sources of the uncertainty of test values."""
+RANGE_AS_DEFINED = (
+    "the probing error of form is the range of these touches with their noise, as it is defined: "
+    "another run gives another range. That is not in u of the test value"
+)
+"""A note of tests whose figure is the range of residuals."""
 
 
 class LimitOutcome(Enum):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -84,7 +85,7 @@ class Association:
         """Largest less smallest residual. [mm]"""
         return float(np.ptp(self.residuals))
 
-    @property
+    @cached_property
     def response(self) -> FloatArray:
         """Change of the parameters for a movement of each point along `outward`, (k, n)."""
         return np.asarray(-np.linalg.pinv(self.jacobian))

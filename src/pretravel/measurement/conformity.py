@@ -6,14 +6,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr, ndtri, stdtr, stdtrit
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import COORDINATE, DISTANCE, PROBABILITY, UNCERTAINTY, checked
-from pretravel.measurement.feature_uncertainty import FormResult
+from pretravel.measurement.feature_form import FormResult
 from pretravel.measurement.measured_feature import position_and_uncertainty
 
 DEFAULT_PROBABILITY = 0.95
@@ -37,6 +38,9 @@ _BY_PROBING_ALONE = {
 }
 MACHINE_NOT_IN_U = "machine not in u"
 """What a verdict adds where u contains the errors of probing alone."""
+
+AT_TOUCHED_POINTS = " at the touched points"
+"""What a verdict on a form adds: a larger form between the points is not seen."""
 
 
 def verdict_words(verdict: ConformityVerdict, u_machine: float) -> str:
@@ -73,10 +77,15 @@ class Conformity:
     rejection_band : float
         Distance beyond a limit of the tolerance from which nonconformity is proven. [mm]
     probability : float
-        That the true value conforms; not a number for form, whose distribution is not known.
+        That the true value conforms.
     required : float
         Probability at which conformity or nonconformity is proven.
     verdict : ConformityVerdict
+    dof : float
+        Degrees of freedom of `u`.
+    of_touched_points : bool
+        Whether the decision is about the touched points alone, as that about a form is: a larger
+        form between them is not seen.
     """
 
     name: str
@@ -89,17 +98,44 @@ class Conformity:
     probability: float
     required: float
     verdict: ConformityVerdict
+    dof: float = math.inf
+    of_touched_points: bool = False
 
     @property
     def coverage(self) -> float:
         """Factor of the standard uncertainty for a band at one limit, 1.645 for 95 %."""
-        return float(ndtri(self.required))
+        return _quantile(self.dof, self.required)
+
+
+def _quantile(dof: float, probability: float) -> float:
+    """Of Student's t; of the normal distribution where the degrees of freedom are infinite."""
+    return float(ndtri(probability) if math.isinf(dof) else stdtrit(dof, probability))
+
+
+def conformity_words(conformity: Conformity, u_machine: float) -> str:
+    """The outcome of one decision in words, with what it speaks of.
+
+    Parameters
+    ----------
+    conformity : Conformity
+    u_machine : float
+        As of `verdict_words`. [mm]
+    """
+    words = verdict_words(conformity.verdict, u_machine)
+    inside = conformity.verdict is ConformityVerdict.CONFORMS
+    return words + AT_TOUCHED_POINTS if inside and conformity.of_touched_points else words
 
 
 def size_conformity(
-    name: str, value: float, u: float, limits: tuple[float, float], required: float
+    name: str,
+    value: float,
+    u: float,
+    limits: tuple[float, float],
+    required: float,
+    *,
+    dof: float = math.inf,
 ) -> Conformity:
-    """Decide about a quantity with normal errors and limits on one or both sides.
+    """Decide about a quantity with limits on one or both sides.
 
     Parameters
     ----------
@@ -110,6 +146,8 @@ def size_conformity(
         Lower and upper; infinite where there is none. [mm]
     required : float
         Probability for a decision, above 0.5.
+    dof : float
+        Degrees of freedom of `u`: the error over u has Student's distribution with them.
 
     Returns
     -------
@@ -118,7 +156,7 @@ def size_conformity(
     References
     ----------
     ISO 14253-1:2017 (recalled, not checked against its text): conformity is proven where its
-    probability is at least 95 %. JCGM 106, section 7: this probability for normal errors.
+    probability is at least 95 %. JCGM 106, section 7: this probability.
 
     >>> bore = size_conformity("diameter", 20.019, 0.001, (20.0, 20.021), 0.95)
     >>> bore.verdict.value, round(bore.guard_band, 6), round(bore.probability, 3)
@@ -130,22 +168,29 @@ def size_conformity(
     def probability(y: float) -> float:
         if u == 0.0:
             return float(lower <= y <= upper)
-        return float(ndtr((upper - y) / u) - ndtr((lower - y) / u))
+        below = ndtr if math.isinf(dof) else partial(stdtr, dof)
+        return float(below((upper - y) / u) - below((lower - y) / u))
 
     checked(value, "the value", COORDINATE)
-    band = float(ndtri(required)) * u
+    band = _quantile(dof, required) * u
     if math.isfinite(lower) and math.isfinite(upper):
         guard = _guard_band(lambda g: probability(upper - g), 0.5 * (upper - lower), required)
     else:
         guard = band
     found = probability(value)
     return Conformity(
-        name, value, u, lower, upper, guard, band, found, required, _verdict(found, required, u)
-    )
+        name, value, u, lower, upper, guard, band, found, required, _verdict(found, required, u),
+        dof,
+    )  # fmt: skip
 
 
 def position_conformity(
-    located: FloatArray, covariance: FloatArray, tolerance: float, required: float
+    located: FloatArray,
+    covariance: FloatArray,
+    tolerance: float,
+    required: float,
+    *,
+    dof: float = math.inf,
 ) -> Conformity:
     """Decide about a position with a tolerance zone around the nominal one.
 
@@ -158,6 +203,8 @@ def position_conformity(
     tolerance : float
         Diameter of the zone; for a plane or a line, its width. [mm]
     required : float
+    dof : float
+        Degrees of freedom of the covariance.
 
     Returns
     -------
@@ -172,7 +219,10 @@ def position_conformity(
     checked(tolerance, "the tolerance", DISTANCE, inputs=("tolerance",))
     sizes, vectors = np.linalg.eigh(covariance)
     deviations = np.sqrt(np.maximum(sizes, 0.0))
-    draws = np.random.default_rng(_SEED).standard_normal((_TRIALS, len(located)))
+    generator = np.random.default_rng(_SEED)
+    draws = generator.standard_normal((_TRIALS, len(located)))
+    if math.isfinite(dof):
+        draws /= np.sqrt(generator.chisquare(dof, (_TRIALS, 1)) / dof)
     errors = (draws * deviations) @ vectors.T
     value, u = position_and_uncertainty(located, covariance)
     along = 2.0 * located / value if value > 0.0 else vectors[:, -1]
@@ -188,7 +238,7 @@ def position_conformity(
                            required)  # fmt: skip
     return Conformity(
         "position", value, u, -math.inf, tolerance, guard, band, found, required,
-        _verdict(found, required, u),
+        _verdict(found, required, u), dof,
     )  # fmt: skip
 
 
@@ -209,25 +259,23 @@ def form_conformity(name: str, form: FormResult, tolerance: float, required: flo
 
     Notes
     -----
-    Errors of the points enlarge a range. Conformity is proven below the tolerance less k u, with
-    the range as it was observed. Nonconformity is proven only where the range exceeds the
-    tolerance by more than the errors alone produce in 95 of 100 cases: the range of a sum is not
-    larger than the sum of the ranges.
+    The errors of the points enlarge a range, so that the form of the surface is compared, not the
+    measured range. Conformity is proven where the form is at most the tolerance with the required
+    probability, nonconformity where it is larger with this probability. Both speak of the touched
+    points: a form between them is not seen, so that a surface may not conform as a whole.
 
-    >>> form = FormResult(value=0.004, u=0.0005, bias=0.0002, noise=0.001, most_noise=0.0015)
+    >>> form = FormResult(measured=0.004, value=0.0038, quantiles=np.linspace(0.0025, 0.0045, 201),
+    ...                   noise=0.001, most_noise=0.0015)
     >>> form_conformity("roundness", form, 0.003, 0.95).verdict.value
     'cannot be decided'
     """
     _check(required, form.u, -math.inf, tolerance)
-    guard = float(ndtri(required)) * form.u
-    verdict = ConformityVerdict.UNDECIDED
-    if form.u > 0.0 and form.value <= tolerance - guard:
-        verdict = ConformityVerdict.CONFORMS
-    elif form.u > 0.0 and form.value > tolerance + max(form.most_noise, guard):
-        verdict = ConformityVerdict.DOES_NOT_CONFORM
+    found = form.probability_of(tolerance)
+    guard = max(form.at_most(required) - form.value, 0.0)
+    reject = max(form.value - form.at_most(1.0 - required), form.most_noise, guard)
     return Conformity(
         name, form.value, form.u, -math.inf, tolerance, guard if guard < tolerance else math.nan,
-        max(form.most_noise, guard), math.nan, required, verdict,
+        reject, found, required, _verdict(found, required, form.u), of_touched_points=True,
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -13,18 +14,16 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.association import Association, associate
-from pretravel.measurement.feature_uncertainty import (
-    MACHINE,
-    FeatureErrors,
-    FormResult,
-    feature_errors,
-    form_result,
-)
+from pretravel.measurement.feature_form import FormResult, form_result
+from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
 from pretravel.measurement.points import Points
+from pretravel.uncertainty.gum import coverage_factor
 
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
 """The name of the form of a feature; `form` of the others."""
+MEASURED_RANGE = "measured range"
+"""Largest less smallest residual: the form of the surface and the noise of the points."""
 _TANGENTIAL = 0.1  # smallest cosine of a point's normal, or of an axis, with what it determines
 
 
@@ -38,13 +37,17 @@ class Quantity:
     value : float
         From the compensated points. [mm or rad]
     u : float
-        Standard uncertainty. [mm or rad]
+        Standard uncertainty; not a number for what was read off, as a range is. [mm or rad]
     parts : mapping of str to float
         Contributions to `u` by source, whose squares add up to its square.
     uncompensated : float or None
         From the uncompensated points, where these are known. [mm or rad]
     angle : bool
         Whether it is an angle, in rad, not a length in mm.
+    dof : float
+        Degrees of freedom of `u`: few where few residuals show the form of the part.
+    ends : pair of float or None
+        Where the value lies with 95 %, if that is not the value plus and minus U. [mm or rad]
     """
 
     name: str
@@ -53,6 +56,18 @@ class Quantity:
     parts: Mapping[str, float]
     uncompensated: float | None = None
     angle: bool = False
+    dof: float = math.inf
+    ends: tuple[float, float] | None = None
+
+    @property
+    def expanded_u(self) -> float:
+        """U: 2 u, or more with few degrees of freedom (95 %). [mm or rad]"""
+        return coverage_factor(self.dof, whole_dof=False) * self.u
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Where the value lies with 95 %. [mm or rad]"""
+        return self.ends or (self.value - self.expanded_u, self.value + self.expanded_u)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +123,8 @@ class MeasuredFeature:
             for q in self.quantities
             if q.name == "diameter"
         ]
-        told.append(
-            f"{self.form_name} {self.form.value / MICROMETRE:.2f} µm, "
-            f"u = {self.form.u / MICROMETRE:.2f} µm"
-        )
+        low, high = (end / MICROMETRE for end in self.form.interval)
+        told.append(f"{self.form_name} {low:.2f} to {high:.2f} µm at the touched points")
         return f"MeasuredFeature({'; '.join(told)})"
 
     @property
@@ -130,6 +143,11 @@ class MeasuredFeature:
         return position_and_uncertainty(self.located, self.located_covariance)
 
     @property
+    def position_dof(self) -> float:
+        """Degrees of freedom of the position: the fewest of the coordinates."""
+        return min((q.dof for q in self.quantities if q.name in "xyz"), default=math.inf)
+
+    @property
     def uncompensated_position(self) -> float | None:
         """Twice the distance of the uncompensated feature from the nominal position. [mm]"""
         if self.uncompensated is None or self.nominal is None:
@@ -137,6 +155,21 @@ class MeasuredFeature:
         along = self.uncompensated.located_along
         away = along @ (self.uncompensated.point - self.nominal)
         return float(2.0 * np.linalg.norm(away))
+
+    @property
+    def stated(self) -> tuple[Quantity, ...]:
+        """All that is stated: `quantities`, the position, the form and the measured range."""
+        found = list(self.quantities)
+        if self.located is not None:
+            value, u = self.position
+            plain = self.uncompensated_position
+            found.append(Quantity("position", value, u, {}, plain, dof=self.position_dof))
+        if self.association.dof > 0:
+            form, before = self.form, self.uncompensated
+            found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
+            plain = None if before is None else before.form
+            found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
+        return tuple(found)
 
     @property
     def form_name(self) -> str:
@@ -210,7 +243,7 @@ def measure_feature(
 
     References
     ----------
-    JCGM 102, equation 3, for several outputs. Form by trials after JCGM 101.
+    JCGM 102, equation 3, for several outputs. Degrees of freedom: JCGM 100, G.4.
 
     >>> angle = np.arange(8) * np.pi / 4
     >>> outward = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -353,7 +386,7 @@ def _quantities(
         if errors.machine > 0.0 and not angle:
             parts[MACHINE] = errors.machine
         u = float(np.sqrt(sum(part**2 for part in parts.values())))
-        found.append(Quantity(name, value, u, parts, plain, angle))
+        found.append(Quantity(name, value, u, parts, plain, angle, errors.dof(row, u)))
 
     now, plain = association, before
     add("diameter", now.diameter_row, now.diameter, plain.diameter if plain else None, False)

@@ -96,7 +96,9 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     required = tolerances.probability
     if tolerances.size is not None:
         size = feature.quantity("diameter")
-        found.append(size_conformity("diameter", size.value, size.u, tolerances.size, required))
+        found.append(
+            size_conformity("diameter", size.value, size.u, tolerances.size, required, dof=size.dof)
+        )
     if tolerances.position is not None:
         if feature.located is None:
             raise PretravelError(
@@ -104,7 +106,11 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
             )
         found.append(
             position_conformity(
-                feature.located, feature.located_covariance, tolerances.position, required
+                feature.located,
+                feature.located_covariance,
+                tolerances.position,
+                required,
+                dof=feature.position_dof,
             )
         )
     if tolerances.form is not None:

@@ -15,6 +15,7 @@ from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
 if TYPE_CHECKING:
+    from pretravel.measurement.between_features import FeatureRelation
     from pretravel.measurement.points import Points
     from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature
     from pretravel.show.document import Document
@@ -27,7 +28,7 @@ def _features() -> list[str]:
 
 
 class Measure(LaboratoryReport):
-    """Measure features from compensated points: form, size, position, conformity.
+    """Measure features from compensated points: form, size, position, distances, conformity.
 
     Exit code 3: a feature does not conform to its tolerances.
     """
@@ -239,12 +240,15 @@ class MeasuredFeatures(Result):
     ----------
     task : Measure
     features : tuple of InspectedFeature
+    relations : tuple of FeatureRelation
+        Distances and angles between the features.
     exit_code : int
         `ANSWER` where a feature does not conform to its tolerances.
     """
 
     task: Measure
     features: tuple[InspectedFeature, ...]
+    relations: tuple[FeatureRelation, ...] = ()
     exit_code: int = 0
 
     def document(self) -> Document:
@@ -260,7 +264,9 @@ class MeasuredFeatures(Result):
                 "machine's geometry, of temperature and clamping: --u-machine"
             )
         warnings += task.statements_left_out()
-        report = features_document(self.features, points_name=task.points.name, warnings=warnings)
+        report = features_document(
+            self.features, self.relations, points_name=task.points.name, warnings=warnings
+        )
         return with_laboratory(report, task.statements())
 
     def write(self, output: str, path: Path) -> None:
@@ -269,15 +275,17 @@ class MeasuredFeatures(Result):
         from pretravel.files.feature_results import features_table
         from pretravel.files.tables import write_table
 
-        write_table(path, features_table(self.features))
+        write_table(path, features_table(self.features, self.relations))
 
 
 def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFeatures:
+    from pretravel.measurement.between_features import relations_between
     from pretravel.measurement.conformity import ConformityVerdict
 
+    relations = relations_between([each.feature for each in features])
     failed = ConformityVerdict.DOES_NOT_CONFORM
     some_fail = any(feature.verdict is failed for feature in features)
-    return MeasuredFeatures(task, features, ANSWER if some_fail else 0)
+    return MeasuredFeatures(task, features, relations, ANSWER if some_fail else 0)
 
 
 def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:

@@ -67,6 +67,8 @@ class Budget:
     components : tuple of Component
     result : str
         The quantity that it is the budget of, in words.
+    whole_dof : bool
+        Whether its degrees of freedom are rounded down for k, as in the GUM (G.4.1).
 
     References
     ----------
@@ -79,6 +81,7 @@ class Budget:
 
     components: tuple[Component, ...]
     result: str = ""
+    whole_dof: bool = True
 
     @property
     def combined(self) -> float:
@@ -94,17 +97,19 @@ class Budget:
         return self.combined**4 / spread if spread > 0.0 else math.inf
 
     def coverage_factor(
-        self, probability: float = EXPANDED_COVERAGE, *, whole_dof: bool = True
+        self, probability: float = EXPANDED_COVERAGE, *, whole_dof: bool | None = None
     ) -> float:
         """Coverage factor k of the expanded uncertainty, from Student's t.
 
         Parameters
         ----------
         probability : float
-        whole_dof : bool
-            Whether degrees of freedom are rounded down, as in the GUM (G.4.1).
+        whole_dof : bool, optional
+            Whether degrees of freedom are rounded down, as in the GUM (G.4.1); else as the budget
+            states.
         """
-        return coverage_factor(self.effective_dof, probability, whole_dof=whole_dof)
+        whole = self.whole_dof if whole_dof is None else whole_dof
+        return coverage_factor(self.effective_dof, probability, whole_dof=whole)
 
     def expanded(self, probability: float = EXPANDED_COVERAGE) -> float:
         """Coverage factor times combined standard uncertainty."""

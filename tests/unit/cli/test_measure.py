@@ -48,11 +48,15 @@ def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None
         # The effective radius is smaller than that of the tip by 1 to 20 µm (an OMP40-2).
         assert 2e-3 < float(row["uncompensated"]) - diameter < 40e-3
         assert float(row["u"]) > 1e-3  # that of the machine alone
-        assert float(row["expanded_u"]) == pytest.approx(2.0 * float(row["u"]))
+        # Nine residuals leave some doubt about the form of the bore; u is mostly the machine's.
+        assert float(row["expanded_u"]) == pytest.approx(2.0 * float(row["u"]), rel=5e-3)
         # 95 % at one limit: JCGM 106.
-        assert float(row["guard_band"]) == pytest.approx(1.6449 * float(row["u"]), rel=1e-4)
+        assert float(row["guard_band"]) == pytest.approx(1.6449 * float(row["u"]), rel=5e-3)
     assert found["bore1"]["verdict"] == "conforms"
     assert found["bore2"]["verdict"] == "does not conform"
+    (apart,) = (row for row in rows(out) if row["quantity"] == "distance")
+    assert (apart["feature"], apart["points"]) == ("bore1, bore2", "24")
+    assert float(apart["value"]) == pytest.approx(80.0, abs=1e-7)  # of the centres
 
 
 def test_labels_that_are_numbers(tmp_path: Path) -> None:
@@ -101,17 +105,23 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
     run(*command, "-o", values, code=3)
     found = data_of(values)
     (bore,) = found["Features"]
-    assert (bore["kind"], bore["side"], bore["coverage_factor"]) == ("bore", "inside", 2.0)
+    assert (bore["kind"], bore["side"]) == ("bore", "inside")
+    assert 2.0 <= bore["coverage_factor"] < 2.1  # nine residuals without any form
     by_name = {row["quantity"]: row for row in found["Quantities"]}
     assert by_name["position"]["verdict"] == "within the tolerance, machine not in u"
-    assert by_name["roundness"]["verdict"] == "within the tolerance, machine not in u"
+    # Between the points a larger form is not seen.
+    of_points = "within the tolerance at the touched points, machine not in u"
+    assert by_name["roundness"]["verdict"] == of_points
     parts = [row["u"] for row in found["Sources"] if row["quantity"] == "diameter"]
     assert by_name["diameter"]["u"] == pytest.approx(np.linalg.norm(parts))
     # Across the axis of a bore there are two directions: a matrix of 2 x 2 (JCGM 102).
     assert len(found["Covariances of positions"]) == 4
     residuals = [row["residual_mm"] for row in found["Residuals"]]
     assert [row["label"] for row in found["Residuals"]] == [f"bore1-{i + 1}" for i in range(12)]
-    assert np.ptp(residuals) == pytest.approx(by_name["roundness"]["value"], abs=1e-12)
+    assert np.ptp(residuals) == pytest.approx(by_name["measured range"]["value"], abs=1e-12)
+    # A perfect bore: its form is a bound, and the range has no u of its own.
+    assert by_name["roundness"]["interval_from_mm"] == 0.0
+    assert by_name["measured range"]["u"] is None
 
 
 def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path) -> None:

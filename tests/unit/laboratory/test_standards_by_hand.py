@@ -17,6 +17,7 @@ from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.iso10360_5 import check_iso10360_5
 from pretravel.laboratory.standard_check import (
+    RANGE_AS_DEFINED,
     CalibratedSphere,
     LimitOutcome,
     StandardCheck,
@@ -202,7 +203,9 @@ class TestMeasuringMachines:
         assert (only.name, only.limit, only.frame) == ("run 1", 3 * UM, "machine")
         # In the order of the pattern, which is that of the touches.
         assert only.places == pytest.approx(N * (12.5 + off)[:, None] + [1, 2, 3], abs=1e-12)
-        assert len(check.notes) == 1
+        # How the pattern was read, and that its noise belongs to the figure.
+        assert len(check.notes) == 2
+        assert check.notes[1] == RANGE_AS_DEFINED
 
     def test_without_a_tip_there_is_no_size(self) -> None:
         check = check_iso10360_5(_touches(N), SPHERE)

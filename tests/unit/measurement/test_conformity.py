@@ -45,6 +45,13 @@ class TestSize:
         assert found.verdict is CONFORMS
         assert found.probability == pytest.approx(0.97725, abs=1e-5)  # Φ(2)
 
+    def test_few_degrees_of_freedom(self) -> None:
+        """Student's t with 2: P(T < t) = 1/2 + t / (2 √(2 + t²)); its 95 % lie at 2.920."""
+        found = size_conformity("diameter", 5.0, 0.001, (-math.inf, 5.002), 0.95, dof=2.0)
+        assert found.probability == pytest.approx(0.5 + 1.0 / math.sqrt(6.0), abs=1e-9)
+        assert found.guard_band == pytest.approx(2.920e-3, rel=1e-4)
+        assert found.coverage == pytest.approx(2.920, rel=1e-4)
+
     def test_a_tolerance_that_is_too_narrow(self) -> None:
         """±1.9 u has at most 94.3 %: in its middle conformity cannot be proven."""
         found = size_conformity("diameter", 0.0, 0.001, (-0.0019, 0.0019), 0.95)
@@ -66,6 +73,11 @@ class TestPosition:
         assert found.probability == pytest.approx(1.0 - math.exp(-2.0), abs=0.004)  # 40,000 trials
         assert found.verdict is UNDECIDED
         assert math.isnan(found.guard_band)
+
+    def test_few_degrees_of_freedom(self) -> None:
+        """Two errors with one scale: P(|e| <= R) is 1 - (1 + R²/ν u²)^(-ν/2), ν = 2, R = 2 u."""
+        found = position_conformity(np.zeros(2), 1e-6 * np.eye(2), 0.004, 0.95, dof=2.0)
+        assert found.probability == pytest.approx(1.0 - 1.0 / 3.0, abs=0.007)  # 40,000 trials
 
     def test_far_from_it_the_band_is_that_of_one_limit(self) -> None:
         found = position_conformity(np.array([0.03, 0.04]), 1e-6 * np.eye(2), 0.2, 0.95)

@@ -16,6 +16,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.association import ASSOCIATIONS, associate
 from pretravel.measurement.compensation import apply, embed
+from pretravel.measurement.conformity import ConformityVerdict, size_conformity
 from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.points import FIXED_SCATTER, Points, placed
 from pretravel.measurement.selection import points_at, points_of_features
@@ -201,6 +202,8 @@ class TestForm:
         found = measure_feature(feature_points(10.0 * outward, -outward), "bore")
         assert found.form.noise == pytest.approx(3.895 * np.sqrt(21 / 24) * OWN, rel=0.03)
         assert found.form.value == pytest.approx(0.0, abs=1e-12)
+        # Studentized range, 5 % for 24 and a known deviation: 5.14 (interpolated in the tables).
+        assert found.form.most_noise == pytest.approx(5.14 * np.sqrt(21 / 24) * OWN, rel=0.03)
 
     def test_errors_in_common_are_no_form(self) -> None:
         outward, _ = around(24)
@@ -212,10 +215,55 @@ class TestForm:
         outward, _ = around(24)
         lobes = 5e-3 * np.cos(3.0 * np.arange(24) * 2.0 * np.pi / 24)
         found = measure_feature(feature_points((10.0 + lobes)[:, None] * outward, -outward), "bore")
-        assert found.form.value == pytest.approx(10e-3, rel=1e-6)
-        assert found.form.u == pytest.approx(OWN * np.sqrt(2.0), rel=0.3)  # of two extremes
+        assert found.form.measured == pytest.approx(10e-3, rel=1e-6)
+        low, high = found.form.interval
+        # Two standard deviations of the difference of two points (each reduced by the fit of 3
+        # parameters to 24) above; the range of the noise of all below.
+        assert high == pytest.approx(10e-3 + 2.0 * np.sqrt(2.0 * 21 / 24) * OWN, rel=0.01)
+        assert 10e-3 - 5.5 * OWN < low < found.form.value < 10e-3
         expected = np.sqrt((24 * 25e-6 / 2.0 - 21 * OWN**2) / 21)
         assert found.errors.excess == pytest.approx(expected, rel=1e-6)
+
+    @pytest.mark.parametrize(
+        ("shape", "only_a_bound"),
+        [
+            ("none", 93),  # 95 of 100, within a standard deviation of 2.2
+            ("four lobes of 2 µm", 0),
+            ("rough, 0.4 µm", 0),
+            ("one scratch of 1 µm", 0),
+        ],
+    )
+    def test_the_form_lies_in_its_interval(self, shape: str, only_a_bound: int) -> None:
+        """Of 40 points, in 95 of 100 sets at least, whatever the shape; the measured range is
+        larger by that of 40 errors, 4.3 of their deviation, where there is no form."""
+        outward, _ = around(40)
+        rng = np.random.default_rng(12)
+        inside = bounds = 0
+        for _ in range(100):
+            form = {
+                "none": np.zeros(40),
+                "four lobes of 2 µm": 2e-3 * np.cos(4.0 * np.arange(40) * 2.0 * np.pi / 40),
+                "rough, 0.4 µm": 0.4e-3 * rng.normal(size=40),
+                "one scratch of 1 µm": 1e-3 * (np.arange(40) == 7),
+            }[shape]
+            truth = associate("bore", (10.0 + form)[:, None] * outward, axis=Z).form
+            moved = (10.0 + form + OWN * rng.normal(size=40))[:, None] * outward
+            found = measure_feature(feature_points(moved, -outward), "bore", axis=Z).form
+            low, high = found.interval
+            inside += low <= truth + 1e-9 <= high
+            bounds += low == 0.0
+            assert found.measured > truth + 2.0 * OWN or shape != "none"
+        assert inside >= 93  # two standard deviations of 100 sets below 95.45 is 91.3
+        assert bounds >= only_a_bound
+
+    def test_without_known_correlations_the_bounds_are_wider(self) -> None:
+        """Errors in common would not be seen in the residuals; opposite ones would be twice."""
+        outward, _ = around(8)
+        oval = 5e-3 * np.cos(2.0 * np.arange(8) * 2.0 * np.pi / 8)
+        position = (10.0 + oval)[:, None] * outward
+        known = measure_feature(feature_points(position, -outward), "bore").form
+        unknown = measure_feature(feature_points(position, -outward, stated=False), "bore").form
+        assert unknown.interval[1] > known.interval[1] + OWN
 
     def test_noise_is_seldom_taken_for_form(self) -> None:
         """At most 1 of 100 by the limit; of 150 sets, more than 6 have a probability of 0.1 %."""
@@ -227,6 +275,44 @@ class TestForm:
             points = feature_points(moved, -outward)
             found += measure_feature(points, "bore").errors.excess > 0.0
         assert found <= 6
+
+
+class TestFewResiduals:
+    """What few residuals do not tell of the roughness of the part is in U."""
+
+    @pytest.mark.parametrize(("count", "factor"), [(5, 4.53), (8, 2.65), (13, 2.28)])
+    def test_a_rough_bore_has_the_factor_of_student(self, count: int, factor: float) -> None:
+        """GUM, Table G.2, 95.45 %: 2, 5 and 10 degrees of freedom; the residuals are as large as
+        twenty times the noise, so that nothing else is in u."""
+        outward, _ = around(count)
+        rng = np.random.default_rng(3)
+        rough = 20.0 * OWN * rng.normal(size=count)
+        points = feature_points((10.0 + rough)[:, None] * outward, -outward)
+        diameter = measure_feature(points, "bore", axis=Z).quantity("diameter")
+        # The sizes of roughness that are tried end, and the noise below is known.
+        assert diameter.expanded_u / diameter.u == pytest.approx(factor, rel=0.12)
+
+    def test_many_points_of_a_perfect_bore_have_two(self) -> None:
+        outward, _ = around(50)
+        radius = 10.0 + OWN * np.random.default_rng(1).normal(size=50)
+        points = feature_points(radius[:, None] * outward, -outward)
+        diameter = measure_feature(points, "bore").quantity("diameter")
+        assert diameter.expanded_u == pytest.approx(2.0 * diameter.u, rel=0.02)
+
+    @pytest.mark.parametrize("count", [5, 8])
+    def test_a_rough_bore_at_its_limit_is_seldom_accepted(self, count: int) -> None:
+        """2.5 % of 200 decisions are 5; 13 are three and a half standard deviations of 2.2 more.
+        With the normal distribution it is 16 and more."""
+        outward, _ = around(count)
+        rng = np.random.default_rng(8)
+        accepted = 0
+        for _ in range(200):
+            off = np.hypot(OWN, 5.0 * OWN) * rng.normal(size=count)
+            points = feature_points((10.0 + off)[:, None] * outward, -outward, shared={})
+            size = measure_feature(points, "bore", axis=Z).quantity("diameter")
+            found = size_conformity("d", size.value, size.u, (-np.inf, 20.0), 0.975, dof=size.dof)
+            accepted += found.verdict is ConformityVerdict.CONFORMS
+        assert accepted <= 13
 
 
 class TestBeforeAndAfter:

@@ -131,7 +131,8 @@ def sphere_section(sphere: MeasuredSphere) -> Section:
             ),
             KeyFigure("diameter", sphere.diameter, "mm", decimals(6)),
             expanded_figure("expanded U", sphere.budget, "of the diameter"),
-            KeyFigure("form", sphere.fit.form / MICROMETRE, "µm", decimals(3)),
+            KeyFigure("measured range", sphere.fit.form / MICROMETRE, "µm", decimals(3),
+                      remark="of the residuals, noise included: not the form of the sphere"),
         ),
         tables=(budget_table(sphere.budget, title="Uncertainty of the diameter"),),
     )  # fmt: skip

@@ -10,7 +10,14 @@ import numpy as np
 
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.feature_results import features_table
-from pretravel.measurement.conformity import Conformity, ConformityVerdict, verdict_words
+from pretravel.measurement.between_features import FeatureRelation, covariance_of_positions
+from pretravel.measurement.conformity import (
+    AT_TOUCHED_POINTS,
+    Conformity,
+    ConformityVerdict,
+    conformity_words,
+    verdict_words,
+)
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
@@ -21,17 +28,26 @@ from pretravel.show.formatting import decimals, number_text, signed_decimals, va
 from pretravel.tasks.reports.feature_picture import features_view
 from pretravel.uncertainty.gum import COVERAGE_FACTOR
 
+_MOST_COVARIANCES = 50  # features
 _MOST_BUDGETS = 6
 """Drawn as bars; a page lists all of them as tables."""
 _ASSOCIATION = (
     "features of least squares (Gaussian association): not the largest inscribed or smallest "
-    "circumscribed ones. Form is the range of the residuals at the touched points; the surface "
-    "between them is not seen"
+    "circumscribed ones. Form (roundness, flatness, …) is that of the surface at the touched "
+    "points, in bounds that hold for any shape; the measured range contains the noise too. The "
+    "surface between the points is not seen"
+)
+_BETWEEN = "Between features"
+_COMMON = (
+    "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
+    "those of normals, axes or lines. Errors that both features have in common are in u as far as "
+    "they change the distance."
 )
 
 
 def features_document(
     features: Sequence[InspectedFeature],
+    relations: Sequence[FeatureRelation] = (),
     *,
     points_name: str = "",
     warnings: Sequence[str] = (),
@@ -41,6 +57,8 @@ def features_document(
     Parameters
     ----------
     features : sequence of InspectedFeature
+    relations : sequence of FeatureRelation
+        Distances and angles between them.
     points_name : str
         Of the file with the points.
     warnings : sequence of str
@@ -56,6 +74,7 @@ def features_document(
     tables = [_results_table(measured)]
     angles = _angles_table(measured)
     tables += [angles] if angles is not None else []
+    tables += [_relations_table(relations)] if relations else []
     tables += [_conformity_table(decided)] if decided else []
     budgets = tuple(budget for feature in measured for budget in feature_budgets(feature))
     return Document(
@@ -73,11 +92,13 @@ def features_document(
         notes=tuple(_notes(measured, [conformity for _, conformity in decided])),
         warnings=(*warnings, *_warnings(measured)),
         budgets=budgets,
-        data=_data(features),
+        data=_data(features, relations),
     )
 
 
-def _data(features: Sequence[InspectedFeature]) -> tuple[Table, ...]:
+def _data(
+    features: Sequence[InspectedFeature], relations: Sequence[FeatureRelation]
+) -> tuple[Table, ...]:
     """All values, for programs: quantities with their sources, covariances, residuals."""
     measured = [inspected.feature for inspected in features]
     nothing = np.full(3, math.nan)
@@ -89,19 +110,22 @@ def _data(features: Sequence[InspectedFeature]) -> tuple[Table, ...]:
         "feature": [f.label for f in measured],
         "kind": [f.kind for f in measured],
         "side": [f.side or "" for f in measured],
-        "coverage_factor": [COVERAGE_FACTOR] * len(measured),
+        "coverage_factor": [_largest_factor(f) for f in measured],
         "u_machine_mm": [f.errors.machine for f in measured],
         "correlation_of_points_stated": [f.errors.correlation_known for f in measured],
         **{f"direction_{name}": axes[:, i] for i, name in enumerate("xyz")},
         "u_direction_deg": turns,
         **{f"{name}_mm": places[:, i] for i, name in enumerate("xyz")},
-        "form_by_errors_alone_mm": [f.form.noise for f in measured],
-        "form_bias_mm": [f.form.bias for f in measured],
+        "form_at_least_mm": [f.form.interval[0] for f in measured],
+        "form_at_most_mm": [f.form.interval[1] for f in measured],
+        "measured_range_mm": [f.form.measured for f in measured],
+        "range_by_errors_alone_mm": [f.form.noise for f in measured],
     }
+    named = [(f.label, q) for f in measured for q in f.quantities]
+    named += [(f"{r.first}, {r.second}", r.quantity) for r in relations]
     sources = [
-        (f.label, q.name, cause, u / (DEGREE if q.angle else 1.0), "deg" if q.angle else "mm")
-        for f in measured
-        for q in f.quantities
+        (label, q.name, cause, u / (DEGREE if q.angle else 1.0), "deg" if q.angle else "mm")
+        for label, q in named
         for cause, u in q.parts.items()
     ]
     axis_pairs = [
@@ -117,7 +141,7 @@ def _data(features: Sequence[InspectedFeature]) -> tuple[Table, ...]:
         )
     ]
     return (
-        Table.of(features_table(features), "Quantities"),
+        Table.of(features_table(features, relations), "Quantities"),
         Table.of(each, "Features"),
         _rows_data(("feature", "quantity", "source", "u", "unit"), sources, "Sources"),
         _rows_data(
@@ -125,8 +149,34 @@ def _data(features: Sequence[InspectedFeature]) -> tuple[Table, ...]:
              "covariance_mm2"),
             axis_pairs, "Covariances of positions",
         ),
+        _rows_data(
+            ("first", "first_coordinate", "second", "second_coordinate", "covariance_mm2"),
+            _covariances_between(measured), "Covariances between features",
+        ),
         _rows_data(("feature", "label", "residual_mm"), residuals, "Residuals"),
     )  # fmt: skip
+
+
+def _largest_factor(feature: MeasuredFeature) -> float:
+    """The largest U / u of its quantities."""
+    known = [q.expanded_u / q.u for q in feature.quantities if q.u > 0.0]
+    return max(known, default=COVERAGE_FACTOR)
+
+
+def _covariances_between(
+    features: Sequence[MeasuredFeature],
+) -> list[tuple[str, str, str, str, float]]:
+    """Of the coordinates of two features each, by errors that their points have in common."""
+    if len(features) > _MOST_COVARIANCES:
+        return []
+    covariance = covariance_of_positions(features)
+    return [
+        (first.label, "xyz"[i], second.label, "xyz"[k], float(covariance[3 * a + i, 3 * b + k]))
+        for a, first in enumerate(features)
+        for b, second in enumerate(features[:a])
+        for i in range(3)
+        for k in range(3)
+    ]
 
 
 def _rows_data(names: Sequence[str], rows: Sequence[tuple[Any, ...]], title: str) -> Table:
@@ -161,7 +211,9 @@ def _found(features: Sequence[InspectedFeature]) -> str:
         which = "" if verdict is ConformityVerdict.CONFORMS else f" ({', '.join(names)})"
         words.append(f"{len(names)} {_number_of(verdict, len(names), u_machine)}{which}")
     count = f"{len(features)} features"
-    return f"{count}: {', '.join(words)}" if words else count
+    forms = any(c.of_touched_points for i in features for c in i.conformities)
+    of_points = f"; forms{AT_TOUCHED_POINTS}" if forms else ""
+    return f"{count}: {', '.join(words)}{of_points}" if words else count
 
 
 def _number_of(verdict: ConformityVerdict, count: int, u_machine: float) -> str:
@@ -179,11 +231,8 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
     if inspected.verdict is None:
         lead = next((q for q in feature.quantities if not q.angle and q.name == "diameter"), None)
         if lead is None:
-            form = feature.form.value / MICROMETRE
-            return f"{_name(feature)}, {count}: {feature.form_name} {form:.2f} µm"
-        expanded = COVERAGE_FACTOR * lead.u / MICROMETRE
-        size = f"diameter {lead.value:.5f} mm, U = {expanded:.2f} µm (k = 2)"
-        return f"{_name(feature)}, {count}: {size}"
+            return f"{_name(feature)}, {count}: {_form_words(feature)}"
+        return f"{_name(feature)}, {count}: {_value_words(lead)}"
     reasons = [
         c.name + (f": {words}" if (words := _failure_words(c, feature)) else "")
         for c in inspected.conformities
@@ -191,19 +240,47 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
     ]
     why = "" if inspected.verdict is ConformityVerdict.CONFORMS else f" ({'; '.join(reasons)})"
     words = verdict_words(inspected.verdict, feature.errors.machine)
-    return f"{_name(feature)}, {count}: {words}{why}{_decided_value(inspected)}"
+    return (
+        f"{_name(feature)}, {count}: {words}{why}{_decided_value(inspected)}{_touched(inspected)}"
+    )
+
+
+def _value_words(quantity: Quantity) -> str:
+    """A length with its U, which is 2 u or more."""
+    expanded = quantity.expanded_u / MICROMETRE
+    k = f"{quantity.expanded_u / quantity.u:.2g}" if quantity.u > 0.0 else "2"
+    return f"{quantity.name} {quantity.value:.5f} mm, U = {expanded:.2f} µm (k = {k})"
+
+
+def _form_words(feature: MeasuredFeature) -> str:
+    """The form of the surface, or its bound, with the measured range."""
+    if feature.association.dof < 1:
+        return f"{feature.form_name} not known"
+    low, high = (end / MICROMETRE for end in feature.form.interval)
+    found = f"at most {high:.2f} µm" if low == 0.0 else f"{low:.2f} to {high:.2f} µm"
+    measured = feature.form.measured / MICROMETRE
+    return (
+        f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), measured range {measured:.2f} µm"
+    )
+
+
+def _touched(inspected: InspectedFeature) -> str:
+    """What a verdict on a form among others speaks of."""
+    several = len(inspected.conformities) > 1
+    speaks = several and any(c.of_touched_points for c in inspected.conformities)
+    inside = inspected.verdict is ConformityVerdict.CONFORMS
+    return f"; {inspected.feature.form_name}{AT_TOUCHED_POINTS}" if speaks and inside else ""
 
 
 def _decided_value(inspected: InspectedFeature) -> str:
     """The one value that was compared with a tolerance, with its U; nothing for several."""
     if len(inspected.conformities) != 1:
         return ""
-    name = inspected.conformities[0].name
-    found = next((q for q in _rows(inspected.feature) if q.name == name), None)
-    if found is None:
-        return ""
-    expanded = COVERAGE_FACTOR * found.u / MICROMETRE
-    return f"; {name} {found.value:.5f} mm, U = {expanded:.2f} µm (k = 2)"
+    conformity, feature = inspected.conformities[0], inspected.feature
+    if conformity.of_touched_points:
+        return f"; {_form_words(feature)}"
+    found = next((q for q in feature.stated if q.name == conformity.name), None)
+    return "" if found is None else f"; {_value_words(found)}"
 
 
 def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
@@ -215,25 +292,11 @@ def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
     return side_of_failure(conformity, feature.side)
 
 
-def _rows(feature: MeasuredFeature) -> list[Quantity]:
-    """The lengths of a feature: its size, coordinates, position and form."""
-    rows = [quantity for quantity in feature.quantities if not quantity.angle]
-    plain = feature.uncompensated
-    if feature.located is not None:
-        value, u = feature.position
-        rows.append(Quantity("position", value, u, {}, feature.uncompensated_position))
-    if feature.association.dof > 0:
-        form = feature.form
-        before = None if plain is None else plain.form
-        rows.append(Quantity(feature.form_name, form.value, form.u, {}, before))
-    return rows
-
-
-def _results_table(features: Sequence[MeasuredFeature]) -> Table:
-    rows = [(_name(feature), quantity) for feature in features for quantity in _rows(feature)]
+def _lengths_table(
+    rows: Sequence[tuple[str, Quantity]], explanation: str, title: str = ""
+) -> Table:
     plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in rows]
     change = [(q.value - p) / MICROMETRE for (_, q), p in zip(rows, plain, strict=True)]
-    u = [quantity.u / MICROMETRE for _, quantity in rows]
     return Table(
         (
             Column.of("feature", [name for name, _ in rows]),
@@ -241,12 +304,60 @@ def _results_table(features: Sequence[MeasuredFeature]) -> Table:
             Column.of("uncompensated", plain, "mm", decimals(5)),
             Column.of("compensated", [q.value for _, q in rows], "mm", decimals(5)),
             Column.of("change", change, "µm", signed_decimals(2)),
-            Column.of("u", u, "µm", decimals(3)),
-            Column.of("U (k = 2)", [COVERAGE_FACTOR * part for part in u], "µm", decimals(3)),
+            Column.of("u", [q.u / MICROMETRE for _, q in rows], "µm", decimals(3)),
+            Column.of("U (95 %)", [q.expanded_u / MICROMETRE for _, q in rows], "µm", decimals(3)),
+            *(
+                Column.of(name, [_end(q, index) for _, q in rows], "mm", decimals(5))
+                for index, name in enumerate(("at least", "at most"))
+                if any(q.ends for _, q in rows)
+            ),
         ),
-        explanation="uncompensated: tip centres less the tip radius along the normals. u: standard "
-        "uncertainty of the compensated value.",
+        title=title,
+        explanation=explanation,
     )
+
+
+def _end(quantity: Quantity, index: int) -> float:
+    """Of the interval of a form, which is not the value plus and minus U."""
+    return math.nan if quantity.ends is None else quantity.ends[index]
+
+
+def _results_table(features: Sequence[MeasuredFeature]) -> Table:
+    rows = [(_name(f), quantity) for f in features for quantity in f.stated if not quantity.angle]
+    return _lengths_table(
+        rows,
+        explanation="uncompensated: tip centres less the tip radius along the normals. u: standard "
+        "uncertainty of the compensated value. U: 2 u, or more where few residuals show the form "
+        "of the part. at least, at most: the form of the surface at the touched points (95 %); the "
+        "measured range contains the noise too.",
+    )
+
+
+def _relations_table(relations: Sequence[FeatureRelation]) -> Table:
+    """Distances and angles, in the unit of each."""
+    found = [(f"{r.first}, {r.second}", r.quantity) for r in relations]
+    if not any(q.angle for _, q in found):
+        return _lengths_table(found, _COMMON, _BETWEEN)
+    scale = [DEGREE if q.angle else 1.0 for _, q in found]
+    plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in found]
+    return Table(
+        (
+            Column.of("features", [name for name, _ in found]),
+            Column.of("quantity", [q.name for _, q in found]),
+            Column.of("unit", ["°" if q.angle else "mm" for _, q in found]),
+            Column.of("uncompensated", [p / s for p, s in zip(plain, scale, strict=True)], "",
+                      decimals(5)),
+            Column.of("compensated", [q.value / s for (_, q), s in zip(found, scale, strict=True)],
+                      "", decimals(5)),
+            Column.of("u", [q.u / s for (_, q), s in zip(found, scale, strict=True)], "",
+                      decimals(5)),
+            Column.of("U (95 %)",
+                      [q.expanded_u / s for (_, q), s in zip(found, scale, strict=True)], "",
+                      decimals(5)),
+        ),
+        title=_BETWEEN,
+        explanation=_COMMON,
+    )  # fmt: skip
 
 
 def _angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
@@ -294,7 +405,7 @@ def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> 
             Column.of("P", [100.0 * c.probability for c in conformities], "%", decimals(1)),
             Column.of(
                 "verdict",
-                [verdict_words(c.verdict, feature.errors.machine) for feature, c in decided],
+                [conformity_words(c, feature.errors.machine) for feature, c in decided],
             ),
         ),
         title="Conformity",
@@ -329,10 +440,10 @@ def _budget_section(feature: MeasuredFeature) -> Section:
     return Section(
         f"{_name(feature)}: sources of uncertainty",
         figures=(
-            KeyFigure("form by errors", form.noise / MICROMETRE, "µm",
+            KeyFigure("range by errors", form.noise / MICROMETRE, "µm",
                       remark="mean range that the errors of the points produce alone"),
-            KeyFigure("bias of the form", form.bias / MICROMETRE, "µm",
-                      remark="the form is too large by about this"),
+            KeyFigure("enlargement", (form.measured - form.value) / MICROMETRE, "µm",
+                      remark="by which the errors of the points enlarge the measured range"),
         ),
         tables=(table,),
         detail=True,
@@ -341,7 +452,7 @@ def _budget_section(feature: MeasuredFeature) -> Section:
 
 def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformity]) -> list[str]:
     notes = [_ASSOCIATION]
-    lost = [f for f in features if f.association.dof > 0 and f.form.value <= f.form.most_noise]
+    lost = [f for f in features if f.association.dof > 0 and f.form.measured <= f.form.most_noise]
     if lost:
         alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
         notes.append(
@@ -357,7 +468,7 @@ def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformit
             "its effect on size and position is in u, as if it were random"
         )
     if conformities:
-        first = conformities[0]
+        first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
             f"decisions by the default rule of ISO 14253-1:2017 (recalled, not checked against its "
             f"text): proven with a probability of {100 * first.required:g} %, at one limit "
