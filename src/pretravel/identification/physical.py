@@ -47,6 +47,8 @@ FEW_FOR_SIX_SEATS = 15
 """A physical map from fewer directions than this is warned about."""
 MISFIT_LEVEL = 0.01
 """Probability that a good six-seat probe is reported as not of this kind."""
+_WEIGHT_IF_MISFIT = 0.5
+"""A probe that six seats do not explain has no more in advance for this kind than for another."""
 _ROUNDS = 4
 _SURELY_APART = 1.5
 """Mean square difference from a harmonic map over the variances of both, from which this is a
@@ -105,6 +107,10 @@ class PhysicalKind(KindOfMap):
     def fit_near(self, fit: MapFit, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
         assert isinstance(fit, PhysicalMapFit)
         return fit_physical(observation, repeats, fit.unknowns)
+
+    def weight_in_advance(self, fit: MapFit) -> float:
+        assert isinstance(fit, PhysicalMapFit)
+        return _WEIGHT_IF_MISFIT if fit.misfit < MISFIT_LEVEL else self.prior_weight
 
     def warnings(self, fit: MapFit, repeatability: float) -> list[str]:
         del repeatability

@@ -189,6 +189,14 @@ class KindOfMap(ABC):
         del fit, repeatability
         return []
 
+    def weight_in_advance(self, fit: MapFit) -> float:
+        """Left-out directions that speak for this kind in an average, after its own fit.
+
+        `prior_weight`, unless the fit shows that these touches are not of this kind.
+        """
+        del fit
+        return self.prior_weight
+
     def settings(self) -> Mapping[str, Any]:
         """Fields of this kind that a file keeps, so that the map can be made again."""
         return {}

@@ -27,8 +27,8 @@ FEW_DIRECTIONS = 15
 MOST_COMPARED = 2000
 """Directions, drawn at random, with which kinds are compared where there are many more."""
 _SHUFFLE = 12  # seed: the same touches are always left out together
-LEAST_WEIGHT = 0.1
-"""Kinds with a smaller weight are left out of the average."""
+LEAST_WEIGHT = 0.2
+"""Kinds with a smaller weight are left out of the average: few directions leave each kind some."""
 _SMALLEST_DENSITY = -50.0  # logarithm, per direction: a gross error counts no more than this
 _BEYOND = 3.0  # standard uncertainties from which kinds disagree
 _DOUBT = 0.25  # weight of the second kind from which people are warned that kinds disagree
@@ -59,12 +59,13 @@ def compare_kinds(
     many directions, those at the edge of the pattern, which the others do not surround, are not
     used: maps refuse to extrapolate. The weights are those whose mixture gives the left-out
     directions the largest probability (stacking: Yao, Vehtari, Simpson & Gelman 2018), with
-    `KindOfMap.prior_weight` touches in favour of each kind.
+    `KindOfMap.weight_in_advance` touches in favour of each kind.
     """
     ready = replace(ready, observation=ready.observation.drawn(MOST_COMPARED))
     folds = _folds(ready.observation)
     scores: list[KindScore] = []
     densities: dict[str, FloatArray] = {}
+    in_advance: list[float] = []
     for name, (kind, fit) in fits.items():
         _LOG.info("%s map, directions left out", name)
         try:
@@ -79,12 +80,12 @@ def compare_kinds(
         scores.append(_score_of(name, distance, variance))
         logarithm = -0.5 * (np.log(variance / MICROMETRE**2) + distance**2 / variance)
         densities[name] = np.maximum(logarithm, _SMALLEST_DENSITY)
+        in_advance.append(kind.weight_in_advance(fit))
     fitted = [row for row, score in enumerate(scores) if score.kind in densities]
     if fitted:
-        prior = np.array([fits[scores[row].kind][0].prior_weight for row in fitted])
         for row, weight in zip(
             fitted,
-            stacking_weights(np.array(list(densities.values())), prior),
+            stacking_weights(np.array(list(densities.values())), np.array(in_advance)),
             strict=True,
         ):
             scores[row] = replace(scores[row], weight=float(weight))

@@ -415,7 +415,7 @@ def _touched(
     if observation.direction_count > MOST_DIRECTIONS:
         return None
     observed = replace(observation, center=center).group_means
-    counts = np.bincount(observation.groups)
+    counts = np.bincount(observation.groups).astype(np.float64)
     return TouchedMeans(observed + (tip_radius - observation.tip_radius), counts)
 
 
