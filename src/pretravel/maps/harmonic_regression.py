@@ -181,9 +181,6 @@ class _Problem:
         terms: IntArray,
     ) -> None:
         split = len(free)
-        level = float(np.mean(values))
-        known = level > _SMALLEST_LEVEL
-        self.typical_amplitude = _TYPICAL_SHARE + math.log(level) if known else _TYPICAL_AMPLITUDE
         # Repeats of a direction enter by their mean and their scatter.
         means = DirectionMeans(places, np.concatenate([free, terms]))
         count = np.bincount(groups).astype(np.float64)
@@ -211,6 +208,10 @@ class _Problem:
             # Of directions with unequal repeats the mean number: hundreds of them, one each mostly.
             self.small_count = np.full(len(small), count.mean())
         self.free, self.design, self.y = rows[:, :split], rows[:, split:-1], rows[:, -1]
+        # The mean does not depend on where the centre was assumed: a translation is fitted with it.
+        level = float(np.linalg.lstsq(self.free, self.y, rcond=None)[0][0])
+        known = level > _SMALLEST_LEVEL
+        self.typical_amplitude = _TYPICAL_SHARE + math.log(level) if known else _TYPICAL_AMPLITUDE
         self.small_free, self.small_design = small[:, :split], small[:, split:-1]
         self.small_y = small[:, -1]
         self.left_count = float(count.mean())

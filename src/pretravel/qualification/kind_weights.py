@@ -27,8 +27,8 @@ FEW_DIRECTIONS = 15
 MOST_COMPARED = 2000
 """Directions, drawn at random, with which kinds are compared where there are many more."""
 _SHUFFLE = 12  # seed: the same touches are always left out together
-LEAST_WEIGHT = 0.2
-"""Kinds with a smaller weight are left out of the average: few directions leave each kind some."""
+LEAST_WEIGHT = 0.1
+"""Kinds with a smaller weight are left out of the average."""
 _SMALLEST_DENSITY = -50.0  # logarithm, per direction: a gross error counts no more than this
 _BEYOND = 3.0  # standard uncertainties from which kinds disagree
 _DOUBT = 0.25  # weight of the second kind from which people are warned that kinds disagree

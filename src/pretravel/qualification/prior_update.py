@@ -193,23 +193,21 @@ class _State:
     """Unknowns beside the centre: coefficients and, where the map contains one, the delay."""
 
     prior: DriftedMap
-    covariances: dict[str, FloatArray]
-    """For each of `possible_drifts`: (k, k), or (k + 1, k + 1) with the delay in units of its
-    standard uncertainty."""
+    roots: dict[str, FloatArray]
+    """Of the covariance, for each of `possible_drifts`: (k, m), or (k + 1, m + 1) with the delay in
+    units of its standard uncertainty."""
     delay_column: FloatArray | None
     """Travel of each touch for a delay longer by one standard uncertainty, (n,). [mm]"""
 
     @classmethod
     def of(cls, touches: Touches, old_map: PretravelMap, prior: DriftedMap) -> _State:
         possible = possible_drifts(prior.drift)
-        own = {name: prior.covariance_after(drift) for name, (_, drift) in possible.items()}
+        own = {name: prior.root_after(drift) for name, (_, drift) in possible.items()}
         if old_map.delay is None or old_map.delay_effect is None or touches.feeds is None:
             return cls(prior, own, None)
-        size = old_map.basis.size
-        with_delay = {}
-        for name, covariance in own.items():
-            with_delay[name] = np.eye(size + 1)
-            with_delay[name][:size, :size] = covariance
+        with_delay = {name: np.pad(root, (0, 1)) for name, root in own.items()}
+        for root in with_delay.values():
+            root[-1, -1] = 1.0
         return cls(prior, with_delay, old_map.u_delay * travel_per_second(touches))
 
     def design(self, directions: FloatArray) -> FloatArray:
@@ -265,8 +263,8 @@ def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Post
     innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
     touch = _touch_covariance(old, observation, noise)
     parts = {
-        name: _after(state.prior, covariance, design, normals, innovations, touch)
-        for name, covariance in state.covariances.items()
+        name: _after(state.prior, root, design, normals, innovations, touch)
+        for name, root in state.roots.items()
     }
     possible = possible_drifts(state.prior.drift)
     logs = np.array([math.log(possible[name][0]) + part.evidence for name, part in parts.items()])
@@ -302,40 +300,47 @@ def _mixed(
 
 def _after(
     prior: DriftedMap,
-    covariance: FloatArray,
+    root: FloatArray,
     design: FloatArray,
     normals: FloatArray,
     innovations: FloatArray,
     touch: FloatArray,
 ) -> _Part:
-    """The state after the touches, with the covariance of one drift before them."""
+    """The state after the touches, from the root of its covariance before them.
+
+    Unknowns are in units of that root, z with the covariance 1, and the touches y = B z - n·s + e:
+    a centre moved by s adds n·s to the observed pretravel.
+    """
     axes, size = normals.shape[1], prior.pretravel_map.basis.size
-    gain = covariance @ design.T
-    total = design @ gain + touch
-    whole: FloatArray = np.linalg.inv(total).astype(np.float64)
-    of_center = normals.T @ whole @ normals
-    of_shift: FloatArray = np.linalg.inv(of_center).astype(np.float64)
-    weight = whole - whole @ normals @ of_shift @ normals.T @ whole
-    # Joseph's form stays positive after rounding.
-    left = np.eye(len(covariance)) - gain @ weight @ design
-    spread = gain @ weight
-    after = left @ covariance @ left.T + spread @ touch @ spread.T
-    change = gain @ weight @ innovations
-    with_shift = gain @ whole @ normals @ of_shift
-    # A centre moved by s adds n·s to the observed pretravel.
-    shift = -of_shift @ normals.T @ whole @ innovations
+    seen = design @ root
+    inverse: FloatArray = np.linalg.inv(touch).astype(np.float64)
+    of_center = normals.T @ inverse @ normals
+    alone: FloatArray = np.linalg.inv(of_center).astype(np.float64)
+    to_shift = alone @ normals.T @ inverse
+    without = inverse - inverse @ normals @ to_shift
+    precision = np.eye(root.shape[1]) + seen.T @ without @ seen
+    spread: FloatArray = np.linalg.inv(precision).astype(np.float64)
+    found = spread @ seen.T @ without @ innovations
+    change, after = root @ found, root @ spread @ root.T
+    shift = -to_shift @ (innovations - seen @ found)
+    on_shift = to_shift @ seen
+    of_shift = alone + on_shift @ spread @ on_shift.T
+    with_shift = root @ spread @ on_shift.T
     functional = np.zeros((axes, len(change)))
     functional[:, :size] = prior.shift_of
     turned = np.zeros((len(change), axes))
     turned[:size] = prior.shift
     keep = np.eye(len(change)) - turned @ functional
-    stated = keep @ after @ keep.T
+    # The covariance of the map, or of what is seen from the centre that was found.
+    kept = keep @ root
+    stated = kept @ spread @ kept.T
     if prior.from_center:
-        mixed = with_shift @ turned.T
-        stated = after - mixed - mixed.T + turned @ of_shift @ turned.T
+        seen_from = root - turned @ on_shift
+        stated = seen_from @ spread @ seen_from.T + turned @ alone @ turned.T
     mixed = functional @ with_shift
+    weight = without - without @ seen @ spread @ seen.T @ without
     statistic = float(innovations @ weight @ innovations)
-    logs = np.linalg.slogdet(total)[1] + np.linalg.slogdet(of_center)[1]
+    logs = sum(float(np.linalg.slogdet(each)[1]) for each in (touch, of_center, precision))
     return _Part(
         weight=weight,
         change=keep @ change,
@@ -343,7 +348,7 @@ def _after(
         shift=shift - functional @ change,
         shift_covariance=_symmetric(of_shift - mixed - mixed.T + functional @ after @ functional.T),
         statistic=statistic,
-        evidence=-0.5 * (statistic + float(logs)),
+        evidence=-0.5 * (statistic + logs),
     )
 
 

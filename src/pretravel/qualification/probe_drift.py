@@ -161,7 +161,7 @@ class DriftedMap:
         Change of the coefficients for a drift of scale, level and turn by one unit: [mm],
         [1], [mm/rad].
     form : (k, k) float
-        Covariance of the coefficients for a change of form by the whole variation. [mm²]
+        Root of their covariance for a change of form by the whole variation. [mm]
     shift : (k, axes) float
         Coefficients of the components of the direction, where the basis contains them; else zero.
     shift_of : (axes, k) float
@@ -187,8 +187,24 @@ class DriftedMap:
 
     def covariance_after(self, drift: ProbeDrift) -> FloatArray:
         """Of the coefficients: that of the map, and of a drift, (k, k). [mm²]"""
-        by_ways = (self.ways.T * spread_of(drift) ** 2) @ self.ways
-        return self.pretravel_map.covariance.matrix + by_ways + drift.form**2 * self.form
+        by_drift = self._root_of(drift)
+        return np.asarray(self.pretravel_map.covariance.matrix + by_drift @ by_drift.T)
+
+    def root_after(self, drift: ProbeDrift) -> FloatArray:
+        """Of `covariance_after`, (k, m): its product with its transpose is the covariance. [mm]
+
+        Functions of an average are redundant, with covariances that are large and cancel: a root
+        keeps what is left of them positive.
+        """
+        return np.hstack([self._root_of_map, self._root_of(drift)])
+
+    def _root_of(self, drift: ProbeDrift) -> FloatArray:
+        return np.hstack([self.ways.T * spread_of(drift), drift.form * self.form])
+
+    @cached_property
+    def _root_of_map(self) -> FloatArray:
+        eigenvalues, vectors = np.linalg.eigh(self.pretravel_map.covariance.matrix)
+        return np.asarray(vectors * np.sqrt(np.maximum(eigenvalues, 0.0)))
 
     @cached_property
     def without_shift(self) -> FloatArray:
@@ -238,7 +254,7 @@ def drifted_map(
     level = np.zeros(basis.size) if constant is None else constant
     ways = np.stack([coefficients, level, to_coefficients @ -slope])
     shift, shift_of, from_center = _gauge(pretravel_map, places[:, :axes], design, to_coefficients)
-    form = _form_covariance(pretravel_map, design, shift, shift_of)
+    form = _root_of_form(pretravel_map, design, shift, shift_of)
     return DriftedMap(
         pretravel_map, drift, axes, frozen(ways), frozen(form), frozen(shift), frozen(shift_of),
         from_center,
@@ -325,7 +341,7 @@ def _gauge(
     return shift, least_squares + change * size, False
 
 
-def _form_covariance(
+def _root_of_form(
     pretravel_map: PretravelMap,
     design: FloatArray,
     shift: FloatArray,
@@ -338,4 +354,4 @@ def _form_covariance(
     variation = float(np.std(design @ pretravel_map.coefficients))
     each = np.zeros(len(seen))
     each[active] = variation / (math.sqrt(active.sum()) * seen[active])
-    return np.asarray((without * each**2) @ without.T)
+    return np.asarray(without * each)

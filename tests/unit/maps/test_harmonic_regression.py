@@ -66,9 +66,15 @@ def test_the_mean_and_the_translation_are_marginalised() -> None:
 
 
 def test_a_translation_of_the_reference_tells_nothing() -> None:
-    values = np.random.default_rng(5).normal(0.0, 0.5, len(N))
-    moved = values + 40.0 + 7.0 * N[:, 0] - 5.0 * N[:, 2]
-    plain, other = (_problem(v, N, 1).cost_and_slopes(FIRST) for v in (values, moved))
+    """Nor does the mean, but for the usual amplitudes, which are a share of it."""
+    values = 40.0 + np.random.default_rng(5).normal(0.0, 0.5, len(N))
+    moved = values + 7.0 * N[:, 0] - 5.0 * N[:, 2]
+    problem, shifted = (_problem(v, N, 1) for v in (values, moved))
+    plain, other = (each.cost_and_slopes(FIRST) for each in (problem, shifted))
+    higher = _problem(values + 40.0, N, 1)
+    of_touches = [each.cost_and_slopes(FIRST)[0] - each._minus_log_prior(FIRST)
+                  for each in (problem, higher)]  # fmt: skip
+    assert of_touches[0] == pytest.approx(of_touches[1], abs=1e-8)
     # The squares of 40 um over the noise add up to 4e5: a hundred times their rounding.
     assert plain[0] == pytest.approx(other[0], abs=1e-8)
     assert plain[1] == pytest.approx(other[1], abs=1e-7)

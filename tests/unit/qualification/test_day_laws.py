@@ -31,6 +31,7 @@ from pretravel.qualification.probe_drift import (
     drift_of_changes,
     drifted_map,
     slope_around_axis,
+    spread_of,
 )
 from pretravel.qualification.qualify import prepare
 from pretravel.qualification.repeat_outliers import Outlier
@@ -294,10 +295,9 @@ def test_a_drifted_map_is_wider_by_its_ways() -> None:
     assert design @ found.ways.T == pytest.approx(
         np.column_stack([value_of(N), np.ones(25), -slope]), rel=1e-4, abs=1e-8
     )
-    assert found.spread == pytest.approx([0.03, 0.4 * UM, 0.02])
-    by_ways = sum(
-        s**2 * np.outer(way, way) for s, way in zip(found.spread, found.ways, strict=True)
-    )
+    spread = [0.03, 0.4 * UM, 0.02]
+    assert spread_of(drift) == pytest.approx(spread)
+    by_ways = sum(s**2 * np.outer(way, way) for s, way in zip(spread, found.ways, strict=True))
     assert found.covariance == pytest.approx(made.covariance.matrix + by_ways, rel=1e-12)
     assert (found.pretravel_map, found.drift, found.axes) == (made, drift, 3)
     assert drifted_map(made, drift, ring=True).axes == 2

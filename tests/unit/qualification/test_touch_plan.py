@@ -28,7 +28,7 @@ from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import example_map
 from tests.support.reference_touches import sphere_touches
 
-NO_DRIFT = ProbeDrift(0.0, 0.0, 0.0, 0.0)
+NO_DRIFT = ProbeDrift(0.0, 0.0, 0.0, 0.0, change=0.0)
 PEAK = from_angles(70.0 * DEGREE, 40.0 * DEGREE)[0]
 
 
@@ -75,9 +75,10 @@ def test_the_plan_promises_what_the_update_keeps() -> None:
     """Variances do not depend on the readings: u of the plan is that of the updated map."""
     for kind in ("harmonic", "physical"):
         old = example_map(kind)
-        plan = plan_touches(old, 7)
+        still = ProbeDrift(change=0.0)  # a plan does not expect larger changes than the drift
+        plan = plan_touches(old, 7, drift=still)
         touches = sphere_touches(old.pretravel(plan.normals), plan.normals)
-        new = update_map(touches, old, 25.0).pretravel_map
+        new = update_map(touches, old, 25.0, drift=still).pretravel_map
         u = np.sqrt(plan.prior.variance(plan.places, new.covariance.matrix))
         # The normals of touches and plan differ by 1e-4 rad; tiny u at the pole are rounding.
         np.testing.assert_allclose(u, plan.u_after, rtol=2e-3, atol=1e-7)
@@ -132,7 +133,7 @@ def test_in_a_ring_all_touches_are_on_its_equator() -> None:
     assert np.all(whole.u_after <= whole.u_before + 1e-12)
     azimuth = np.arange(-80.0, 81.0, 20.0) * DEGREE
     nodes = np.concatenate([from_angles(polar * DEGREE, azimuth) for polar in (30.0, 60.0, 90.0)])
-    half = replace(example_map(), support=DirectionSupport(nodes))
+    half = replace(example_map(), support=DirectionSupport(nodes), touched=None)
     touched = plan_touches(half, 5, ring=True).directions
     assert np.abs(np.degrees(np.arctan2(touched[:, 1], touched[:, 0]))).max() < 80.1
     assert np.abs(touched[:, 2]).max() < 1e-3

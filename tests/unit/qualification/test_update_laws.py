@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ TURNED = probe_rotation((0.48, 0.6, 0.64), rotation=0.7)
 CENTER = np.array([30.0, -20.0, 7.0])
 DELAY, U_DELAY = 2e-3, 0.4e-3
 EFFECT = np.array([-0.35, 0.12, 0.05, -0.08]) * UM
-DRIFT = ProbeDrift(scale=0.03, level=0.4 * UM, turn=0.02, form=0.0, source="of a test")
+DRIFT = ProbeDrift(scale=0.03, level=0.4 * UM, turn=0.02, form=0.0, source="of a test", change=0.0)
 
 
 def _map(**changes: object) -> PretravelMap:
@@ -199,7 +200,7 @@ def test_touches_with_a_probability_of_one_in_ten_thousand_are_refused(
     y *= 0.3 * UM * math.sqrt(wanted / float(y @ y))
     value = 0.01 * float(HarmonicBasis(np.array([[0, 0]])).design(n[:1])[0, 0]) + y
     given = Touches(n * (15.5 - value)[:, None], n)
-    still = ProbeDrift(0.0, 0.0, 0.0, 0.0)
+    still = ProbeDrift(0.0, 0.0, 0.0, 0.0, change=0.0)
     if refused:
         with pytest.raises(
             PretravelError, match=r"do not fit the old map \(probability 9.5e-05 for"
@@ -230,7 +231,7 @@ def test_one_direction_is_named_where_the_others_fit_with_a_hundredth(
     given = Touches(n * (15.5 - value)[:, None], n)
     words = r"touch 7 alone is \+30.0 µm off" if alone else "the probe has changed, by up to"
     with pytest.raises(PretravelError, match=words):
-        update_map(given, old, 25.0, drift=ProbeDrift(0.0, 0.0, 0.0, 0.0))
+        update_map(given, old, 25.0, drift=ProbeDrift(0.0, 0.0, 0.0, 0.0, change=0.0))
 
 
 @pytest.mark.parametrize("certain", [False, True])
@@ -287,15 +288,20 @@ def test_a_sum_of_squares_has_the_law_of_fisher_or_of_chi_square() -> None:
     assert _p_value(12.0, 2, math.inf) == pytest.approx(math.exp(-6.0), rel=1e-12)
 
 
+AFTER: Any = SimpleNamespace(
+    probabilities={"": 1.0}, innovations=np.zeros(9), shift=np.zeros(3)
+)  # what warnings need of the state after the touches
+
+
 def test_a_repeatability_below_the_last_digit_is_that_of_the_digit() -> None:
     """20 nm; F of 20 and 50 degrees exceeds 2.95 once in a thousand sets."""
     old = _map(repeatability=1e-7, repeatability_dof=50.0)
-    assert _warnings(0.5, old, Scatter(2e-5 * math.sqrt(2.9), 20.0)) == []
-    assert len(_warnings(0.5, old, Scatter(2e-5 * math.sqrt(3.0), 20.0))) == 1
+    assert _warnings(0.5, AFTER, old, Scatter(2e-5 * math.sqrt(2.9), 20.0)) == []
+    assert len(_warnings(0.5, AFTER, old, Scatter(2e-5 * math.sqrt(3.0), 20.0))) == 1
     known = _map(repeatability=1e-3, repeatability_dof=math.inf)
     # Of a known variance: chi-square of 20 exceeds 45.3 once in a thousand.
-    assert _warnings(0.5, known, Scatter(1e-3 * math.sqrt(45.2 / 20.0), 20.0)) == []
-    assert len(_warnings(0.5, known, Scatter(1e-3 * math.sqrt(45.4 / 20.0), 20.0))) == 1
+    assert _warnings(0.5, AFTER, known, Scatter(1e-3 * math.sqrt(45.2 / 20.0), 20.0)) == []
+    assert len(_warnings(0.5, AFTER, known, Scatter(1e-3 * math.sqrt(45.4 / 20.0), 20.0))) == 1
 
 
 def test_directions_over_a_support_are_within_it_and_contain_its_nodes() -> None:
