@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.errors import PretravelError
 
-MOST_DIRECTIONS = 5000
+MOST_KEPT = 5000
 """A map of more directions does not keep what was observed in each of them."""
 
 

@@ -29,7 +29,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup, SetupOptions
 from pretravel.maps.support import DirectionSupport
-from pretravel.maps.touched_means import MOST_DIRECTIONS, TouchedMeans
+from pretravel.maps.touched_means import MOST_KEPT, TouchedMeans
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
@@ -412,7 +412,7 @@ def _touched(
     observation: Observation, center: FloatArray, tip_radius: float
 ) -> TouchedMeans | None:
     """What was observed in each direction, about the centre and with the tip of the map."""
-    if observation.direction_count > MOST_DIRECTIONS:
+    if observation.direction_count > MOST_KEPT:
         return None
     observed = replace(observation, center=center).group_means
     counts = np.bincount(observation.groups).astype(np.float64)

@@ -90,7 +90,8 @@ class TestMainJob:
     def test_without_a_tip_diameter_points_are_the_same_but_for_the_height(
         self, tmp_path: Path
     ) -> None:
-        """The mean pretravel is unknown then, and so is the axial gauge."""
+        """The mean pretravel is unknown then, and so are the axial gauge and the usual size of the
+        lobes, which is a share of the mean: less than the noise of a touch, 0.3 µm."""
         found = []
         for extra in (["--tip-diameter", 6, "--axial-pretravel", "none"], []):
             run("qualify", SPHERE, "--diameter", 24.9987, *extra, "--kind", "harmonic", "-o",
@@ -102,7 +103,7 @@ class TestMainJob:
                     for r in rows(tmp_path / "points.csv")
                 ]
             )
-        assert np.allclose(found[0], found[1], atol=1e-6)
+        assert np.allclose(found[0], found[1], rtol=0.0, atol=0.3e-3)
 
     def test_refuses_directions_outside(self, tmp_path: Path) -> None:
         lines = SPHERE.read_text().splitlines()
