@@ -179,7 +179,7 @@ class TestMacroPrograms:
         support = DirectionSupport(
             ring_pattern(np.array([70.0, 75.0, 80.0, 85.0, 90.0]) * DEGREE, 72)
         )
-        ring = replace(example_map(), support=support)
+        ring = replace(example_map(), support=support, touched=None)
         table = lookup_table(ring, tolerance=0.1, most_values=399)
         assert table.band.lowest > 20 * DEGREE
         near = from_angles(table.band.lowest - 0.1 * DEGREE, np.array([0.7]))[0]
