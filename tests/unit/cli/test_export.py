@@ -72,7 +72,7 @@ class TestExportCommand:
         path = tmp_path / "smuggled.json"
         # A narrow range of directions, because errors of tables are found by trying them all.
         support = DirectionSupport(ring_pattern(np.array([85.0, 90.0]) * DEGREE, 24))
-        usual = replace(example_map(), support=support)
+        usual = replace(example_map(), support=support, touched=None)
         source = 'x\nM3 S20000\nG0 Z-80\n)(G0 Z-90)\r\n#3000=1\n%\n"SETAL(1)'
         smuggled = replace(usual, provenance=replace(usual.provenance, source=source))
         write_map(path, smuggled)

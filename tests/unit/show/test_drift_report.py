@@ -28,7 +28,7 @@ def test_the_forecast_is_in_the_picture() -> None:
     assert np.allclose(dots.u, 0.002)
     assert chart.x.tick_names[0] == "2026-03-01"
     assert drift_verdict(drift).startswith("drift: level +0.1000")
-    assert "due on 2026-03-16" in drift_verdict(drift)
+    assert "due on 2026-03-15" in drift_verdict(drift)
 
 
 def test_a_limit_that_is_passed_says_so() -> None:
