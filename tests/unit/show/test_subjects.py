@@ -192,6 +192,8 @@ def test_a_quantity_with_a_budget_has_the_u_of_its_budget() -> None:
 
 def test_the_key_figures_of_a_short_report_are_few() -> None:
     document = _qualification()
-    assert len(terminal_text(document).splitlines()) <= 9  # one more where u of the diameter is assumed
+    assert (
+        len(terminal_text(document).splitlines()) <= 9
+    )  # one more where u of the diameter is assumed
     assert "residuals" in terminal_text(document, verbose=True)
     assert "one more" in document.warnings
