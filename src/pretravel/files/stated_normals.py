@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -187,6 +188,46 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
         reading=found.understood,
     )
     return FileReadings(touches, warnings=(warning,))
+
+
+def with_surface_normals(
+    found: FilePositions, normals_from: Callable[[FloatArray], FloatArray]
+) -> FileReadings:
+    """Give positions the normals of a surface near them.
+
+    Parameters
+    ----------
+    found : FilePositions
+        Positions that are no contacts are left out, and named as missed.
+    normals_from : callable
+        As of `ReadingOptions`.
+
+    Returns
+    -------
+    FileReadings
+
+    >>> points = FilePositions("a.xyz", np.array([[0.0, 0.0, 3.0]]), (1,))
+    >>> with_surface_normals(points, lambda at: at / 3.0).touches.normals.tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    count = len(found.positions)
+    contact = np.ones(count, dtype=bool) if found.contact is None else np.array(found.contact)
+    rows = np.flatnonzero(contact)
+    labels = found.labels
+    positions = found.positions[rows]
+    touches = Touches(
+        positions,
+        normals_from(positions),
+        feeds=None if found.feeds is None else found.feeds[rows],
+        spindle=None if found.spindle is None else found.spindle[rows],
+        labels=None if labels is None else tuple(labels[row] for row in rows),
+        source=found.path.replace("\\", "/").rpartition("/")[2],
+        lines=tuple(found.lines[row] for row in rows),
+        reading=found.understood,
+    )
+    named = labels or tuple(f"line {line}" for line in found.lines)
+    missed = tuple(named[row] for row in np.flatnonzero(~contact))
+    return FileReadings(touches, missed=missed, normals_taken=True)
 
 
 def _fitted_center(

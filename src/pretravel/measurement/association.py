@@ -59,6 +59,8 @@ class Association:
     half_angle : float or None
         Of a cone. [rad]
     half_angle_row : (k,) float or None
+    stated_response : (k, n) float or None
+        The response where it is not that of least squares over all points.
     """
 
     points: FloatArray
@@ -74,6 +76,7 @@ class Association:
     diameter_row: FloatArray | None = None
     half_angle: float | None = None
     half_angle_row: FloatArray | None = None
+    stated_response: FloatArray | None = None
 
     @property
     def dof(self) -> int:
@@ -88,6 +91,8 @@ class Association:
     @cached_property
     def response(self) -> FloatArray:
         """Change of the parameters for a movement of each point along `outward`, (k, n)."""
+        if self.stated_response is not None:
+            return self.stated_response
         return np.asarray(-np.linalg.pinv(self.jacobian))
 
     def residual_change(self, moved: FloatArray) -> FloatArray:

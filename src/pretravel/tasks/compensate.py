@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from pretravel.surface.local_geometry import Surface
     from pretravel.touches import Touches
 _LOG = logging.getLogger(__name__)
+_NORMALS_TAKEN = (
+    "the touches have no normals: those of the nearest faces of {} are taken, and approaches along "
+    "them"
+)
 _DRAWN = 5000
 """Points of a long table that pictures show."""
 
@@ -110,9 +114,27 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         long = self._long_table_compensated(pretravel_map, nominal, progress)
         if long is not None:
             return long
-        readings = self.read_touches(progress, tip_diameter=2.0 * pretravel_map.tip_radius)
+        options = self.reading_options(
+            tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
+        )
+        if nominal is not None:
+            options = replace(options, normals_from=self._normals_of(nominal))
+        readings = self.read_with(options, progress)
         with progress.working(f"compensating {len(readings.touches)} touches"):
             return self.compensated(readings, pretravel_map, nominal)
+
+    def _normals_of(self, nominal: Surface | Part) -> Callable[[FloatArray], FloatArray]:
+        """Normals of the nominal surface near tip centres in the frame of the touches."""
+        from pretravel.base.frames import Placement
+        from pretravel.surface.search import normals_near
+
+        placement = self.placement() if self.in_machine else Placement()
+
+        def near(tip_centres: FloatArray) -> FloatArray:
+            found = normals_near(nominal, placement.inverse.points(tip_centres))
+            return placement.vectors(found)
+
+        return near
 
     def pretravel_map(self) -> PretravelMap:
         """The map, in the axes of the machine."""
@@ -161,7 +183,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         measured = readings.touches
         # Without --place, a log states the rotation of its work coordinates.
         placement = readings.placement if self.place is None else self.placement()
-        in_machine = self.frame == "machine"
+        in_machine = self.in_machine
         if in_machine:
             measured = moved(measured, placement.inverse)
         seen = pretravel_map.seen_from(placement)
@@ -177,6 +199,8 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         if in_machine:
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
+        if readings.normals_taken:
+            warnings = (_NORMALS_TAKEN.format(self.nominal), *warnings)
         return CompensatedTouches(
             self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
@@ -243,7 +267,7 @@ class CompensatedTouches(Result):
             self.points,
             touches_name=task.touches_name,
             nominal=self.nominal,
-            placement=task.placement() if task.frame == "machine" else None,
+            placement=task.placement() if task.in_machine else None,
             warnings=[*self.readings.notes(), *self.warnings],
             budgets=[point_budget(self.errors)],
         )
@@ -343,7 +367,7 @@ class LongCompensation(Result):
 
         task, drawn = self.task, joined_points(self.found.drawn)
         title = f"{task.touches_name}, compensated"
-        placement = task.placement() if task.frame == "machine" else None
+        placement = task.placement() if task.in_machine else None
         picture = Picture(
             f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
             "pretravel and uncertainty",
