@@ -24,6 +24,8 @@ from pretravel.measurement.points import Points
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches, moved
 
+NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
+
 
 @dataclass(frozen=True, eq=False)
 class ReadingOptions:
@@ -64,8 +66,8 @@ class ReadingOptions:
     look_only : bool
         The file is only looked at: a table may lack its unit and its normals.
     normals_from : callable or None
-        For positions without normals and without a plan: outward normals of a surface near given
-        tip centres, (n, 3) from (n, 3) in mm.
+        For positions without normals and without a plan: outward normals (n, 3) of a surface near
+        given tip centres, (n, 3) in mm, with their labels or None.
 
     >>> ReadingOptions(units="inch").units
     'inch'
@@ -84,7 +86,7 @@ class ReadingOptions:
     reference_diameter: float | None = None
     ring: bool = False
     look_only: bool = False
-    normals_from: Callable[[FloatArray], FloatArray] | None = None
+    normals_from: NormalsFrom | None = None
 
     def __post_init__(self) -> None:
         check_numbers(

@@ -151,7 +151,8 @@ class Align(TouchFilesWithFeed, Reported):
 
         import numpy as np
 
-        def unknown(tip_centres: FloatArray) -> FloatArray:
+        def unknown(tip_centres: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+            del labels
             return np.tile([0.0, 0.0, 1.0], (len(tip_centres), 1))
 
         options = self.reading_options(
