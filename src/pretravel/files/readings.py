@@ -56,7 +56,7 @@ def read_readings(
     else:
         known = format_of(file) if file_format is None else format_named(file_format)
     if known.parse is None:
-        raise _without_touches(file, known)
+        raise without_touches(file, known)
     if not known.self_contained and (options is None or not options.completes_files):
         raise file.error(
             f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
@@ -113,7 +113,23 @@ def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings
     return with_sphere_normals(found, options.reference_diameter)
 
 
-def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
+def without_touches(file: SourceFile, known: FileFormat) -> InputError:
+    """The error about a file without readings: what it is, and what to do instead.
+
+    Parameters
+    ----------
+    file : SourceFile
+    known : FileFormat
+        One that has no `parse`.
+
+    Returns
+    -------
+    InputError
+
+    >>> from pretravel.files.format_registry import FORMATS
+    >>> print(without_touches(SourceFile("a.nc", b""), FORMATS["netcdf"]))
+    a.nc: netcdf files contain no readings
+    """
     if known.refusal:
         return file.error(known.refusal)
     if known.parse_features is not None:

@@ -168,8 +168,10 @@ class Convert(TouchFilesWithFeed):
 
     def _previewed(self, files: Sequence[Path], options: ReadingOptions) -> PreviewedFiles:
         """How the files are understood, and what is missing."""
+        from pretravel.files.source_file import opened
         from pretravel.show.terminal import terminal_text
-        from pretravel.tasks.look import look_at_touches
+        from pretravel.tasks.look import format_of_touches, look_at_touches
+        from pretravel.tasks.reports.preview_report import results_document
 
         if self.output is not None and len(files) > 1:
             raise PretravelError(
@@ -178,6 +180,14 @@ class Convert(TouchFilesWithFeed):
             )
         lines, documents = [], []
         for path in files:
+            file = opened(path)
+            known = format_of_touches(file, options, file_format=self.file_format)
+            if known.parse is None and known.parse_features is not None:
+                document = results_document(path.name, known.parse_features(file, options))
+                documents.append(document)
+                lines.append(f"{path}: format {known.name}, {known.what}")
+                lines.append(terminal_text(document, verbose=False))
+                continue
             looked = look_at_touches(path, options, file_format=self.file_format)
             document = looked.document()
             documents.append(document)
