@@ -94,7 +94,7 @@ def _readings(name: str, options: ReadingOptions | None) -> Callable[[bytes], ob
                 known = format_of(file) if stated is None else format_named(stated)
                 if known.parse_features is not None:
                     known.parse_features(file, options or ReadingOptions())
-                else:
+                if known.parse is not None or known.parse_features is None:
                     read_readings(file, options or ReadingOptions(), file_format=known.name)
             except PretravelError as error:
                 refusal = error

@@ -5,10 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import TIP_RADIUS, checked
-from pretravel.files.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
+from pretravel.files.file_format import (
+    FileFormat,
+    FilePositions,
+    FileReadings,
+    ReadingOptions,
+    labels_or_numbers,
+)
 from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
@@ -65,8 +73,9 @@ def read_readings(
     options = options or ReadingOptions()
     found = known.parse(file, options)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
-    if readings is found and options.plan is not None:
-        unused = "the file itself states the normal at each touch: the plan was not used"
+    if readings is found and (options.plan or options.normal):
+        which = "plan" if options.plan else "normal"
+        unused = f"the file itself states the normal at each touch: the {which} was not used"
         readings = replace(readings, warnings=(*readings.warnings, unused))
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
@@ -105,7 +114,9 @@ def _line(name: str, file: SourceFile) -> str:
 
 
 def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings:
-    """Touches of positions: joined with the plan, or on the sphere that is fitted to them."""
+    """Touches of positions: of the plan, of one normal, or of the sphere that is fitted to them."""
+    if options.normal is not None:
+        return _with_one_normal(found, options)
     if options.plan is not None or options.reference_diameter is None or options.ring:
         return _joined(found, options)
     if found.contact is not None and not all(found.contact):
@@ -140,14 +151,43 @@ def without_touches(file: SourceFile, known: FileFormat) -> InputError:
     return file.error(f"{known.name} files contain no readings")
 
 
+def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadings:
+    """Give all positions one normal; the touches went along it."""
+    if options.plan is not None:
+        raise InputError(
+            "the plan states the normal of each touch; give the plan, or one normal for all "
+            "touches, not both",
+            path=found.path,
+            inputs=("plan", "normal"),
+        )
+    contact = np.ones(len(found.lines), bool) if found.contact is None else np.array(found.contact)
+    rows = np.flatnonzero(contact)
+    if not len(rows):
+        raise InputError("none of the readings is a contact", path=found.path)
+    labels = labels_or_numbers(found.labels, len(found.lines))
+    touches = Touches(
+        found.positions[rows],
+        np.tile(np.asarray(options.normal, dtype=np.float64), (len(rows), 1)),
+        feeds=None if found.feeds is None else found.feeds[rows],
+        spindle=None if found.spindle is None else found.spindle[rows],
+        labels=None if found.labels is None else tuple(labels[row] for row in rows),
+        source=Path(found.path).name,
+        lines=tuple(found.lines[row] for row in rows),
+        reading=found.understood,
+    )
+    missed = tuple(labels[row] for row in np.flatnonzero(~contact))
+    return _turned(FileReadings(touches, missed=missed), options)
+
+
 def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Join positions with the plan that was run."""
     if options.plan is None:
         raise InputError(
             "the file contains positions, but not the targets that were touched there; give the "
-            "plan that was run, and the tip's diameter",
+            "plan that was run and the tip's diameter, or the normal that all touches have "
+            "(heights: 0,0,1)",
             path=found.path,
-            inputs=("plan", "tip_diameter"),
+            inputs=("plan", "tip_diameter", "normal"),
         )
     if options.tip_radius is None:
         raise InputError(
@@ -163,13 +203,18 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
         joined = replace(joined, touches=replace(joined.touches, feeds=found.feeds[rows]))
     if found.spindle is not None:
         joined = replace(joined, touches=replace(joined.touches, spindle=found.spindle[rows]))
+    return _turned(joined, options)
+
+
+def _turned(readings: FileReadings, options: ReadingOptions) -> FileReadings:
+    """The readings with the turn of their work coordinates, which the file does not state."""
     if options.rotation is not None:
-        return replace(joined, rotation=options.rotation)
+        return replace(readings, rotation=options.rotation)
     warning = (
         "the file does not state how the work coordinates were rotated in the machine (G10 L2 R): "
         "taken as not rotated; a machine file with [work] states it"
     )
-    return replace(joined, warnings=(*joined.warnings, warning))
+    return replace(readings, warnings=(*readings.warnings, warning))
 
 
 def write_readings(path: str | Path, touches: Touches, tip_radius: float | None = None) -> None:

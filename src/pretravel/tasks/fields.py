@@ -333,6 +333,15 @@ class TouchTables(Task):
             reads=True,
         ),
     ] = None
+    normal: Annotated[
+        Vector | None,
+        Field(
+            help="Outward normal of the surface at all touches, for files that contain positions "
+            "only: 0,0,1 for heights.",
+            parse=unit_vector,
+            metavar="X,Y,Z",
+        ),
+    ] = None
 
     def reading_options(
         self,
@@ -351,6 +360,7 @@ class TouchTables(Task):
             tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
             columns=self.columns,
             decimal=self.decimal,
+            normal=self.normal,
             exclude=tuple(exclude),
             reference_diameter=reference_diameter,
             ring=ring,

@@ -70,7 +70,7 @@ def preview_document(
     )
 
 
-def results_document(name: str, results: Sequence[FeatureResult]) -> Document:
+def results_document(name: str, results: Sequence[FeatureResult], lacking: str = "") -> Document:
     """The preview of a file that contains results of features.
 
     Parameters
@@ -78,6 +78,8 @@ def results_document(name: str, results: Sequence[FeatureResult]) -> Document:
     name : str
         Of the file.
     results : sequence of FeatureResult
+    lacking : str
+        What is missing to make touches of it; empty where it contains none.
 
     Returns
     -------
@@ -96,10 +98,12 @@ def results_document(name: str, results: Sequence[FeatureResult]) -> Document:
         title="first results (mm, degrees)",
     )
     plural = "s" if len(results) > 1 else ""
+    touches = KeyFigure("for touches", lacking)
     return Document(
         title=name,
-        verdict=f"{name}: {len(results)} result{plural} of features, no touches to compensate",
-        figures=(KeyFigure("next", "-o features.csv writes them as a table"),),
+        verdict=f"{name}: {len(results)} result{plural} of features"
+        + ("" if lacking else ", no touches to compensate"),
+        figures=(touches,) if lacking else (),
         tables=(table,),
     )
 
@@ -126,8 +130,9 @@ def _missing(unit_known: bool, without_normals: bool) -> list[str]:
         missing.append("the unit of length: state mm or inch")
     if without_normals:
         missing.append(
-            "normals: give the plan that was run, or state their columns; on a "
-            "reference sphere, qualify takes those of the sphere"
+            "normals: give the plan that was run, or the normal that all touches have (heights: "
+            "0,0,1), or state their columns; on a reference sphere, qualify takes those of the "
+            "sphere"
         )
     return missing
 
