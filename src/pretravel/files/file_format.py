@@ -67,7 +67,8 @@ class ReadingOptions:
         0, 0, 1.
     join : str
         How positions are joined with the plan: ``line``, each lies on the line of its target;
-        ``label``, each has the label of its target or, before its number, that of its feature.
+        ``label``, each has the label of its target; ``feature``, each has the name of its feature,
+        before the number of its label or alone.
     double_touches : str or None
         Where each place was touched twice, fast to find it and then slowly: ``last`` keeps the
         slow touch, ``all`` keeps both with their feeds.
@@ -101,7 +102,7 @@ class ReadingOptions:
 
     def __post_init__(self) -> None:
         for name, value, known in (
-            ("join", self.join, ("line", "label")),
+            ("join", self.join, ("line", "label", "feature")),
             ("double_touches", self.double_touches, (None, "last", "all")),
         ):
             if value not in known:

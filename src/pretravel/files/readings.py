@@ -195,7 +195,9 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
             path=found.path,
             inputs=("tip_diameter",),
         )
-    joined = join(found, options.plan, options.tip_radius, overtravel=options.overtravel)
+    joined = join(
+        found, options.plan, options.tip_radius, overtravel=options.overtravel, by=options.join
+    )
     joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
     at = {line: row for row, line in enumerate(found.lines)}
     rows = [at[line] for line in joined.touches.lines or ()]
