@@ -245,6 +245,7 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
         options.exclude
         or options.plan
         or options.normal
+        or options.double_touches
         or options.reference_diameter
         or options.look_only
     ):

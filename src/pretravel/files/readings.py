@@ -18,6 +18,7 @@ from pretravel.files.file_format import (
     labels_or_numbers,
 )
 from pretravel.files.format_registry import FORMATS, format_named, format_of
+from pretravel.files.logs.double_touches import without_searches
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import with_sphere_normals
@@ -72,6 +73,8 @@ def read_readings(
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
+    if options.double_touches == "last":
+        found = without_searches(found)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
@@ -196,7 +199,12 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
             inputs=("tip_diameter",),
         )
     joined = join(
-        found, options.plan, options.tip_radius, overtravel=options.overtravel, by=options.join
+        found,
+        options.plan,
+        options.tip_radius,
+        overtravel=options.overtravel,
+        by=options.join,
+        both=options.double_touches == "all",
     )
     joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
     at = {line: row for row, line in enumerate(found.lines)}

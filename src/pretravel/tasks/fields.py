@@ -349,6 +349,13 @@ class TouchTables(Task):
             "the end are one."
         ),
     ] = "line"
+    double_touches: Annotated[
+        Literal["last", "all"] | None,
+        Field(
+            help="Each place was touched twice, fast to find it and then slowly. last: the slow "
+            "touches alone; all: both with their feeds, which separate the signal delay.",
+        ),
+    ] = None
     normal: Annotated[
         Vector | None,
         Field(
@@ -376,6 +383,7 @@ class TouchTables(Task):
             tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
             columns=self.columns,
             decimal=self.decimal,
+            double_touches=self.double_touches,
             join=self.join,
             normal=self.normal,
             exclude=tuple(exclude),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,9 @@ import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.base.errors import InputError
+from pretravel.base.units import MICROMETRE
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
+from pretravel.files.logs.double_touches import follows_its_search
 from pretravel.measurement.selection import label_prefix
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches
@@ -32,6 +35,9 @@ _NEARER = 0.5
 """A target of a feature is the nearest where its distance is below this share of the next one."""
 _ONE_FACE = 1e-3
 """Normals that differ by less are of one plane face: it does not matter which target is taken."""
+_FEWEST_PAIRS, _UNEQUAL = 4, 8.6
+"""Pairs, and Student's t of their mean step, from which the second touches differ from the first:
+by chance in 0.3 % of files with four pairs, and less with more."""
 _SHOWN = 10
 """Most labels that a message shows."""
 _NO_TARGET = -1
@@ -45,6 +51,7 @@ def join(
     *,
     overtravel: float | None = None,
     by: str = "line",
+    both: bool = False,
 ) -> FileReadings:
     """Join positions with a plan: each belongs to the target on whose line it lies.
 
@@ -67,6 +74,9 @@ def join(
         where the file does not mark the contacts. [mm]
     by : str
         ``line``, ``label`` or ``feature``: the label without the number at its end.
+    both : bool
+        Both touches of a place that was touched fast and then slowly belong to one target; their
+        labels state the feeds.
 
     Returns
     -------
@@ -84,14 +94,26 @@ def join(
     ('top',)
     """
     if by != "line":
-        return _join_by_label(found, plan, tip_radius, overtravel, feature=by == "feature")
+        return _join_by_label(
+            found, plan, tip_radius, overtravel, feature=by == "feature", both=both
+        )
     lines = _lines_of(plan, tip_radius, found.path)
-    owners, beyond = _owners(found, lines)
+    second = follows_its_search(found.positions, found.feeds, found.contact)
+    if both and not second.any():
+        raise InputError(
+            "no place was touched twice, fast and then slowly, or the file does not state the "
+            "feeds: keep the last touch of each place, or state the column of the feeds",
+            path=found.path,
+            inputs=("double_touches", "columns"),
+        )
+    owners, beyond = _owners(found, lines, second, both=both)
     contact = _contacts(found, beyond, overtravel)
     if not np.any(contact):
         raise InputError("none of the readings is a contact", path=found.path)
     rows = np.flatnonzero(contact)
     warnings = _absent(lines, owners) + _misses_elsewhere(found, owners)
+    if found.feeds is None:
+        warnings += _unequal_pairs(lines, owners, beyond, contact)
     if found.contact is None and overtravel is None:
         warnings.append(_possible_misses(lines, owners, beyond))
     return FileReadings(
@@ -102,9 +124,14 @@ def join(
 
 
 def _join_by_label(
-    found: FilePositions, plan: Targets, tip_radius: float, overtravel: float | None, *,
+    found: FilePositions,
+    plan: Targets,
+    tip_radius: float,
+    overtravel: float | None,
+    *,
     feature: bool,
-) -> FileReadings:  # fmt: skip
+    both: bool,
+) -> FileReadings:
     if found.labels is None:
         raise InputError(
             "its readings have no labels to join by; state the column of the labels, or join by "
@@ -121,6 +148,10 @@ def _join_by_label(
         _target_of(found, row, plan, tip_radius, _candidates(found, row, rows_of, feature=feature))
         for row in range(len(found.lines))
     ])  # fmt: skip
+    second = follows_its_search(found.positions, found.feeds, found.contact)
+    doubled = np.flatnonzero(second[1:] & (owners[1:] == owners[:-1])) + 1
+    if len(doubled) and not both:
+        raise _double_touch(found, int(doubled[0]), names[owners[doubled[0]]])
     seen = found.positions - plan.points[owners] - tip_radius * plan.normals[owners]
     beyond = np.sum(seen * np.asarray(plan.approaches)[owners], axis=1)
     contact = _contacts(found, beyond, overtravel)
@@ -244,7 +275,9 @@ def _lines_of(plan: Targets, tip_radius: float, path: str) -> _TargetLines:
     )
 
 
-def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatArray]:
+def _owners(
+    found: FilePositions, lines: _TargetLines, second: BoolArray, *, both: bool
+) -> tuple[IntArray, FloatArray]:
     """Return for each position its row of the plan, and its distance beyond the target. [mm]
 
     A control can report any position for a miss, for example zeros.
@@ -268,15 +301,33 @@ def _owners(found: FilePositions, lines: _TargetLines) -> tuple[IntArray, FloatA
             owners.append(_NO_TARGET)
             beyond.append(np.nan)
             continue
-        if not waiting[line]:
+        if second[row] and owners[-1] in lines.repeats[line]:
+            if not both:
+                raise _double_touch(found, row, lines.label(line))
+            owners.append(owners[-1])
+        elif waiting[line]:
+            owners.append(waiting[line].pop(0))
+        else:
             raise found.error(
                 f"the target {lines.label(line)} has more readings than the plan has touches of "
-                "it: is this the log of two runs?",
+                "it: is this the log of two runs? Or was each place touched twice, fast and then "
+                "slowly (double touches)?",
                 row,
+                inputs=("double_touches",),
             )
-        owners.append(waiting[line].pop(0))
         beyond.append(along)
     return np.array(owners, dtype=np.int64), np.array(beyond)
+
+
+def _double_touch(found: FilePositions, row: int, label: str) -> InputError:
+    assert found.feeds is not None
+    fast, slow = (f"{found.feeds[i]:g} mm/min (line {found.lines[i]})" for i in (row - 1, row))
+    return found.error(
+        f"the target {label} was touched at {fast} and at once again at {slow}: a search and its "
+        "slow touch are no repeats of each other. Keep the last of them, or all with their feeds",
+        row,
+        inputs=("double_touches",),
+    )
 
 
 def _line_through(
@@ -342,10 +393,21 @@ def _touches(
         positions=found.positions[rows],
         normals=plan.normals[owners],
         approaches=np.asarray(plan.approaches)[owners],
-        labels=tuple(lines.labels[owner] for owner in owners),
+        labels=_with_feeds([lines.labels[owner] for owner in owners], found, rows),
         nominal_points=plan.points[owners],
         source=Path(found.path).name,
         lines=tuple(found.lines[row] for row in rows),
+    )
+
+
+def _with_feeds(labels: list[str], found: FilePositions, rows: IntArray) -> tuple[str, ...]:
+    """Labels; those of two touches of one target state the feeds."""
+    counts = Counter(labels)
+    if found.feeds is None:
+        return tuple(labels)
+    return tuple(
+        f"{label} F{found.feeds[row]:g}" if counts[label] > 1 else label
+        for label, row in zip(labels, rows, strict=True)
     )
 
 
@@ -375,6 +437,37 @@ def _misses_elsewhere(found: FilePositions, owners: IntArray) -> list[str]:
         return []
     lines = ", ".join(str(found.lines[row]) for row in rows)
     return [f"misses whose position lies on the line of no target, or of several: line {lines}"]
+
+
+def _unequal_pairs(
+    lines: _TargetLines, owners: IntArray, beyond: FloatArray, contact: BoolArray
+) -> list[str]:
+    """Return a warning where the second of two touches at once differs from the first everywhere.
+
+    A search and its slow touch differ by their feeds times the delay, much more than repeats do.
+    """
+    line_of = {row: k for k, rows in enumerate(lines.repeats) for row in rows}
+    places = [line_of.get(owner, _NO_TARGET) for owner in owners.tolist()]
+    sizes = Counter(places)
+    steps = [
+        beyond[row] - beyond[row - 1]
+        for row in range(1, len(places))
+        if places[row] == places[row - 1] != _NO_TARGET
+        and sizes[places[row]] == 2
+        and contact[row]
+        and contact[row - 1]
+    ]
+    if len(steps) < _FEWEST_PAIRS:
+        return []
+    mean, scatter = float(np.mean(steps)), float(np.std(steps, ddof=1))
+    if abs(mean) <= _UNEQUAL * max(scatter / math.sqrt(len(steps)), 0.1 * MICROMETRE):
+        return []
+    warning = (
+        f"the second of two touches of a target is {1e3 * mean:+.1f} µm from the first along the "
+        f"approach, at {len(steps)} targets (scatter {1e3 * scatter:.1f} µm): a search and its "
+        "slow touch are no repeats of each other; keep the last of them"
+    )
+    return [warning]
 
 
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:
