@@ -207,9 +207,9 @@ class _Listing:
     def _take_result(self, cells: list[str], number: int) -> None:
         """``X nominal actual deviation tolerances bar``; ``Flat actual deviation tolerance``."""
         quantity = cells[0]
-        if not quantity.isalpha() or len(cells) < 4:
-            raise self._unknown(cells, number)
         shown = cells[1:-1] if _BAR.fullmatch(cells[-1]) else cells[1:]
+        if not quantity.isalpha() or len(shown) < 3:
+            raise self._unknown(cells, number)
         first, second, third, *_ = self._numbers(shown, number)
         nominal, actual, deviation = first, second, third
         if len(quantity) > 1:  # a form has no nominal value: actual and deviation are one

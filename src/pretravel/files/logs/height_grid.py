@@ -61,13 +61,14 @@ def read_height_grid(source: Source, units: str | None = None) -> FileReadings:
             lines[-1],
         )
     feed = scale * head[2][2]
-    touches = Touches(
-        positions=scale * np.array(body),
-        normals=np.tile([0.0, 0.0, 1.0], (len(body), 1)),
-        feeds=np.full(len(body), feed) if feed > 0.0 else None,
-        source=file.name,
-        lines=tuple(lines[_HEAD:]),
-    )
+    with file.named_in_errors(lines[_HEAD:]):
+        touches = Touches(
+            positions=scale * np.array(body),
+            normals=np.tile([0.0, 0.0, 1.0], (len(body), 1)),
+            feeds=np.full(len(body), feed) if feed > 0.0 else None,
+            source=file.name,
+            lines=tuple(lines[_HEAD:]),
+        )
     return FileReadings(touches)
 
 
