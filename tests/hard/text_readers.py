@@ -123,16 +123,21 @@ def _shop_table(content: bytes) -> object:
 
 
 def _joined_table(content: bytes) -> object:
-    """A table with labels and feeds, joined in each way."""
+    """A table with labels and feeds, joined in each way, and with one normal."""
     file = SourceFile(_NAME, content)
     refusals = []
-    for join, double in (("line", "all"), ("label", None), ("feature", "last")):
-        options = replace(GRBL_OPTIONS, units="mm", join=join, double_touches=double)
+    joined = replace(GRBL_OPTIONS, units="mm")
+    for options in (
+        replace(joined, double_touches="all"),
+        replace(joined, join="label"),
+        replace(joined, join="feature", double_touches="last"),
+        replace(joined, plan=None, normal=(0.0, 0.0, 1.0)),
+    ):
         try:
             read_readings(file, options, file_format="csv")
         except PretravelError as error:
             refusals.append(error)
-    if len(refusals) == 3:
+    if len(refusals) == 4:
         raise refusals[0]
     return None
 

@@ -177,6 +177,11 @@ ________________________________________
 HEIGHT_GRID_FILE = (
     "0.0 10.0 2\n0.0 5.0 2\n-1.0 1.0 50\n\n\n0 0 0.1\n10 0 0.2\n\n0 5 0.1\n10 5 0.3\n\n"
 )
+CMM_CENTRES_FILE = (
+    "12;3;a no compensation;1;0.3000;0.2000;2.9900;;0.0000\r\n"
+    "13;3;a no compensation;1;-0.4000;0.1000;2.9910;;0.0000\r\n"
+    "17;4;wall no compensation;1;23.0100;0.4000;-5.2000;;0.0000\r\n"
+)
 PLAN = Targets(
     np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 0, 0], [20.0, 0, -5]]),
     np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
@@ -185,6 +190,7 @@ PLAN = Targets(
 
 GRBL_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0)
 G2CORE_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, offset=(-100.0, 50.0, -20.0))
+CENTRES_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", join="feature")
 POSITIONS_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", overtravel=2.0)
 SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "csv": ("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,2.99,0,0,1\n", None),
@@ -198,6 +204,7 @@ SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "qif": (QIF_FILE.replace("UNITS", ""), None),
     "dmis": (DMIS_OUTPUT, ReadingOptions(radius_taken_off=3.0)),
     "cmm-listing": (CMM_LISTING_FILE, ReadingOptions(radius_taken_off=1.0, bores=("HOLE*",))),
+    "cmm-centres": (CMM_CENTRES_FILE, CENTRES_OPTIONS),
     "height-grid": (HEIGHT_GRID_FILE, ReadingOptions(units="mm")),
     "print": (PRINT_FILE, ReadingOptions(units="mm")),
 }

@@ -25,6 +25,7 @@ FORMATS: Mapping[str, FileFormat] = Plugins(
         "pcdmis",
         "dmis",
         "cmm-listing",
+        "cmm-centres",
         "print",
         "height-grid",
         "pcdmis-report",

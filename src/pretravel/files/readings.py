@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.errors import InputError, PretravelError, RowError
 from pretravel.base.quantities import TIP_RADIUS, checked
 from pretravel.files.file_format import (
     FileFormat,
@@ -168,16 +168,19 @@ def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadi
     if not len(rows):
         raise InputError("none of the readings is a contact", path=found.path)
     labels = labels_or_numbers(found.labels, len(found.lines))
-    touches = Touches(
-        found.positions[rows],
-        np.tile(np.asarray(options.normal, dtype=np.float64), (len(rows), 1)),
-        feeds=None if found.feeds is None else found.feeds[rows],
-        spindle=None if found.spindle is None else found.spindle[rows],
-        labels=None if found.labels is None else tuple(labels[row] for row in rows),
-        source=Path(found.path).name,
-        lines=tuple(found.lines[row] for row in rows),
-        reading=found.understood,
-    )
+    try:
+        touches = Touches(
+            found.positions[rows],
+            np.tile(np.asarray(options.normal, dtype=np.float64), (len(rows), 1)),
+            feeds=None if found.feeds is None else found.feeds[rows],
+            spindle=None if found.spindle is None else found.spindle[rows],
+            labels=None if found.labels is None else tuple(labels[row] for row in rows),
+            source=Path(found.path).name,
+            lines=tuple(found.lines[row] for row in rows),
+            reading=found.understood,
+        )
+    except RowError as error:
+        raise found.error(error.in_file, int(rows[error.row])) from None
     missed = tuple(labels[row] for row in np.flatnonzero(~contact))
     return _turned(FileReadings(touches, missed=missed), options)
 

@@ -11,6 +11,7 @@ from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
+from pretravel.probing.targets import Targets
 from tests.support.commands import positions, rows, run
 from tests.support.control_logs import HEIGHT_GRID_FILE, written
 
@@ -131,6 +132,20 @@ def test_one_normal_and_a_plan_contradict(tmp_path: Path) -> None:
     told = run("convert", path, "--units", "mm", "--normal", "0,0,1", "--plan", plan,
                "--tip-diameter", 6, "-o", tmp_path / "t.csv", code=2)  # fmt: skip
     assert "not both" in " ".join(told.split())
+
+
+@pytest.mark.parametrize("given", ["normal", "join"])
+def test_a_position_that_is_none_is_named_with_its_line(given: str) -> None:
+    """The message of the touches alone named neither the file nor its line."""
+    text = "label,X,Y,Z\na,0,0,3\nb,3e9,0,3\n"
+    plan = Targets([[0.0, 0, 0]] * 2, [[0.0, 0, 1]] * 2, labels=("a", "b"))
+    options = (
+        ReadingOptions(units="mm", normal=(0.0, 0.0, 1.0))
+        if given == "normal"
+        else ReadingOptions(units="mm", plan=plan, tip_radius=3.0, join="label")
+    )
+    with pytest.raises(InputError, match=r"a\.csv, line 3: .*farther than a kilometre"):
+        read_readings(SourceFile("a.csv", text.encode()), options)
 
 
 def test_misses_of_a_log_have_no_normal(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.errors import InputError
+from pretravel.base.errors import InputError, RowError
 from pretravel.base.units import MICROMETRE
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 from pretravel.files.logs.double_touches import follows_its_search
@@ -161,15 +161,18 @@ def _join_by_label(
     kept = owners[rows]
     labels = _numbered(found.labels)
     height = np.sum(seen[rows] * plan.normals[kept], axis=1)
-    touches = Touches(
-        positions=found.positions[rows],
-        normals=plan.normals[kept],
-        approaches=np.asarray(plan.approaches)[kept],
-        labels=tuple(labels[row] for row in rows),
-        nominal_points=plan.points[kept] + seen[rows] - height[:, None] * plan.normals[kept],
-        source=Path(found.path).name,
-        lines=tuple(found.lines[row] for row in rows),
-    )
+    try:
+        touches = Touches(
+            positions=found.positions[rows],
+            normals=plan.normals[kept],
+            approaches=np.asarray(plan.approaches)[kept],
+            labels=tuple(labels[row] for row in rows),
+            nominal_points=plan.points[kept] + seen[rows] - height[:, None] * plan.normals[kept],
+            source=Path(found.path).name,
+            lines=tuple(found.lines[row] for row in rows),
+        )
+    except RowError as error:
+        raise found.error(error.in_file, int(rows[error.row])) from None
     used = {names[row] for row in owners}
     used |= {label_prefix(name) for name in used} if feature else set()
     absent = [name for name in names if not {name, label_prefix(name) if feature else name} & used]
