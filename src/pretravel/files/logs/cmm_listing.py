@@ -404,8 +404,9 @@ def _inside(file: SourceFile, names: list[str], bores: tuple[str, ...] | None) -
         return set()
     if bores is None:
         raise file.error(
-            f"the listing does not state whether {', '.join(names[:8])} were touched from inside "
-            "or from outside, on which the normals depend: name the bores, or none",
+            f"the listing does not state on which side {', '.join(names[:8])} "
+            f"{'were' if len(names) > 1 else 'was'} touched, from inside or outside, on which the "
+            "normals depend: name the bores, or none",
             inputs=("bores",),
         )
     for pattern in bores:
