@@ -26,13 +26,19 @@ from pretravel.laboratory.separation_outliers import ReadingOutlier, outlying_re
 from pretravel.laboratory.separation_variances import (
     equally_shared,
     least_squares_variances,
+    literal_variances,
     pair_variance_of,
     restricted_likelihood_variances,
 )
 from pretravel.uncertainty.gum import COVERAGE, coverage_factor
 
-Method = Literal["reml", "least-squares"]
-METHODS: tuple[Method, ...] = ("reml", "least-squares")
+Method = Literal["reml", "least-squares", "paper"]
+METHODS: tuple[Method, ...] = ("reml", "least-squares", "paper")
+_ESTIMATES = {
+    "reml": restricted_likelihood_variances,
+    "least-squares": least_squares_variances,
+    "paper": literal_variances,
+}
 _FEWEST_DOF = 4.0
 _SQUARE_MICROMETRE = MICROMETRE**2
 
@@ -195,8 +201,9 @@ def separate(
     readings : MultiStepReadings
         Complete, incomplete or repeated.
     method : str
-        ``reml``: restricted likelihood; ``least-squares``: the equations of the paper with the
-        degrees of freedom of the fit counted exactly.
+        ``reml``: restricted likelihood; ``least-squares``: sums of squared residuals, with the
+        degrees of freedom of the fit counted exactly; ``paper``: equations 3 to 10 as they are
+        printed, to compare with the paper: they scatter several times as much.
     repeated : RepeatedPair, optional
         A configuration whose variance was measured by repeats.
     exclude : sequence of pairs
@@ -228,9 +235,11 @@ def separate(
 
     References
     ----------
-    Nafi and Mayer 2011, equations 1 to 10. Equation 5 leaves out the degrees of freedom
-    of the systematic errors, so that its variances are too small by (n - 1)² / n² in a
-    complete n x n test.
+    Nafi and Mayer 2011, equations 1 to 10. Equation 5 takes the total less the explained sum of
+    squares of one direction for that of its residuals, which is right only over all directions
+    together (`pretravel.laboratory.separation_variances.literal_variances`). It also leaves out
+    the degrees of freedom of the systematic errors, so that its variances are too small by
+    (n - 1)² / n² in a complete n x n test.
 
     >>> m, p = np.divmod(np.arange(64), 8)
     >>> e = 1e-3 * (np.sin(m) - np.cos(p)) + 1e-4 * np.random.default_rng(1).normal(size=64)
@@ -290,10 +299,7 @@ def _separation(
 ) -> Separation:
     """The separation from the readings that are used."""
     pair = None if repeated is None else pair_variance_of(design, repeated)
-    estimate = (
-        least_squares_variances if method == "least-squares" else (restricted_likelihood_variances)
-    )
-    variances = estimate(design, errors, pair)
+    variances = _ESTIMATES[method](design, errors, pair)
     inverse = np.linalg.pinv(design.design)
     solution = inverse @ errors
     of_solution = (inverse * np.maximum(variances.of_readings, 0.0)) @ inverse.T
@@ -316,7 +322,7 @@ def _separation(
         repeated=repeated,
         outliers=(),
         excluded=(),
-        notes=tuple(_notes(design, shares, variances.values, repeated)),
+        notes=tuple(_notes(design, shares, variances.values, repeated, method)),
     )
 
 
@@ -368,6 +374,7 @@ def _notes(
     shares: _Shares,
     variances: FloatArray,
     repeated: RepeatedPair | None,
+    method: Method,
 ) -> list[str]:
     """Sentences on the quantities that the readings do not determine."""
     of_errors = (
@@ -387,6 +394,9 @@ def _notes(
         notes.append(
             "least squares gives some pairs a negative variance, which is impossible; use the "
             "method reml"
+            if method == "least-squares"
+            else "the paper's equations give some pairs a negative variance, which is impossible; "
+            "use the method reml"
         )
     if repeated is not None:
         i = design.machine_place(repeated.machine)

@@ -66,13 +66,15 @@ class Separate(LaboratoryReport):
         ),
     ] = 10
     method: Annotated[
-        Literal["reml", "least-squares"],
+        Literal["reml", "least-squares", "paper"],
         Field(
-            help="Restricted maximum likelihood, or the paper's least squares.",
+            help="Restricted maximum likelihood; least squares; or the equations of Nafi and Mayer "
+            "2011 as printed, to compare with the paper.",
             label="Method of the variances",
             words={
                 "reml": "restricted maximum likelihood",
-                "least-squares": "the paper's least squares",
+                "least-squares": "least squares",
+                "paper": "the paper's equations as printed",
             },
         ),
     ] = "reml"
