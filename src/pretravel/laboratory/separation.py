@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -75,6 +75,10 @@ class Separation(ShownInNotebooks):
         Rows of the readings that the user left out.
     notes : tuple of str
         Sentences on the quantities that the readings do not determine.
+    machine_azimuth, probe_azimuth : (m,), (p,) float
+        Of the directions, of the probe in its own frame; nan where they are not known. [rad]
+    used : MultiStepReadings or None
+        The readings that were used, in the order of the residuals.
     """
 
     machines: IntArray
@@ -93,6 +97,9 @@ class Separation(ShownInNotebooks):
     outliers: tuple[ReadingOutlier, ...]
     excluded: tuple[int, ...]
     notes: tuple[str, ...]
+    machine_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    probe_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    used: MultiStepReadings | None = None
 
     def __repr__(self) -> str:
         out = len(self.outliers) + len(self.excluded)
@@ -260,8 +267,38 @@ def separate(
         used = np.setdiff1d(used, [outlier.row for outlier in outliers])
         design = multi_step_design(rows_of_readings(readings, used))
         _check_dof(design)
-    result = _separation(design, readings.errors[used], method, repeated)
-    return replace(result, outliers=tuple(outliers), excluded=tuple(int(row) for row in excluded))
+    result = _without_lost(_separation(design, readings.errors[used], method, repeated), readings)
+    return replace(
+        result,
+        outliers=tuple(outliers),
+        excluded=tuple(int(row) for row in excluded),
+        machine_azimuth=frozen(readings.azimuths_of(result.machines)),
+        probe_azimuth=frozen(readings.azimuths_of(result.probes)),
+        used=rows_of_readings(readings, used),
+    )
+
+
+def _without_lost(result: Separation, readings: MultiStepReadings) -> Separation:
+    """The separation with the degrees of freedom that were taken from its readings before."""
+    if not readings.lost:
+        return result
+    dof = result.dof - readings.lost
+    if dof < 1.0:
+        raise PretravelError(
+            f"{len(result.residuals)} readings, of which circles took {readings.lost} degrees of "
+            "freedom, leave none for a variance; touch more directions or orientations"
+        )
+    ratio = result.dof / dof
+    return replace(
+        result,
+        error_covariance=frozen(ratio * result.error_covariance),
+        machine_variance=frozen(ratio * result.machine_variance),
+        probe_variance=frozen(ratio * result.probe_variance),
+        # The variances scatter more by the root of the ratio, as their degrees of freedom.
+        variance_covariance=frozen(ratio**3 * result.variance_covariance),
+        movable=frozen(ratio * result.movable),
+        dof=dof,
+    )
 
 
 def _excluded_rows(readings: MultiStepReadings, exclude: Sequence[tuple[int, int]]) -> IntArray:
@@ -282,7 +319,12 @@ def rows_of_readings(readings: MultiStepReadings, rows: IntArray) -> MultiStepRe
     """Some of the readings."""
     if len(rows) == len(readings):
         return readings
-    return MultiStepReadings(readings.machine[rows], readings.probe[rows], readings.errors[rows])
+    return replace(
+        readings,
+        machine=readings.machine[rows],
+        probe=readings.probe[rows],
+        errors=readings.errors[rows],
+    )
 
 
 def _check_dof(design: MultiStepDesign) -> None:
