@@ -54,7 +54,7 @@ def draw(terms: RenTerms) -> Figure:
     """All terms over the force, and enlarged near the crossover."""
     figure = Figure(figsize=(10, 4.5), layout="constrained", dpi=110)
     for axes, largest in zip(figure.subplots(1, 2), (0.2, 1e-3), strict=True):
-        force = FORCE[FORCE <= largest]
+        force = FORCE[largest >= FORCE]
         for each, style in ((terms, "-"), (PRINTED, "--")):
             note = "" if style == "-" else ", as printed"
             curved = force ** (2.0 / 3.0)

@@ -253,6 +253,7 @@ def test_nafi_mayer_ranges_of_variance() -> None:
     assert high < VALUES["nafi-machine-range"]
     above = np.mean(chance > VALUES["nafi-machine-range"])
     assert above == pytest.approx(0.003, abs=0.002)  # 3000 trials: the share to 0.1 %
+    assert np.mean(chance > VALUES["nafi-probe-range"]) == pytest.approx(0.03, abs=0.01)
     enough = pair * VALUES["nafi-machine-range"] / high
     assert enough == pytest.approx(0.93, abs=0.02)  # the quantile to 1 %
     least, most = 9.0 * pair / chi2.ppf([0.975, 0.025], 9)
@@ -274,6 +275,8 @@ def test_nafi_mayer_ranges_by_equation_5_as_printed() -> None:
     pair, machine = VALUES["nafi-repeat"], VALUES["nafi-machine-range"]
     alone = _ranges_by_chance(pair, np.zeros((24, 24)), literal=True)
     assert np.mean(alone[:, 0] > machine) == pytest.approx(0.008, abs=0.006)
+    assert np.mean(alone[:, 1] > VALUES["nafi-probe-range"]) == pytest.approx(0.05, abs=0.015)
+    assert np.quantile(alone[:, 0], [0.025, 0.975]) == pytest.approx([0.58, 1.28], abs=0.03)
     table = _example_table()
     rows, columns = table.mean(axis=1), table.mean(axis=0)
     assert [np.ptp(rows), np.ptp(columns)] == pytest.approx([2.9, 5.4], abs=0.05)
@@ -281,9 +284,10 @@ def test_nafi_mayer_ranges_by_equation_5_as_printed() -> None:
     with_errors = _ranges_by_chance(pair, systematic, literal=True)
     assert np.mean(with_errors[:, 0] > machine) > 0.997
     assert np.mean(with_errors[:, 1] > VALUES["nafi-probe-range"]) == pytest.approx(0.88, abs=0.02)
-    low = np.quantile(with_errors[:, 0], 0.025)
-    assert low == pytest.approx(1.92, abs=0.06)
-    assert low > machine
+    low, high = np.quantile(with_errors, [0.025, 0.975], axis=0)
+    assert low == pytest.approx([1.92, 1.03], abs=0.06)
+    assert high == pytest.approx([4.0, 2.18], abs=0.12)
+    assert low[0] > machine
 
 
 def _example_table() -> FloatArray:

@@ -247,15 +247,16 @@ def test_equation_3_derived_force_of_a_lifted_arm() -> None:
         assert found == pytest.approx(0.5 * spring * radius / arm, rel=1e-9)
 
 
-def test_share_of_the_variance_that_equation_4_explains() -> None:
+@pytest.mark.parametrize(("length", "share"), [(30.0, 0.971), (50.0, 0.980)])
+def test_share_of_the_variance_that_equation_4_explains(length: float, share: float) -> None:
     """His R² of the full model is 0.85 or more, against readings that are not printed. Ours of
-    equation 4 alone, fitted to six seats (50 mm, half sphere of 25 directions): 0.98 (in numpy,
+    equation 4 alone, fitted to six seats (half sphere of 25 directions): 0.97 and 0.98 (in numpy,
     from the residuals of the fit of a constant and a centre); the page of `qualify` states it."""
     n = sphere_pattern_25()
-    pretravel = predict(small_contact_probe(50.0), n).pretravel
+    pretravel = predict(small_contact_probe(length), n).pretravel
     result = qualify(_touches(pretravel, n), 25.0, tip_diameter=4.0, kind=WozniakKind(np.pi))
     off = result.observed - result.pretravel_map.pretravel(n, extrapolate=True)
     about = result.observed - result.observed.mean()
     expected = 1.0 - (off @ off) / (about @ about)
     assert result.explained_share == pytest.approx(expected, abs=1e-5)  # normals of the contacts
-    assert result.explained_share > 0.85
+    assert result.explained_share == pytest.approx(share, abs=0.001)
