@@ -74,6 +74,9 @@ from .prediction.compliance.ren import RenTerms as RenTerms
 from .prediction.compliance.ren import ren_pretravel as ren_pretravel
 from .prediction.compliance.ren import ren_terms_of as ren_terms_of
 from .prediction.compliance.ren import ren_trigger_force as ren_trigger_force
+from .prediction.compliance.wozniak import WozniakPretravel as WozniakPretravel
+from .prediction.compliance.wozniak import WozniakProbe as WozniakProbe
+from .prediction.compliance.wozniak import wozniak_pretravel as wozniak_pretravel
 
 # virtual branch
 from .prediction.description import Probe as Probe

@@ -79,7 +79,7 @@ def test_equations_3_3_and_3_4() -> None:
 
 
 def test_equations_3_8_and_3_9() -> None:
-    """Of z = f(x, y) the normal is (-f_x, -f_y, 1), by differences; across the axis its first two."""
+    """Of z = f(x, y) the normal is (-f_x, -f_y, 1), by differences; across the axis two of them."""
 
     def height(u: np.ndarray, v: np.ndarray) -> np.ndarray:
         return np.asarray(2.0 * np.sin(0.3 * u) + 0.1 * u * v)

@@ -20,6 +20,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_cons
 from pretravel.maps.observation import Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
+from pretravel.prediction.compliance.wozniak import WozniakProbe, wozniak_pretravel
 from pretravel.prediction.predict import predict
 from pretravel.qualification.observe import observe
 from pretravel.qualification.qualify import qualify
@@ -260,3 +261,71 @@ def test_share_of_the_variance_that_equation_4_explains(length: float, share: fl
     expected = 1.0 - (off @ off) / (about @ about)
     assert result.explained_share == pytest.approx(expected, abs=1e-5)  # normals of the contacts
     assert result.explained_share == pytest.approx(share, abs=0.001)
+
+
+WINDOW = WozniakProbe(
+    spring_force=0.6, seat_distance=8.0, stylus_length=50.0, stylus_diameter=2.0, axis_distance=4.0,
+    tip_diameter=4.0, stylus_modulus=686e3, tip_modulus=430e3, part_modulus=225e3, opening=0.2e-3,
+)  # fmt: skip
+"""0.6 N, 8 mm, 2 mm, 4 mm ball: his window; 50 mm, moduli and a of 0.2 µm: assumed."""
+
+
+def test_equation_3_derived_all_terms() -> None:
+    """Force and stylus against the six seats that lift an arm, Hertz's formula, and the path of
+    the tip when the tripod is turned as a body about the line through two seats until the third is
+    open by a, in numpy."""
+    probe = replace(small_contact_probe(50.0), criterion="arm_lift")
+    stem = probe.stem
+    same = replace(WINDOW, stylus_modulus=stem.material.youngs_modulus)
+    directions = from_angles(np.repeat([90.0, 55.0, 20.0], 24) * DEGREE,
+                             np.tile(np.arange(24) * 15.0 + 3.0, 3) * DEGREE)  # fmt: skip
+    found = wozniak_pretravel(directions, same)
+    trigger = predict(probe, directions)
+    assert found.force == pytest.approx(trigger.force, rel=1e-9)
+    assert found.bending == pytest.approx(trigger.shares["stylus_bending"], rel=1e-9)
+    elastic = 1.0 / 430e3 + 1.0 / 225e3
+    hertz = (9.0 / 16.0 * elastic**2 * found.force**2 / 2.0) ** (1.0 / 3.0)
+    assert found.contact == pytest.approx(hertz, rel=1e-9)
+    for normal, switching in zip(directions, found.switching, strict=True):
+        assert switching == pytest.approx(_path_of_the_tip(normal), rel=1e-4)
+    assert found.pretravel == pytest.approx(found.bending + found.contact + found.switching)
+
+
+def _path_of_the_tip(normal: np.ndarray) -> float:
+    """Along the normal, for the arm that lifts with the least force; a turn of 5e-5 rad moves the
+    tip by second-order parts of 1e-5 of that."""
+    seats = 8.0 / np.sqrt(3.0) * from_angles(np.full(3, 0.5 * np.pi), np.radians([0, 120, 240]))
+    tip, paths = np.array([0.0, 0.0, -54.0]), []
+    for lifted in range(3):
+        first, second = np.delete(seats, lifted, axis=0)
+        axis = (second - first) / np.linalg.norm(second - first)
+        height = np.linalg.norm(np.cross(seats[lifted] - first, axis))
+        angle = 0.2e-3 / height
+        if np.cross(axis, seats[lifted] - first)[2] < 0.0:  # the arm goes up
+            angle = -angle
+        arm = tip - first
+        turned = (  # Rodrigues' formula
+            arm * np.cos(angle)
+            + np.cross(axis, arm) * np.sin(angle)
+            + axis * (axis @ arm) * (1.0 - np.cos(angle))
+        )
+        paths.append(float((turned - arm) @ normal))
+    return max(paths)  # the spring's work is one for all arms: the longest path needs least force
+
+
+def test_a_piezoelectric_stage_triggers_at_one_force() -> None:
+    """Equation 4 with β = 0 has A cos²γ: the bending; Hertz's part is one for all directions, and
+    the section across the axis is a circle."""
+    stage = replace(WINDOW, sensor_force=0.05)
+    assert (stage.transducer, WINDOW.transducer) == ("piezo", "contact")
+    around = wozniak_pretravel(XY, stage)
+    assert np.ptp(around.pretravel) < 1e-15
+    along = wozniak_pretravel(XZ, stage)
+    stiffness = 3.0 * 686e3 * np.pi * 2.0**4 / 64.0 / 50.0**3
+    assert along.bending == pytest.approx(0.05 / stiffness * np.sin(
+        np.abs(_ELEVATION)) ** 2, abs=1e-12)  # fmt: skip
+    assert np.ptp(along.contact) == 0.0
+    assert not along.switching.any()
+    for change in ({"seat_distance": 0.0}, {"opening": -1e-3}):
+        with pytest.raises(PretravelError, match=next(iter(change))):
+            replace(WINDOW, **change)
