@@ -58,6 +58,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
 NOT_WRITTEN_HERE = {
     "Trace of a rig": "read alone",
     "Budget of a rig": "read alone",
+    "Check of a ruler": "read alone",
     "Results of features": "the print-outs of controls: tests/unit/files",
 }
 ELSEWHERE = {"Touches": {"spindle_deg"}}

@@ -21,7 +21,7 @@ from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
 from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_directions, read_readings
-from pretravel.files.rig_csv import read_budget, read_rig_trace
+from pretravel.files.rig_csv import read_budget, read_rig_trace, read_scale_check
 from pretravel.files.separation_csv import read_multi_step_readings, read_touch_scatter
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_plan, read_targets
@@ -262,6 +262,16 @@ TEXT_READERS: tuple[Reader, ...] = (
         "rig-trace",
         at_a_path(read_rig_trace, "rig_000_1.csv"),
         (_short_trace(),),
+    ),
+    Reader(
+        "rig-scale",
+        at_a_path(read_scale_check, "scale.csv"),
+        (
+            b"scale_mm,reference_mm,run\n"
+            + b"".join(
+                b"%.3f,%.6f,%d\n" % (0.05 * k, 0.05 * k + 1e-6 * (k % 5), k % 2) for k in range(40)
+            ),
+        ),
     ),
     Reader("rig-budget", at_a_path(read_budget, "budget.csv"), _example("rig_budget.csv")),
     Reader(

@@ -18,6 +18,7 @@ from pretravel.files.source_file import shortened
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent
 from pretravel.laboratory.rig_calibration import angles_of
+from pretravel.laboratory.rig_scale import ScaleCheck, check_scale
 
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
@@ -191,6 +192,41 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
             line=table.header_line or None,
         )
     return tuple(_budget_source(table, row, path) for row in range(len(table)))
+
+
+def read_scale_check(path: str | Path) -> ScaleCheck:
+    """Read a scale beside a reference, and compare them: scale_mm, reference_mm, run.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``run`` may be left out: one run.
+
+    Returns
+    -------
+    ScaleCheck
+
+    Raises
+    ------
+    InputError
+        Missing columns, values that are not numbers, runs that are not whole; as `check_scale`.
+    """
+    table = read_csv_table(path)
+    table.require("scale_mm", "reference_mm", what="a check of a scale")
+    values = table.numbers("scale_mm", "reference_mm")
+    runs = table.numbers("run")[:, 0] if table.has("run") else np.zeros(len(values))
+    odd = np.flatnonzero((runs != np.round(runs)) | (np.abs(runs) > 1e6))
+    if len(odd):
+        row = int(odd[0])
+        raise InputError(
+            f"run is {runs[row]:g}; it is a whole number", path=path, line=table.lines[row]
+        )
+    try:
+        return check_scale(values[:, 0], values[:, 1], runs.astype(np.int64))
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
 
 
 def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthComponent:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_budget import LengthComponent
     from pretravel.laboratory.rig_calibration import RigCalibration
+    from pretravel.laboratory.rig_scale import ScaleCheck
     from pretravel.prediction.compliance.ren import RenTerms
     from pretravel.show.document import Document
     from pretravel.uncertainty.gum import Budget
@@ -125,6 +126,16 @@ class Rig(LaboratoryReport):
             metavar="MM,URAD",
         ),
     ] = None
+    scale: Annotated[
+        Path | None,
+        Field(
+            help="Check of the ruler against a reference, .csv: scale_mm,reference_mm and, for "
+            "several runs, run. Its slope, periodic part and scatter take the place of the "
+            "budget's 'grating scale'.",
+            label="Check of the ruler against a reference",
+            reads=True,
+        ),
+    ] = None
     probe: Annotated[
         str | None,
         Field(
@@ -160,7 +171,7 @@ class Rig(LaboratoryReport):
             A trace that is given twice or cannot be evaluated; marks of a trace that is not there;
             a map without the diameter of the tip; as `calibrate_rig`.
         """
-        from pretravel.files.rig_csv import read_budget
+        from pretravel.files.rig_csv import read_budget, read_scale_check
         from pretravel.laboratory.rig_budget import REN_BUDGET
         from pretravel.laboratory.rig_calibration import calibrate_rig
 
@@ -170,8 +181,9 @@ class Rig(LaboratoryReport):
             )
         statements = self.statements()
         terms = self._terms()
+        checked = None if self.scale is None else read_scale_check(self.scale)
         components = self._components(
-            REN_BUDGET if self.budget is None else read_budget(self.budget)
+            REN_BUDGET if self.budget is None else read_budget(self.budget), checked
         )
         paths = _traces_meant(self.traces)
         with progress.working(f"reading {len(paths)} traces"):
@@ -181,7 +193,7 @@ class Rig(LaboratoryReport):
             _write_touches(self.output, touches, forces=_forces(touches, terms))
         calibration = calibrate_rig(touches, exclude=self.exclude)
         return CalibratedRig(
-            self, traces, touches, calibration, tuple(components), statements, terms
+            self, traces, touches, calibration, tuple(components), statements, terms, checked
         )
 
     def _terms(self) -> RenTerms | None:
@@ -191,10 +203,13 @@ class Rig(LaboratoryReport):
 
         return None if self.probe is None else ren_terms_of(load_probe(self.probe))
 
-    def _components(self, components: Sequence[LengthComponent]) -> list[LengthComponent]:
+    def _components(
+        self, components: Sequence[LengthComponent], checked: ScaleCheck | None
+    ) -> list[LengthComponent]:
         """The budget with the lines that are stated here."""
         from pretravel.laboratory.rig import REFERENCE_TEMPERATURE
         from pretravel.laboratory.rig_budget import abbe_component, thermal_components
+        from pretravel.laboratory.rig_scale import SCALE_SOURCE
 
         found = list(components)
         if (self.u_temperature is None) != (self.u_expansion is None):
@@ -211,6 +226,9 @@ class Rig(LaboratoryReport):
                 u_expansion=self.u_expansion * 1e-6,
                 u_temperature=self.u_temperature,
             )
+        if checked is not None:
+            found = [c for c in found if not c.source.startswith(SCALE_SOURCE)]
+            found += checked.components()
         if self.abbe is not None:
             found.append(abbe_component(self.abbe.first, self.abbe.second * 1e-6))
         return found
@@ -284,6 +302,8 @@ class CalibratedRig(Result):
     statements : LaboratoryStatements or None
     terms : RenTerms or None
         What determines a force from a pretravel.
+    checked : ScaleCheck or None
+        Of the ruler.
     """
 
     task: Rig
@@ -293,6 +313,7 @@ class CalibratedRig(Result):
     components: tuple[LengthComponent, ...]
     statements: LaboratoryStatements | None = None
     terms: RenTerms | None = None
+    checked: ScaleCheck | None = None
     template = "certificate.html"
     """It prints on A4 (to PDF from any browser)."""
 
@@ -313,10 +334,12 @@ class CalibratedRig(Result):
     def notes(self) -> list[str]:
         """Irregularities of the traces, and doubts about the budget."""
         from pretravel.laboratory.rig_budget import budget_doubts, repeatability_doubts
+        from pretravel.laboratory.rig_scale import scale_doubts
 
         return [
             *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
             *budget_doubts(self.components),
+            *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
         ]
 
@@ -335,12 +358,13 @@ class CalibratedRig(Result):
     def report(self, warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
         from pretravel.tasks.reports.laboratory_report import with_laboratory
-        from pretravel.tasks.reports.rig_report import rig_document
+        from pretravel.tasks.reports.rig_report import rig_document, with_scale_check
 
         stated = [*self.notes, *warnings]
         report = rig_document(
             self.calibration, self.budget, self.traces, warnings=stated, forces=self.forces
         )
+        report = with_scale_check(report, self.checked)
         return with_laboratory(report, self.statements)
 
     def certificate(self, warnings: Sequence[str] = ()) -> Document:

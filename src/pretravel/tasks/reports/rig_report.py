@@ -19,6 +19,7 @@ from pretravel.laboratory.rig_calibration import (
     direction_name,
 )
 from pretravel.laboratory.rig_left_out import left_out_sentences
+from pretravel.laboratory.rig_scale import ScaleCheck
 from pretravel.show.budget_picture import budget_picture
 from pretravel.show.chart import Axis, Chart, PlaneChart, PolarChart, View
 from pretravel.show.chart_marks import Bars, Dots, LineMark, Mark, Note, Rule, Symbol
@@ -142,6 +143,53 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
             digits, remark="largest less smallest of a direction; few repeats differ by chance",
             detail=True,
         ),
+    )  # fmt: skip
+
+
+def with_scale_check(document: Document, checked: ScaleCheck | None) -> Document:
+    """A report with the check of the ruler, where there is one (Ren 2020, Figure 9)."""
+    if checked is None:
+        return document
+    periodic = (
+        KeyFigure(
+            "periodic part of the ruler",
+            1e3 * checked.amplitude / MICROMETRE,
+            "nm",
+            decimals(1),
+            remark=f"amplitude; period {number_text(checked.period)} mm",
+        )
+        if checked.amplitude > 0.0
+        else KeyFigure("periodic part of the ruler", "none above chance")
+    )
+    figures = (
+        KeyFigure("ruler against reference", 1e3 * checked.largest_error / MICROMETRE, "nm",
+                  decimals(1), remark="largest error, each run with its own zero"),
+        periodic,
+        KeyFigure("slope of the ruler", 1e6 * checked.slope, "µm/m", decimals(2),
+                  1e6 * checked.u_slope, detail=True),
+        KeyFigure("scatter of the ruler", 1e3 * checked.scatter / MICROMETRE, "nm", decimals(2),
+                  detail=True),
+    )  # fmt: skip
+    picture = Picture("Ruler against reference", lambda: scale_view(checked))
+    return replace(
+        document,
+        figures=(*document.figures, *figures),
+        pictures=(*document.pictures, picture),
+    )
+
+
+def scale_view(checked: ScaleCheck) -> View:
+    """Errors of the ruler over its reading, run by run."""
+    marks = []
+    for place, number in enumerate(np.unique(checked.run)):
+        rows = np.flatnonzero(checked.run == number)
+        rows = rows[np.argsort(checked.position[rows], kind="stable")]
+        error = 1e3 * checked.error[rows] / MICROMETRE
+        marks.append(LineMark(checked.position[rows], error, f"run {number}", series(place)))
+    return View(
+        "Ruler against reference",
+        (PlaneChart("error of the ruler", Axis("ruler", "mm"), Axis("error", "nm"),
+                    (Rule(0.0, colour="ink"), *marks)),),
     )  # fmt: skip
 
 
