@@ -200,7 +200,8 @@ def _directions_of_result(path: Path) -> dict[str, list[object]]:
         tables = content["document"]["data"]
         (directions,) = [table for table in tables if table["title"] == "Directions"]
         columns = {column["name"]: list(column["values"]) for column in directions["columns"]}
-        if not {"kind", "variance_um2", "azimuth_deg"} <= set(columns):
+        needed = ("kind", "variance_um2", "azimuth_deg")
+        if len({len(columns[name]) for name in needed}) > 1:
             raise InputError(hint, path=path)
     except InputError:
         raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -173,7 +174,13 @@ def test_compensate_refuses_what_is_no_separation(tmp_path: Path) -> None:
     normals = from_angles(np.full(4, 0.5 * np.pi), AROUND[::6])
     write_csv_table(tmp_path / "touches.csv", touches_table(_touches(normals)))
     wrong = tmp_path / "wrong.json"
-    for content in ("{}", '{"document": {"data": []}}', "nothing", "[1]"):
+    uneven = [
+        {"name": "kind", "values": ["machine"]},
+        {"name": "variance_um2", "values": [1.0, 2.0]},
+        {"name": "azimuth_deg", "values": [1.0]},
+    ]
+    table = json.dumps({"document": {"data": [{"title": "Directions", "columns": uneven}]}})
+    for content in ("{}", '{"document": {"data": []}}', "nothing", "[1]", table):
         wrong.write_text(content)
         told = run("compensate", tmp_path / "touches.csv", "--map", "omp40-2", "--machine", wrong,
                    "-o", tmp_path / "p.csv", code=2)  # fmt: skip
