@@ -12,7 +12,7 @@ from pretravel.files.file_format import FileFormat, FilePositions, FileReadings,
 from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import with_sphere_normals
+from pretravel.files.stated_normals import with_sphere_normals, with_surface_normals
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
@@ -106,6 +106,8 @@ def _line(name: str, file: SourceFile) -> str:
 
 def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Touches of positions: joined with the plan, or on the sphere that is fitted to them."""
+    if options.plan is None and options.normals_from is not None:
+        return with_surface_normals(found, options.normals_from)
     if options.plan is not None or options.reference_diameter is None or options.ring:
         return _joined(found, options)
     if found.contact is not None and not all(found.contact):

@@ -102,7 +102,8 @@ def read_table_of_touches(
             understood=_understood(columns),
         )
         on_sphere = options.reference_diameter is not None and not options.ring
-        if options.plan is None and not (on_sphere or options.look_only):
+        given = on_sphere or options.look_only or options.normals_from is not None
+        if options.plan is None and not given:
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
                 "plan that was run, or state which columns are the normals",
