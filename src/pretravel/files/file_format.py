@@ -25,6 +25,8 @@ from pretravel.measurement.points import Points
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches, moved
 
+NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
+
 
 @dataclass(frozen=True, eq=False)
 class ReadingOptions:
@@ -77,6 +79,9 @@ class ReadingOptions:
         empty: none. None: not stated.
     look_only : bool
         The file is only looked at: a table may lack its unit and its normals.
+    normals_from : callable or None
+        For positions without normals and without a plan: outward normals (n, 3) of a surface near
+        given tip centres, (n, 3) in mm, with their labels or None.
 
     >>> ReadingOptions(units="inch").units
     'inch'
@@ -99,6 +104,7 @@ class ReadingOptions:
     double_touches: str | None = None
     bores: tuple[str, ...] | None = None
     look_only: bool = False
+    normals_from: NormalsFrom | None = None
 
     def __post_init__(self) -> None:
         for name, value, known in (
@@ -124,7 +130,8 @@ class ReadingOptions:
     @property
     def completes_files(self) -> bool:
         """Whether this can complete a log; the reference of a qualification alone does not."""
-        stated = (self.plan, self.normal, self.units, self.offset, self.radius_taken_off)
+        normals = (self.plan, self.normal, self.normals_from)
+        stated = (*normals, self.units, self.offset, self.radius_taken_off)
         return self.reference_diameter is None or any(value is not None for value in stated)
 
 
@@ -146,6 +153,8 @@ class FileReadings:
         Surface points that the control computed, by label. [mm]
     tip_radius : float or None
         Where the file states it. [mm]
+    normals_taken : bool
+        The file has no normals: they are those of `ReadingOptions.normals_from`.
     """
 
     touches: Touches
@@ -154,6 +163,7 @@ class FileReadings:
     warnings: tuple[str, ...] = ()
     compensated: dict[str, FloatArray] = field(default_factory=dict)
     tip_radius: float | None = None
+    normals_taken: bool = False
 
     @property
     def placement(self) -> Placement:

@@ -8,20 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError, PretravelError, RowError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import TIP_RADIUS, checked
 from pretravel.files.file_format import (
     FileFormat,
     FilePositions,
     FileReadings,
     ReadingOptions,
-    labels_or_numbers,
 )
 from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.double_touches import without_searches
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import with_sphere_normals
+from pretravel.files.stated_normals import with_sphere_normals, with_surface_normals
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
@@ -117,9 +116,11 @@ def _line(name: str, file: SourceFile) -> str:
 
 
 def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings:
-    """Touches of positions: of the plan, of one normal, or of the sphere that is fitted to them."""
+    """Touches of positions: of the plan, of a surface, or of the sphere that is fitted to them."""
     if options.normal is not None:
         return _with_one_normal(found, options)
+    if options.plan is None and options.normals_from is not None:
+        return with_surface_normals(found, options.normals_from)
     if options.plan is not None or options.reference_diameter is None or options.ring:
         return _joined(found, options)
     if found.contact is not None and not all(found.contact):
@@ -163,26 +164,14 @@ def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadi
             path=found.path,
             inputs=("plan", "normal"),
         )
-    contact = np.ones(len(found.lines), bool) if found.contact is None else np.array(found.contact)
-    rows = np.flatnonzero(contact)
-    if not len(rows):
-        raise InputError("none of the readings is a contact", path=found.path)
-    labels = labels_or_numbers(found.labels, len(found.lines))
-    try:
-        touches = Touches(
-            found.positions[rows],
-            np.tile(np.asarray(options.normal, dtype=np.float64), (len(rows), 1)),
-            feeds=None if found.feeds is None else found.feeds[rows],
-            spindle=None if found.spindle is None else found.spindle[rows],
-            labels=None if found.labels is None else tuple(labels[row] for row in rows),
-            source=Path(found.path).name,
-            lines=tuple(found.lines[row] for row in rows),
-            reading=found.understood,
-        )
-    except RowError as error:
-        raise found.error(error.in_file, int(rows[error.row])) from None
-    missed = tuple(labels[row] for row in np.flatnonzero(~contact))
-    return _turned(FileReadings(touches, missed=missed), options)
+    normal = np.asarray(options.normal, dtype=np.float64)
+
+    def everywhere(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+        del labels
+        return np.tile(normal, (len(positions), 1))
+
+    readings = with_surface_normals(found, everywhere)
+    return _turned(replace(readings, normals_taken=False), options)
 
 
 def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:

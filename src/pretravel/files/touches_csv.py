@@ -102,7 +102,8 @@ def read_table_of_touches(
             understood=_understood(columns),
         )
         on_sphere = options.reference_diameter is not None and not options.ring
-        if not (options.plan or options.normal or on_sphere or options.look_only):
+        given = options.plan or options.normal or options.normals_from
+        if not (given or on_sphere or options.look_only):
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
                 "plan that was run, or the normal that all touches have (heights: 0,0,1), or state "

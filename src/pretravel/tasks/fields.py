@@ -63,6 +63,11 @@ def existing(value: object) -> list[Path]:
     return [Path(str(value))]
 
 
+def placement_files(place: str) -> list[Path]:
+    """The file of a placement; none for ``x,y,z,a,b,c``."""
+    return [Path(place)] if place.lower().endswith(".json") else []
+
+
 def surface_files(specification: str) -> list[Path]:
     """The file of a surface such as ``part.step#3``; none for ``plane:…``."""
     from pretravel.surface.specification import source_file
@@ -210,14 +215,23 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="Placement of the part's frame in the machine: x,y,z in mm, then rotations about "
-            "the machine's x, y and z axes in degrees, in that order. The probe is not rotated.",
+            help="Placement of the part's frame in the machine: the file of pretravel align "
+            "(.json), whose touches are in the machine's frame; or x,y,z in mm, then rotations "
+            "about the machine's x, y and z axes in degrees, in that order. The probe is not "
+            "rotated.",
             metavar="X,Y,Z,A,B,C",
+            reads=placement_files,
         ),
     ] = None
     frame: Annotated[
-        Literal["part", "machine"], Field(help="Frame of the touches with --place.")
+        Literal["part", "machine"],
+        Field(help="Frame of the touches with --place; that of a file is the machine's."),
     ] = "part"
+
+    @property
+    def in_machine(self) -> bool:
+        """Whether the touches are in the machine's frame."""
+        return self.frame == "machine" or bool(self.place and placement_files(self.place))
 
     def placement(self) -> Placement:
         """The placement that is stated.
@@ -228,9 +242,11 @@ class PlacedPart(Task):
             Touches in the machine's frame without a placement of the part.
         """
         from pretravel.base.frames import Placement, parse_placement
+        from pretravel.files.placement_file import read_placement
 
         if self.place is not None:
-            return parse_placement(self.place)
+            files = placement_files(self.place)
+            return read_placement(files[0]) if files else parse_placement(self.place)
         if self.frame == "machine":
             raise PretravelError(
                 "touches in the machine's frame need the placement of the part: x,y,z,a,b,c",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.tasks.fields import LaboratoryReport, output
+from pretravel.tasks.fields import LaboratoryReport, Units, output
 from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
@@ -43,7 +43,8 @@ class Measure(LaboratoryReport):
     points: Annotated[
         Path,
         Field(
-            help="Points from compensate: .csv, .parquet, .json or .nc.",
+            help="Points from compensate: .csv, .parquet, .json or .nc; or a table of coordinates "
+            "alone, of points that something else compensated.",
             positional=True,
             reads=True,
         ),
@@ -139,6 +140,14 @@ class Measure(LaboratoryReport):
             label="Probability at which a decision is proven",
         ),
     ] = 0.95
+    units: Annotated[
+        Units | None,
+        Field(
+            help="Unit of length of a table of coordinates that does not state it.",
+            label="Unit of the points",
+            words={"": "as the file states"},
+        ),
+    ] = None
     u_machine_um: Annotated[
         float,
         Field(
@@ -174,7 +183,7 @@ class Measure(LaboratoryReport):
         from pretravel.files.points_reading import read_points
 
         self.tolerances()
-        points = read_points(self.points)
+        points = read_points(self.points, units=self.units)
         with progress.working(f"measuring the features of {len(points)} points"):
             return self.measured(points)
 

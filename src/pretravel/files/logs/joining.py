@@ -15,7 +15,7 @@ from pretravel.base.errors import InputError, RowError
 from pretravel.base.units import MICROMETRE
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 from pretravel.files.logs.double_touches import follows_its_search
-from pretravel.measurement.selection import label_prefix
+from pretravel.measurement.association import label_prefix
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches
 

@@ -496,7 +496,13 @@ def _range_text(span: Span) -> str:
 
 def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
     warnings = []
-    if not all(feature.errors.correlation_known for feature in features):
+    if not all(feature.points.state_uncertainty for feature in features):
+        warnings.append(
+            "the points state no uncertainty: u follows from their scatter about the feature "
+            "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
+            "and of the machine; form and noise are not told apart. No tolerance is decided"
+        )
+    elif not all(feature.errors.correlation_known for feature in features):
         warnings.append(
             "the points do not state which errors they have in common (columns shared_…_um, which "
             "files of older versions lack): u is the largest that any correlation allows"
@@ -507,7 +513,9 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "difference between the described probe and yours is not in u, and no tolerance is "
             "decided. Qualify the probe"
         )
-    if any(feature.uncompensated is None for feature in features):
+    if any(
+        feature.uncompensated is None and feature.points.state_uncertainty for feature in features
+    ):
         warnings.append("the file contains neither uncompensated points nor their pretravel")
     elif any(feature.uncompensated_is_rebuilt for feature in features):
         warnings.append(
