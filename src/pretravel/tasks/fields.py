@@ -349,6 +349,38 @@ class TouchTables(Task):
             reads=True,
         ),
     ] = None
+    plan_columns: Annotated[
+        StatedColumns | None,
+        Field(
+            help="Columns of the table with the plan, as --columns states those of the touches.",
+            parse=stated_columns,
+            metavar="x=X,nx=I,…",
+        ),
+    ] = None
+    join: Annotated[
+        Literal["line", "label", "feature"],
+        Field(
+            help="How positions find their targets of the plan. line: each lies on the line of "
+            "its target; label: they have one label; feature: their labels without the number at "
+            "the end are one."
+        ),
+    ] = "line"
+    double_touches: Annotated[
+        Literal["last", "all"] | None,
+        Field(
+            help="Each place was touched twice, fast to find it and then slowly. last: the slow "
+            "touches alone; all: both with their feeds, which separate the signal delay.",
+        ),
+    ] = None
+    normal: Annotated[
+        Vector | None,
+        Field(
+            help="Outward normal of the surface at all touches, for files that contain positions "
+            "only: 0,0,1 for heights.",
+            parse=unit_vector,
+            metavar="X,Y,Z",
+        ),
+    ] = None
 
     def reading_options(
         self,
@@ -367,6 +399,9 @@ class TouchTables(Task):
             tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
             columns=self.columns,
             decimal=self.decimal,
+            double_touches=self.double_touches,
+            join=self.join,
+            normal=self.normal,
             exclude=tuple(exclude),
             reference_diameter=reference_diameter,
             ring=ring,
@@ -377,12 +412,19 @@ class TouchTables(Task):
         from pretravel.files.file_format import ReadingOptions
         from pretravel.files.touches_csv import read_plan
 
+        options = ReadingOptions(columns=self.plan_columns)
         try:
-            return read_plan(path)
+            try:
+                return read_plan(path, options)
+            except InputError as error:
+                if self.units is None or "units" not in error.inputs:
+                    raise
+                return read_plan(path, replace(options, units=self.units))
         except InputError as error:
-            if self.units is None or "units" not in error.inputs:
-                raise
-            return read_plan(path, ReadingOptions(units=self.units))
+            # Rows of the plan cannot be excluded; its columns have an option of their own.
+            others = tuple(name for name in error.inputs if name not in ("columns", "exclude"))
+            own = ("plan_columns",) if "columns" in error.inputs else ()
+            raise PretravelError(str(error), inputs=(*own, *others)) from None
 
 
 class TouchFiles(TouchTables):

@@ -170,6 +170,14 @@ class Measure(LaboratoryReport):
         ),
     ] = None
 
+    residuals: Annotated[
+        Path | None,
+        Field(
+            help="Distance of each point from its feature: .csv or .parquet.",
+            writes=(".csv", ".parquet"),
+        ),
+    ] = None
+
     def run(self, progress: Progress = SILENT) -> MeasuredFeatures:
         """Read the points and measure their features."""
         from pretravel.files.points_reading import read_points
@@ -279,12 +287,14 @@ class MeasuredFeatures(Result):
         return with_laboratory(report, task.statements())
 
     def write(self, output: str, path: Path) -> None:
-        """Write the features: quantities as columns."""
-        del output
-        from pretravel.files.feature_results import features_table
+        """Write the features, quantities as columns; or the residuals of their points."""
+        from pretravel.files.feature_results import features_table, residuals_table
         from pretravel.files.tables import write_table
 
-        write_table(path, features_table(self.features, self.relations))
+        if output == "residuals":
+            write_table(path, residuals_table([each.feature for each in self.features]))
+        else:
+            write_table(path, features_table(self.features, self.relations))
 
 
 def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFeatures:
