@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -47,12 +48,19 @@ def faces_of_kind(part: Part, kind: str) -> list[int]:
 
 
 def random_targets(
-    part: Part, count: int, rng: np.random.Generator, tip_radius: float = 2.0
+    part: Part,
+    count: int,
+    rng: np.random.Generator,
+    tip_radius: float = 2.0,
+    on: Sequence[int] = (),
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Points of the part where the tip has room, their normals, and the indices of their faces."""
+    """Points of the part where the tip has room, their normals, and the indices of their faces.
+
+    On all faces, or on those of the indices `on`.
+    """
     points, normals, faces = np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=int)
     while len(points) < count:
-        for index in rng.permutation(len(part.faces)):
+        for index in rng.permutation(on or range(len(part.faces))):
             face = part.faces[index]
             low, high = face.box
             uv = low + rng.random((4, 2)) * (high - low)

@@ -96,9 +96,8 @@ def test_placements_are_covered_by_their_covariance() -> None:
 
 def _on_faces(part: Part, faces: list[int], count: int = 12) -> tuple[FloatArray, FloatArray]:
     rng = np.random.default_rng(3)
-    points, normals, of_face = random_targets(part, 40 * count, rng)
-    mine = np.flatnonzero(np.isin(of_face, faces))[:count]
-    return points[mine], normals[mine]
+    points, normals, _ = random_targets(part, count, rng, on=faces)
+    return points, normals
 
 
 def test_motions_that_touches_do_not_determine_are_named() -> None:
@@ -188,7 +187,11 @@ def test_datums_take_motions_in_their_order() -> None:
     takes one turn and a shift, the third a shift. Calculated here with planes, lines and a mean."""
     rng, part, made = np.random.default_rng(11), bracket(), radius_alone(RADIUS)
     side = _box_faces(part)
-    points, normals, faces = random_targets(part, 400, rng)
+    points, normals, faces = random_targets(part, 40, rng, on=list(side.values()))
+    points, normals, faces = (
+        np.concatenate(pair)
+        for pair in zip((points, normals, faces), random_targets(part, 20, rng), strict=True)
+    )
     skew = {"z": 0.0, "y": 2e-3, "x": -3e-3}
     for name, angle in skew.items():
         mine = faces == side[name]
@@ -217,9 +220,8 @@ def test_the_sizes_of_bores_are_free_as_datums() -> None:
     part, made = bracket(), radius_alone(RADIUS)
     side, bores = _box_faces(part), faces_of_kind(part, "cylinder")
     rng = np.random.default_rng(12)
-    points, normals, faces = random_targets(part, 900, rng)
-    kept = np.isin(faces, [side["z"], *bores])
-    kept &= ~np.isin(faces, bores) | (normals[:, 0] > -0.3)
+    points, normals, faces = random_targets(part, 80, rng, on=[side["z"], *bores])
+    kept = ~np.isin(faces, bores) | (normals[:, 0] > -0.3)
     points, normals, faces = points[kept], normals[kept], faces[kept]
     points = points - 0.015 * normals * np.isin(faces, bores)[:, None]
     placement = random_placement(rng)
