@@ -70,6 +70,9 @@ class Face:
         Whether the part's outside is opposite to the surface's own normal.
     borders : tuple of (m, 2) float
         Its edges in the surface's parameters, without seams and poles.
+    part : str
+        Of the file's parts the one that it belongs to, as the path of its assemblies; empty where
+        there is only one.
     """
 
     number: int
@@ -79,6 +82,7 @@ class Face:
     trim: Trim | None
     flips: bool
     borders: tuple[FloatArray, ...] = ()
+    part: str = ""
 
     @cached_property
     def domain(self) -> Domain:

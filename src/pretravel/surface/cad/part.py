@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,7 +22,8 @@ _logger = logging.getLogger("pretravel")
 _MOST_POINTS = 2_000_000
 """Approximate largest number of points on all faces."""
 
-
+_INSTANCE = re.compile(r" \(\d+\)(?=/|$)")
+"""What `whole_shape` adds to the second and later ones of parts with one name."""
 _MOST_DIGITS = 18
 """A longer number is that of no face; Python reads none of more than 4300."""
 
@@ -47,7 +49,13 @@ class Part:
     unreadable: dict[int, str] = field(default_factory=dict)
 
     def select(self, word: str) -> Part:
-        """The part with only one face to touch, by number, or the faces of one name.
+        """The part with only some faces to touch.
+
+        Parameters
+        ----------
+        word : str
+            The number of a face; the name of faces; the name of a part or of an assembly in the
+            file, or a piece of its path (``pump/lid``), which chooses each part of this name.
 
         Raises
         ------
@@ -68,9 +76,13 @@ class Part:
                 )
             return replace(self, chosen=(numbers.index(number),))
         found = [i for i, face in enumerate(self.faces) if face.name and face.name == word]
+        if not found and word:
+            found = [i for i, face in enumerate(self.faces) if _is_in(word, face.part)]
         if not found:
+            several = any(face.part for face in self.faces)
             raise PretravelError(
-                f"{self.name} has no face named '{word}' (pretravel faces {self.name} lists them)"
+                f"{self.name} has no face{' or part' if several else ''} named '{word}' "
+                f"(pretravel faces {self.name} lists them)"
             )
         return replace(self, chosen=tuple(found))
 
@@ -130,6 +142,15 @@ class Part:
         if len(self.chosen) == len(self.faces):
             return self.cloud
         return self.cloud.on(self.chosen)
+
+
+def _is_in(word: str, path: str) -> bool:
+    """Whether a word is a piece of the path of a part, with or without the numbers of instances.
+
+    >>> _is_in("pin", "pump/pin (2)"), _is_in("pump/pin (2)", "pump/pin (2)"), _is_in("p", "p1")
+    (True, True, False)
+    """
+    return any(f"/{word}/" in f"/{p}/" for p in (path, _INSTANCE.sub("", path)))
 
 
 @dataclass(frozen=True, eq=False)
