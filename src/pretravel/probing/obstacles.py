@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.prediction.description import Probe
 from pretravel.surface.cad.face import Face
-from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.part import Cloud, Part
 from pretravel.surface.local_geometry import Surface
 
 _CLOSE = 1e-4
@@ -106,9 +106,7 @@ def first_obstacle(
     others: there only the end is checked.
     """
     cloud = part.cloud_of_spacing(0.5 * radius)
-    # Upper bound of the distance from any point of a face to a sample, with its curvature.
-    bends = np.array([face.largest_convex_curvature for face in part.faces])
-    slack = float(np.max(cloud.gaps * np.sqrt(1.0 + radius * np.minimum(bends, 4.0 / radius))))
+    slack = float(np.max(cloud.slacks(radius)))
     least = _LEAST_STEP * radius
     last = min(slack**2 / radius + least, 0.5 * radius)
     met = np.full(len(centers), -1)
@@ -122,7 +120,7 @@ def first_obstacle(
         free = np.sqrt(np.maximum(distance**2 - slack**2, 0.0)) - radius
         doubtful = np.flatnonzero(~inside & (free < least))
         if len(doubtful):
-            exact, face = _distance(part, at[doubtful], radius, None)
+            exact, face = _distance(part, cloud, at[doubtful], radius, None)
             hit = exact < radius - _CLOSE
             met[active[doubtful[hit]]] = face[hit]
             inside[doubtful[hit]] = True
@@ -135,7 +133,7 @@ def first_obstacle(
     inside = distance < radius - _CLOSE
     met[left[inside]] = cloud.face[nearest[inside]]
     left = left[~inside]
-    exact, face = _distance(part, centers[left], radius, touched[left])
+    exact, face = _distance(part, cloud, centers[left], radius, touched[left])
     hit = exact < radius - _CLOSE
     met[left[hit]] = face[hit]
     return met
@@ -143,6 +141,7 @@ def first_obstacle(
 
 def _distance(
     part: Part,
+    cloud: Cloud,
     centers: FloatArray,
     radius: float,
     excluded: IntArray | None,
@@ -153,7 +152,7 @@ def _distance(
     ball.
     """
     within = np.full(len(centers), (1.0 + _LEAST_STEP) * radius + _CLOSE)
-    pairs, faces = part.boxes.within(centers, within)
+    pairs, faces = part.near(centers, within, cloud, part.boxes)
     nearest, which = np.full(len(centers), np.inf), np.full(len(centers), -1)
     for index in np.unique(faces):
         rows = pairs[faces == index]

@@ -152,12 +152,13 @@ class ContactSearch:
         distance, at = cloud.tree.query(points, workers=-1)
         best, uv = cloud.face[at].copy(), cloud.uv[at].copy()
         # A face with a distant sample can be the nearest one where boxes are as near as the sample.
-        rows, faces = self.part.boxes_of_chosen.within(points, distance)
+        boxes = self.part.boxes_of_chosen
+        rows, faces = self.part.near(points, distance, cloud, boxes)
         several = np.flatnonzero(np.bincount(rows) > 1)
         for face in np.unique(best[several]):
             mine = several[best[several] == face]
             distance[mine], uv[mine] = self._distance(int(face), points[mine])
-        rows, faces = self.part.boxes_of_chosen.within(points[several], distance[several])
+        rows, faces = self.part.near(points[several], distance[several], cloud, boxes)
         rows = several[rows]
         for face in np.unique(faces):
             mine = rows[(faces == face) & (best[rows] != face)]

@@ -11,7 +11,8 @@ import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.trim import Trim
-from pretravel.surface.contact import Lines, ball_center, solve_contact
+from pretravel.surface.contact import nearest_contact
+from pretravel.surface.foot_points import foot_points
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface
 from pretravel.surface.parametric import Parametric
 from pretravel.surface.swept import Placed
@@ -105,8 +106,17 @@ class Face:
         if not _has_no_closed_form(self.base):
             return self.domain.confined(self.base.nearest(points))
         uv, tree = self._seeds
-        _, index = tree.query(points)
-        return solve_contact(self, uv[index], Lines(points), ball_center(0.0)).uv
+        start = uv[tree.query(points)[1]]
+        base, there = self.base, points
+        while isinstance(base, Placed):
+            base, there = base.surface, (there - base.shift) @ base.rotation
+        if not isinstance(base, Parametric):
+            return nearest_contact(self, start, points).uv
+        found, solved = foot_points(base, self.domain, start, there)
+        left = np.flatnonzero(~solved)
+        if len(left):
+            found[left] = nearest_contact(self, start[left], points[left]).uv
+        return found
 
     @cached_property
     def has_poles(self) -> bool:

@@ -21,6 +21,13 @@ _logger = logging.getLogger("pretravel")
 
 _MOST_POINTS = 2_000_000
 """Approximate largest number of points on all faces."""
+_FEW = 3
+"""Faces for each point that are taken by their boxes alone."""
+_TOGETHER = 2_000
+"""Points whose nearby samples are looked for together."""
+_NEAR_EDGE = 1.5
+"""Distance of a point near an edge from the samples, as a multiple of their distance: one step to
+the edge, and half a step along it."""
 
 _INSTANCE = re.compile(r" \(\d+\)(?=/|$)")
 """What `whole_shape` adds to the second and later ones of parts with one name."""
@@ -136,6 +143,33 @@ class Part:
         """Boxes around the faces to touch."""
         return FaceBoxes.around(self.faces, self.chosen)
 
+    def near(
+        self, points: FloatArray, reach: FloatArray, cloud: Cloud, boxes: FaceBoxes
+    ) -> tuple[IntArray, IntArray]:
+        """Pairs of a point and a face that can be as near as its reach: rows and indices of faces.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            [mm]
+        reach : (n,) float
+            [mm]
+        cloud, boxes : Cloud and FaceBoxes
+            Of the faces that count.
+
+        Returns
+        -------
+        rows, faces : (m,) int
+            Ordered by rows.
+        """
+        rows, faces = boxes.within(points, reach)
+        if len(rows) <= _FEW * len(points):
+            return rows, faces
+        count = len(self.faces)
+        row, face = cloud.within(points, reach)
+        both = np.intersect1d(rows * count + faces, row * count + face, assume_unique=True)
+        return both // count, both % count
+
     @cached_property
     def cloud_of_chosen(self) -> Cloud:
         """Points on the faces to touch."""
@@ -166,6 +200,8 @@ class Cloud:
     uv : (m, 2) float
     gaps : (k,) float
         Distance between neighbours on each face. [mm]
+    bends : (k,) float
+        Largest convex curvature of each face. [1/mm]
     tree : KD-tree of the points
     """
 
@@ -173,6 +209,7 @@ class Cloud:
     face: IntArray
     uv: FloatArray
     gaps: FloatArray
+    bends: FloatArray
     tree: Any
 
     def on(self, faces: Sequence[int]) -> Cloud:
@@ -181,7 +218,52 @@ class Cloud:
 
         mine = np.isin(self.face, faces)
         points = self.points[mine]
-        return Cloud(points, self.face[mine], self.uv[mine], self.gaps, cKDTree(points))
+        bends = self.bends
+        return Cloud(points, self.face[mine], self.uv[mine], self.gaps, bends, cKDTree(points))
+
+    def slacks(self, reach: float) -> FloatArray:
+        """How far the samples of each face miss it, for points up to reach away from it, (k,).
+
+        A point at the distance d from a face has a sample of it within the root of d² plus the
+        square of this. [mm]
+        """
+        return np.asarray(
+            self.gaps * np.sqrt(1.0 + reach * np.minimum(self.bends, 4.0 / max(reach, 1e-9)))
+        )
+
+    def within(self, points: FloatArray, reach: FloatArray) -> tuple[IntArray, IntArray]:
+        """Pairs of a point and a face that can be as near as its reach.
+
+        Boxes around faces tell little where faces are long and curved; samples do.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            [mm]
+        reach : (n,) float
+            [mm]
+
+        Returns
+        -------
+        rows, faces : (m,) int
+            Ordered by rows.
+        """
+        count = len(self.gaps)
+        found = [np.empty(0, dtype=np.int64)]
+        for begin in range(0, len(points), _TOGETHER):
+            some, far = points[begin : begin + _TOGETHER], reach[begin : begin + _TOGETHER]
+            # Near an edge the neighbours of a point can lie off the face.
+            slacks = _NEAR_EDGE * self.slacks(float(far.max()))
+            widest = np.sqrt(far**2 + slacks.max() ** 2)
+            near = self.tree.query_ball_point(some, widest, workers=-1)
+            owner = np.repeat(np.arange(len(some)), [len(one) for one in near])
+            samples = np.concatenate([np.asarray(one, dtype=np.int64) for one in near])
+            face = self.face[samples]
+            squared = np.sum((self.points[samples] - some[owner]) ** 2, axis=1)
+            close = squared <= far[owner] ** 2 + slacks[face] ** 2
+            found.append(np.unique((begin + owner[close]) * count + face[close]))
+        pairs = np.concatenate(found)
+        return pairs // count, pairs % count
 
     @classmethod
     def of(cls, faces: Sequence[Face], spacing: float) -> Cloud:
@@ -197,4 +279,5 @@ class Cloud:
         usable = np.isfinite(cloud).all(axis=1)
         cloud, index, parameters = cloud[usable], index[usable], parameters[usable]
         gaps = np.array([max(gap, spacing) for _, gap in sampled])
-        return cls(cloud, index, parameters, gaps, cKDTree(cloud))
+        bends = np.array([face.largest_convex_curvature for face in faces])
+        return cls(cloud, index, parameters, gaps, bends, cKDTree(cloud))
