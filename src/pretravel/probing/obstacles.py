@@ -16,6 +16,8 @@ _CLOSE = 1e-4
 """Depth above which a ball is considered to meet a face: CAD faces join no better. [mm]"""
 _LEAST_STEP = 0.02
 """Smallest step of a ball along its way, as a share of its radius."""
+_STEP = 0.25
+"""Its step, as a share of its radius, where the distance to the faces is computed."""
 _EDGE_RESOLUTION = 0.02
 """Distance between samples of edges, as a share of the ball's radius: the error of the
 distance from an edge is below 5e-5 of the radius."""
@@ -107,7 +109,7 @@ def first_obstacle(
     """
     cloud = part.cloud_of_spacing(0.5 * radius)
     slack = float(np.max(cloud.slacks(radius)))
-    least = _LEAST_STEP * radius
+    least, ahead = _LEAST_STEP * radius, _STEP * radius
     last = min(slack**2 / radius + least, 0.5 * radius)
     met = np.full(len(centers), -1)
     to_go = np.full(len(centers), float(clearance))
@@ -120,12 +122,12 @@ def first_obstacle(
         free = np.sqrt(np.maximum(distance**2 - slack**2, 0.0)) - radius
         doubtful = np.flatnonzero(~inside & (free < least))
         if len(doubtful):
-            exact, face = _distance(part, cloud, at[doubtful], radius, None)
+            exact, face = _distance(part, cloud, at[doubtful], radius, None, ahead)
             hit = exact < radius - _CLOSE
             met[active[doubtful[hit]]] = face[hit]
             inside[doubtful[hit]] = True
-            # Where no face was near, the ball can move by at least one step.
-            free[doubtful] = np.minimum(exact - radius, least)
+            # Faces farther away than the ball and this step were not looked at.
+            free[doubtful] = np.minimum(exact - radius, ahead)
         to_go[active] -= np.maximum(free, least)
         active = active[~inside & (to_go[active] > last)]
     left = np.flatnonzero(met < 0)
@@ -145,13 +147,14 @@ def _distance(
     centers: FloatArray,
     radius: float,
     excluded: IntArray | None,
+    ahead: float = 0.0,
 ) -> tuple[FloatArray, IntArray]:
     """Distance of the balls' centres from the nearest face, and the index of this face.
 
-    The distance is infinite where no face is within the radius. One face can be excluded for each
-    ball.
+    The distance is infinite where no face is within the radius and a piece ahead of it. One face
+    can be excluded for each ball.
     """
-    within = np.full(len(centers), (1.0 + _LEAST_STEP) * radius + _CLOSE)
+    within = np.full(len(centers), radius + max(ahead, _LEAST_STEP * radius) + _CLOSE)
     pairs, faces = part.near(centers, within, cloud, part.boxes)
     nearest, which = np.full(len(centers), np.inf), np.full(len(centers), -1)
     for index in np.unique(faces):

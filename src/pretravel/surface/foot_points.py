@@ -48,7 +48,7 @@ def foot_points(
     uv, points = domain.confined(np.array(start)), np.asarray(points)
     solved = np.zeros(len(points), dtype=bool)
     rows = np.arange(len(points))
-    second = surface.second_order(uv)
+    second = list(surface.second_order(uv))
     for _ in range(_MOST_ITERATIONS):
         step, finished = _newton(second, uv[rows], points[rows], domain)
         solved[rows[finished]] = True
@@ -84,7 +84,7 @@ def foot_points(
 
 
 def _newton(
-    second: list[FloatArray] | tuple[FloatArray, ...],
+    second: list[FloatArray],
     uv: FloatArray,
     points: FloatArray,
     domain: Domain,
@@ -96,7 +96,7 @@ def _newton(
     squares = np.stack([np.sum(du * du, axis=1), np.sum(dv * dv, axis=1)], axis=1)
     low, high = np.array(domain.lower), np.array(domain.upper)
     bounded = ~np.isfinite(domain.period)
-    held = bounded & (((uv <= low) & (slope > 0.0)) | ((uv >= high) & (slope < 0.0)))
+    held = np.asarray(bounded & (((uv <= low) & (slope > 0.0)) | ((uv >= high) & (slope < 0.0))))
     away = np.where(held, 0.0, slope / np.sqrt(np.maximum(squares, 1e-300)))
     scale = np.abs(point).max(axis=1)
     finished = np.abs(away).max(axis=1) < np.maximum(_CLOSED, _ROUNDING * scale)
@@ -115,6 +115,6 @@ def _newton(
     step = (across[:, None] * slope[:, ::-1] - diagonal[:, ::-1] * slope) / safe
     step = np.where(held, 0.0, step)
     # A held parameter leaves a step of its own for the other one.
-    alone = held.any(axis=1)[:, None] & ~held
+    alone = held[:, ::-1] & ~held
     step = np.where(alone, -slope / np.maximum(diagonal, 1e-300), step)
     return np.where(usable[:, None], step, 0.0), finished

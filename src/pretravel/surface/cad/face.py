@@ -107,9 +107,11 @@ class Face:
             return self.domain.confined(self.base.nearest(points))
         uv, tree = self._seeds
         start = uv[tree.query(points)[1]]
-        base, there = self.base, points
+        base: Surface = self.base
+        there = points
         while isinstance(base, Placed):
-            base, there = base.surface, (there - base.shift) @ base.rotation
+            there = (there - base.shift) @ base.rotation
+            base = base.surface
         if not isinstance(base, Parametric):
             return nearest_contact(self, start, points).uv
         found, solved = foot_points(base, self.domain, start, there)
@@ -243,7 +245,7 @@ class Face:
             [mm]
         """
         uv = self.nearest(points)
-        foot = np.linalg.norm(self.local(uv).point - points, axis=1)
+        foot = np.linalg.norm(self.derivatives(uv)[0] - points, axis=1)
         result = np.where(self.inside(uv), foot, np.inf)
         if self.borders:
             result = np.minimum(result, self._edge_tree(resolution).query(points)[0])
