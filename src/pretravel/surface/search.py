@@ -13,6 +13,7 @@ from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Contact, Lines, Reach, solve_contact
 from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.undetermined import apexes
 
 _EDGE_SHARE = 1e-3
 """Distance between samples of an edge, as a share of the face's size, where faces are compared."""
@@ -247,6 +248,20 @@ class ContactSearch:
         self.length[rows], self.residual[rows] = contact.length, contact.residual
         self.solved[rows] = True
         self.beyond_edge[rows] = False
+
+
+def faces_to_touch(surface: Surface | Part) -> list[tuple[int, Surface]]:
+    """The faces that can be touched, with their indices as in `PartContacts.face`."""
+    if isinstance(surface, Part):
+        return [(index, surface.faces[index]) for index in surface.chosen]
+    return [(0, surface)]
+
+
+def apexes_of(surface: Surface) -> FloatArray:
+    """Points of a surface that have no normal, within its edges, (k, 3). [mm]"""
+    if isinstance(surface, Face):
+        return surface.apexes
+    return apexes(surface, np.array(surface.domain.lower), np.array(surface.domain.upper))
 
 
 def _retry_around_poles(

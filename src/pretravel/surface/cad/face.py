@@ -16,6 +16,7 @@ from pretravel.surface.foot_points import foot_points
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface
 from pretravel.surface.parametric import Parametric
 from pretravel.surface.swept import Placed
+from pretravel.surface.undetermined import apexes
 
 _MOST_SAMPLES = 250_000
 """Largest number of samples of one face."""
@@ -135,6 +136,11 @@ class Face:
                 if np.ptp(points, axis=0).max() < 1e-9 * max(1.0, float(np.abs(points).max())):
                     return True
         return False
+
+    @cached_property
+    def apexes(self) -> FloatArray:
+        """Points of the face that have no normal, such as the tip of a cone, (k, 3). [mm]"""
+        return apexes(self, *self.box)
 
     def starts_near(self, points: FloatArray, count: int) -> Iterator[FloatArray]:
         """Yield parameters (n, 2) of the samples nearest to points, in the order of distance."""
