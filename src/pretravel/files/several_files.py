@@ -131,6 +131,7 @@ def read_series(
             for warning in readings.warnings
         ),
         tip_radius=found[0].tip_radius,
+        normals_taken=any(readings.normals_taken for readings in found),
     )
 
 
