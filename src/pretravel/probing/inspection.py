@@ -347,7 +347,8 @@ def _by_curvature(
     from scipy.spatial import cKDTree
 
     samples = _grid(*region.box(surface), (60, 60), [False, False])
-    local = surface.local(samples[surface.inside(samples)])
+    kept = _usable(surface, samples, region.margin)  # not at an apex, whose curvature has no end
+    local = surface.local(samples[kept if kept.any() else surface.inside(samples)])
     size = float(np.linalg.norm(np.ptp(local.point, axis=0)))
     widest = 0.1 * size if widest is None else widest
     wanted = _distance(local, chord, widest)
