@@ -268,7 +268,8 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
             f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
             "mm, do the normals point out of the part, is the nominal where the part is?"
         )
-    return warnings
+    elsewhere = "" if touches.movement is None else touches.movement.sentence()
+    return [*warnings, elsewhere] if elsewhere else warnings
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
