@@ -20,7 +20,7 @@ def plate_with_holes(path: Path, columns: int, rows: int, pitch: float = 10.0) -
         for j in range(rows):
             x = (i - 0.5 * (columns - 1)) * pitch
             y = (j - 0.5 * (rows - 1)) * pitch
-            plane = plane.MoveTo(x, y).Circle(0.3 * pitch).Reverse()
+            plane = plane.MoveTo(x, y).Circle(0.4 * pitch).Reverse()
     plane.Face().Extrude(20.0).WriteStep(str(path))
     return path
 

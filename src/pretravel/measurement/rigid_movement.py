@@ -96,6 +96,6 @@ class MovementSums:
         return (
             "this looks like a part that lies elsewhere: a shift of "
             f"{np.linalg.norm(shift):.3f} mm and a turn of {turn:.3f}° of the whole part reduce "
-            f"the root mean square of the deviations from {rms[0]:.3g} to {rms[1]:.2g} µm. Align the "
-            "part first, and state its placement"
+            f"the root mean square of the deviations from {rms[0]:.3g} to {rms[1]:.2g} µm. "
+            "Align the part first, and state its placement"
         )
