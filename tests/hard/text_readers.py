@@ -21,8 +21,8 @@ from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
 from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_directions, read_readings
-from pretravel.files.rig_csv import read_budget, read_rig_trace
-from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.files.rig_csv import read_budget, read_rig_trace, read_scale_check
+from pretravel.files.separation_csv import read_multi_step_readings, read_touch_scatter
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_plan, read_targets
 from pretravel.prediction.catalogue import description_text, load_probe, rewritten
@@ -202,6 +202,19 @@ def _example(*names: str) -> tuple[bytes, ...]:
     return tuple(b"".join(rows[:40]) for rows in lines)
 
 
+def _separation_result() -> bytes:
+    """The part of a result of `separate` that is read of it."""
+    azimuth = [0.0, 90.0, 180.0, 270.0]
+    columns = {
+        "kind": ["machine"] * 4 + ["probe"] * 4,
+        "variance_um2": [0.2, 0.3, 0.2, 0.1, 0.4, 0.3, 0.5, 0.4],
+        "azimuth_deg": azimuth + azimuth,
+    }
+    table = [{"name": name, "values": values} for name, values in columns.items()]
+    content = {"document": {"data": [{"title": "Directions", "columns": table}]}}
+    return json.dumps(content).encode()
+
+
 def _short_trace() -> bytes:
     """A trace of the rig with every 30th of its samples."""
     lines = (EXAMPLES / "rig" / "rig_000_1.csv").read_bytes().splitlines(keepends=True)
@@ -280,11 +293,26 @@ TEXT_READERS: tuple[Reader, ...] = (
         at_a_path(read_rig_trace, "rig_000_1.csv"),
         (_short_trace(),),
     ),
+    Reader(
+        "rig-scale",
+        at_a_path(read_scale_check, "scale.csv"),
+        (
+            b"scale_mm,reference_mm,run\n"
+            + b"".join(
+                b"%.3f,%.6f,%d\n" % (0.05 * k, 0.05 * k + 1e-6 * (k % 5), k % 2) for k in range(40)
+            ),
+        ),
+    ),
     Reader("rig-budget", at_a_path(read_budget, "budget.csv"), _example("rig_budget.csv")),
     Reader(
         "multi-step",
         at_a_path(read_multi_step_readings, "readings.csv"),
         _example("redundancy_24x24.csv"),
+    ),
+    Reader(
+        "separation",
+        at_a_path(read_touch_scatter, "separation.json"),
+        (_separation_result(),),
     ),
     Reader("machine", at_a_path(read_machine, "mill.toml"), _machine_samples(), _TOML_WORDS),
     Reader(

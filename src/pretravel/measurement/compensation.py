@@ -17,6 +17,7 @@ from pretravel.maps.provenance import Origin
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
+from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification.qualification import Qualification
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
@@ -42,6 +43,7 @@ def apply(
     nominal: Surface | Part | None = None,
     extrapolate: bool = False,
     shared: bool = True,
+    scatter: TouchScatter | None = None,
 ) -> Points:
     """Compensate touches: from the latched spindle points to the surface.
 
@@ -65,6 +67,9 @@ def apply(
         Also for normals outside the directions of the map.
     shared : bool
         The points state which errors they have in common (`Points.shared`). It takes time.
+    scatter : TouchScatter, optional
+        Of single touches by direction, from a separation of machine and probe, in the place of
+        the repeatability of the map.
 
     Returns
     -------
@@ -111,7 +116,7 @@ def apply(
             f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
             f"({len(lost)} such touches). Do the normals point out of the part?"
         )
-    errors = errors_of_points(touches, normals, pretravel_map)
+    errors = errors_of_points(touches, normals, pretravel_map, scatter)
     if nominal is None:
         travel = pretravel / errors.closing
         positions = (

@@ -22,7 +22,7 @@ from pretravel.base.quantities import (
 )
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
-from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.local_geometry import LocalGeometry, Surface, at_open_end
 from pretravel.surface.search import apexes_of
 from pretravel.surface.undetermined import distance_from_apexes
 
@@ -32,6 +32,8 @@ _MOST = 1_000_000
 """Largest number of points of a grid or of rows."""
 _MOST_CANDIDATES = 400_000
 """Largest number of points among which those by curvature are chosen."""
+_MOST_OF_AN_END = 20_000
+"""Largest number of points along an end of the parameters by which distances are measured."""
 _OFF_FACE = "off the face or nearer to an edge or apex than the margin"
 _SAME = "at the same place as another one"
 _TURNED_AWAY = "turned away"
@@ -291,9 +293,14 @@ def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
     from scipy.spatial import cKDTree
 
     inside = surface.inside(uv)
-    if margin > 0.0 and isinstance(surface, Face) and surface.borders:
-        edges = surface.derivatives(surface.edge_samples(0.2 * margin))[0]
-        distance, _ = cKDTree(edges).query(surface.derivatives(uv)[0])
+    if isinstance(surface, Face):
+        ends = surface.edge_samples(0.2 * margin) if margin > 0.0 and surface.borders else None
+    else:
+        # A touch slides: on an end of the parameters it may leave the surface.
+        inside &= ~at_open_end(surface, uv)
+        ends = _samples_of_ends(surface, 0.2 * margin) if margin > 0.0 else None
+    if ends is not None and len(ends):
+        distance, _ = cKDTree(surface.derivatives(ends)[0]).query(surface.derivatives(uv)[0])
         inside &= distance >= margin * (1.0 - 1e-9)
     places = apexes_of(surface)
     if len(places):
@@ -308,6 +315,27 @@ def _repeated(points: FloatArray) -> BoolArray:
     repeated = np.ones(len(points), dtype=bool)
     repeated[first] = False
     return repeated
+
+
+def _samples_of_ends(surface: Surface, spacing: float) -> FloatArray:
+    """Parameters along the ends of a bounded surface that are edges, (n, 2)."""
+    low, high = np.array(surface.domain.lower), np.array(surface.domain.upper)
+    lines = []
+    for axis in (0, 1):
+        other = 1 - axis
+        if not (np.isfinite(low[other]) and np.isfinite(high[other])):
+            continue  # an edge of infinite length: only shapes without ends have it
+        for end in (low[axis], high[axis]):
+            if not np.isfinite(end):
+                continue
+            line = np.full((_FINE, 2), end)
+            line[:, other] = np.linspace(low[other], high[other], _FINE)
+            steps = np.linalg.norm(np.diff(surface.derivatives(line)[0], axis=0), axis=1)
+            count = int(min(np.ceil(_FINE * steps.max() / spacing) + _FINE, _MOST_OF_AN_END))
+            line = np.full((count, 2), end)
+            line[:, other] = np.linspace(low[other], high[other], count)
+            lines.append(line[at_open_end(surface, line)])
+    return np.concatenate(lines) if lines else np.zeros((0, 2))
 
 
 def _rows(

@@ -13,6 +13,8 @@ from pretravel.base.directions import unit
 
 _DEGENERATE = 1e-10
 """sin² of the angle between du and dv, or length ratio, below which they span no plane."""
+_POLE = 1e-9
+"""Length of a derivative, as a share of the other's, below which an end of a range is a pole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +145,34 @@ class Surface(Protocol):
     def inside(self, uv: FloatArray) -> BoolArray:
         """Which parameters lie on the surface, within its edges, (n,)."""
         ...
+
+
+def at_open_end(surface: Surface, uv: FloatArray) -> BoolArray:
+    """Which parameters lie at an end of their range that is an edge of the surface, (n,).
+
+    Seams of periodic parameters and poles, where the whole end is one point, are no edges.
+
+    Parameters
+    ----------
+    surface : Surface
+    uv : (n, 2) float
+
+    >>> from pretravel.surface.parametric import Convex
+    >>> at_open_end(Convex(), np.array([[1.0, 0.2], [0.5, 0.2]])).tolist()
+    [True, False]
+    """
+    domain, found = surface.domain, np.zeros(len(uv), dtype=bool)
+    lengths = [np.linalg.norm(slope, axis=1) for slope in surface.derivatives(uv)[1:]]
+    for axis in (0, 1):
+        low, high = domain.lower[axis], domain.upper[axis]
+        if np.isfinite(domain.period[axis]):
+            continue
+        along, across = lengths[1 - axis], lengths[axis]
+        no_pole = along > _POLE * across
+        for end in (low, high):
+            near = 1e-12 * max(abs(low) + abs(high), 1.0) if np.isfinite(end) else -1.0
+            found |= (np.abs(uv[:, axis] - end) <= near) & no_pole
+    return found
 
 
 def signed_distance(surface: Surface, points: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Contact, Lines, Reach, solve_contact
-from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.local_geometry import LocalGeometry, Surface, at_open_end
 from pretravel.surface.undetermined import apexes
 
 _EDGE_SHARE = 1e-3
@@ -73,7 +73,8 @@ class PartContacts:
         Index of the face.
     solved : (n,) bool
     beyond_edge : (n,) bool
-        Where the only contact lies on the continuation of a face beyond its edges.
+        Where the only contact lies on the continuation of a face beyond its edges, or would lie
+        beyond the ends of the parameters.
     iterations : (n,) int
     """
 
@@ -225,8 +226,12 @@ class ContactSearch:
         # An almost solved contact is a better start for the next search.
         near = inside & (contact.residual < _NEARLY)
         self.uv[rows[near]] = contact.uv[near]
-        facing = contact.solved & problem.faces_approach(rows, contact.local.normal)
-        self.beyond_edge[rows] = facing & ~inside
+        facing = problem.faces_approach(rows, contact.local.normal)
+        beyond = contact.solved & ~inside
+        if not isinstance(surface, Face):
+            # It has no continuation where its parameters end: the search stops there.
+            beyond |= ~contact.solved & at_open_end(surface, contact.uv)
+        self.beyond_edge[rows] = facing & beyond
         self.iterations[rows] += contact.iterations
         self._put(face, rows[good], contact.take(np.flatnonzero(good)))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -174,6 +175,18 @@ class TestAssemblies:
         assert [row["part"] for row in table] == ["box"] * 6 + ["pin"] * 3
 
 
+class _Geometry:
+    """What `OCCGeometry` makes of a file: the kernel's own class has the method too."""
+
+    GetAssemblyTree = None
+
+    def __init__(self, made: Callable[[], SimpleNamespace]) -> None:
+        self._made = made
+
+    def __call__(self, _: str) -> SimpleNamespace:
+        return self._made()
+
+
 class TestNothingIsMissing:
     def test_faces_that_belong_to_no_part_are_counted(self, tmp_path: Path) -> None:
         """The product of the pin has lost its shape; its three faces are still in the text."""
@@ -200,7 +213,7 @@ class TestNothingIsMissing:
             )
 
         def fake(*roots: Any) -> None:
-            occ = SimpleNamespace(OCCGeometry=lambda _: geometry(roots), Compound=list)
+            occ = SimpleNamespace(OCCGeometry=_Geometry(lambda: geometry(roots)), Compound=list)
             monkeypatch.setitem(sys.modules, "netgen.occ", occ)  # type: ignore[arg-type]
 
         fake(node("one", "a", "moved"), node("two", "c"))
@@ -210,6 +223,15 @@ class TestNothingIsMissing:
         assert len(whole_shape(tmp_path / "x.step")[0]) == 2
         fake(node("one", children=(node("p", "a"), node("q", "moved"))))
         assert whole_shape(tmp_path / "x.step")[0].faces == ["a", "b"]
+
+    def test_a_kernel_without_the_tree_is_refused(
+        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        """It would give the first root alone."""
+        occ = SimpleNamespace(OCCGeometry=lambda _: None, Compound=list)
+        monkeypatch.setitem(sys.modules, "netgen.occ", occ)  # type: ignore[arg-type]
+        with pytest.raises(RuntimeError, match=r"netgen-mesher 6\.2\.2608 or a later"):
+            whole_shape(tmp_path / "x.step")
 
     def test_a_file_without_faces_is_refused_as_before(self, tmp_path: Path) -> None:
         path = tmp_path / "none.step"

@@ -33,11 +33,13 @@ def whole_shape(file: Path) -> tuple[Any, dict[Any, str]]:
     Raises
     ------
     RuntimeError
-        From the kernel: a file that it cannot read. A tree in which the first root lies elsewhere
+        From the kernel: a file that it cannot read. A kernel without the tree. A tree in which the first root lies elsewhere
         than by itself.
     """
     from netgen.occ import Compound, OCCGeometry
 
+    if not hasattr(OCCGeometry, "GetAssemblyTree"):
+        raise RuntimeError("it is too old; install netgen-mesher 6.2.2608 or a later version")
     geometry = OCCGeometry(str(file))
     tree = geometry.GetAssemblyTree()
     roots = [] if tree is None else list(tree.children)
