@@ -66,7 +66,7 @@ NOT_WRITTEN_HERE = {
     "Check of a ruler": "read alone",
     "Results of features": "the print-outs of controls: tests/unit/files",
 }
-ELSEWHERE = {"Touches": {"spindle_deg"}}
+ELSEWHERE = {"Touches": {"spindle_deg"}, "Faces of a part": {"part"}}
 """Columns that no command of this test writes."""
 
 

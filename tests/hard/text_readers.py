@@ -29,7 +29,7 @@ from pretravel.prediction.catalogue import description_text, load_probe, rewritt
 from pretravel.show.page_content import picture_figures
 from pretravel.show.result_file import read_result, result_values
 from pretravel.surface.cad.iges_reader import _entity_types
-from pretravel.surface.cad.step_text import with_names
+from pretravel.surface.cad.step_text import faces_in_text, with_names
 from pretravel.surface.shapes import Sphere
 from pretravel.tasks.reports.history_report import history_columns, history_document
 from tests.support.control_logs import GRBL_OPTIONS, REFUSED_FILES, SAMPLES
@@ -120,6 +120,11 @@ def _shop_table(content: bytes) -> object:
             look_at(file, options, known)
             read_readings(file, options, file_format="csv")
     return None
+
+
+def _step_text(content: bytes) -> object:
+    """What is done with the text of a STEP file before the kernel reads it."""
+    return faces_in_text(with_names(content)[0])
 
 
 def _joined_table(content: bytes) -> object:
@@ -347,7 +352,7 @@ TEXT_READERS: tuple[Reader, ...] = (
         (HISTORY.read_bytes(),),
         (b"NaN", b"1e999", b"null", b"true", b"[" * 2000, b"9" * 5000, b'"\\ud800"', b"9999-12-31"),
     ),
-    Reader("step-text", with_names, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
+    Reader("step-text", _step_text, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
     Reader(
         "iges-text",
         at_a_path(_entity_types, "part.igs"),

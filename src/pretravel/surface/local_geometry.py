@@ -240,13 +240,13 @@ def from_second_order(
     >>> from_second_order(o, x, y, o, o, o).normal.tolist()
     [[0.0, 0.0, 1.0]]
     """
-    across = np.cross(du, dv)
+    across = _cross(du, dv)
     length = np.linalg.norm(across, axis=1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         normal = across / length
         # Duals of du and dv within the plane: I^-1 E^T.
-        dual_u = np.cross(dv, normal) / length
-        dual_v = np.cross(normal, du) / length
+        dual_u = _cross(dv, normal) / length
+        dual_v = _cross(normal, du) / length
     bend_uu = np.sum(normal * duu, axis=1)[:, None, None]
     bend_uv = np.sum(normal * duv, axis=1)[:, None, None]
     bend_vv = np.sum(normal * dvv, axis=1)[:, None, None]
@@ -255,6 +255,12 @@ def from_second_order(
     uv = dual_u[:, :, None] * dual_v[:, None, :]
     curvature = -(bend_uu * uu + bend_uv * (uv + np.swapaxes(uv, 1, 2)) + bend_vv * vv)
     return LocalGeometry(point, normal, curvature, np.stack([du, dv], axis=1))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """As `numpy.cross` of rows, which takes several times longer for a few rows."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)
 
 
 def parameter_step(du: FloatArray, dv: FloatArray, displacement: FloatArray) -> FloatArray:
