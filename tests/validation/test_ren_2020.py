@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
     abbe_component,
@@ -18,7 +18,7 @@ from pretravel.laboratory.rig_budget import (
     thermal_components,
 )
 from pretravel.laboratory.rig_map import compensated_diameter
-from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.compliance import ren
 from pretravel.prediction.compliance.ren import (
     RenSeats,
@@ -26,9 +26,11 @@ from pretravel.prediction.compliance.ren import (
     ren_terms_of,
     ren_trigger_force,
 )
+from pretravel.prediction.friction import friction_cycle
 from pretravel.prediction.hertz import ball_on_flat
 from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
+from pretravel.prediction.predict import predict
 from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_coefficient, seat_statics
 from tests.support.ren_probe import SECTION_4, ren_terms
@@ -232,6 +234,58 @@ def test_equation_17_gives_rows_of_table_2() -> None:
         assert 1e6 * temperature.per_length == pytest.approx(11.5 * kelvin, rel=1e-12)
         assert 1e6 * temperature.per_length == pytest.approx(printed, abs=6e-4)
         assert 1e6 * expansion.per_length == pytest.approx(0.010, abs=1e-12)
+
+
+def test_figure_5a_in_a_description(tmp_path: Path) -> None:
+    """The same quantities as keys of a description: m, g, s as deviations from the radius, beta
+    less alpha, t and delta_1 as x and y. Forces of `analytic` against six equations in numpy;
+    finite elements and friction, which are of even probes, refuse."""
+    text = description_text("omp40-2")
+    for old, new in (
+        ("rod_radius_mm = 2.75", "rod_radius_mm = 2.75\nradius_deviations_mm = [0.3, -0.2, 0.5]"),
+        ("support_angle_deg = 27.266", "support_angle_deg = 27.266\nright_less_left_deg = 3.0"),
+        ("preload_N = 5.91", "preload_N = 5.91\noffset_mm = [0.4, -0.7]"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    file = tmp_path / "uneven.toml"
+    file.write_text(text, encoding="utf-8")
+    probe = load_probe(file)
+    assert probe.uneven
+    same = RenSeats(
+        distances=(16.64, 16.14, 16.84), left_angle=np.radians(25.766),
+        right_angle=np.radians(28.766), preload=5.91, lever=64.4,
+        eccentricity=float(np.hypot(0.4, 0.7)), eccentric_azimuth=float(np.arctan2(-0.7, 0.4)),
+    )  # fmt: skip
+    normals = np.array([direction(p, a) for p in (90.0, 50.0) for a in range(0, 360, 20)])
+    expected = [_first_lift(normal, same) for normal in normals]
+    assert predict(probe, normals).force == pytest.approx(expected, rel=1e-9)
+    assert ren_trigger_force(normals, same) == pytest.approx(expected, rel=1e-9)
+    even = predict(load_probe("omp40-2"), normals).force
+    assert np.abs(np.array(expected) / even - 1.0).max() > 0.05
+    for refused in (
+        lambda: predict(probe, normals[:1], "fem"),
+        lambda: friction_cycle(probe, normals[:1], 0.1),
+    ):
+        with pytest.raises(DescriptionError, match="three equal rods"):
+            refused()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("rod_radius_mm = 2.75", "rod_radius_mm = 2.75\nradius_deviations_mm = [0, 0]", "three"),
+        ("rod_radius_mm = 2.75", "rod_radius_mm = 2.75\nradius_deviations_mm = [0, 0, 9]", "half"),
+        ("preload_N = 5.91", "preload_N = 5.91\noffset_mm = [-9.0, 0.0]", "would never be"),
+        ("preload_N = 5.91", "preload_N = 5.91\noffset_mm = [1e9, 0.0]", "two lengths"),
+        ("friction = 0.0", "friction = 0.0\nright_less_left_deg = 60.0", "between 1° and 89°"),
+    ],
+)
+def test_uneven_descriptions_that_cannot_be(old: str, new: str, words: str) -> None:
+    text = description_text("omp40-2")
+    assert old in text
+    with pytest.raises(PretravelError, match=words):
+        seat_statics(parse_probe(text.replace(old, new)))
 
 
 def _first_lift(normal: np.ndarray, seats: RenSeats) -> float:
