@@ -36,8 +36,15 @@ from tests.support.examples import EXAMPLES
 from tests.support.forked_processes import forked_worker
 from tests.support.mutated_files import Reader, at_a_path
 
-BREP = Path(__file__).parent / "samples" / "part.brep"
+_SAMPLES = Path(__file__).parent / "samples"
+BREP = _SAMPLES / "part.brep"
 """What the CAD kernel writes of examples/data/part.step."""
+ASSEMBLY = _SAMPLES / "assembly.step"
+"""Two roots, one of them an assembly of two levels with instances (`tests.support.step_files`).
+What the kernel writes of it, with placements composed of several, ends with .brep."""
+
+
+_composed, _STEP = ASSEMBLY.with_suffix(".brep"), EXAMPLES / "part.step"
 
 
 def _project() -> bytes:
@@ -179,6 +186,6 @@ BINARY_READERS: tuple[Reader, ...] = (
     Reader("kept_model", at_a_path(_read_kept_model, "reduced.npz"), _kept_model(), binary=True),
     Reader("project", project_of, (_project(),), binary=True),
     Reader("project_json", _read_project_json, (_project_json(),)),
-    Reader("brep", _read_brep, (BREP.read_bytes(),)),
-    Reader("step", at_a_path(read_part, "part.step"), ((EXAMPLES / "part.step").read_bytes(),)),
+    Reader("brep", _read_brep, (BREP.read_bytes(), _composed.read_bytes())),
+    Reader("step", at_a_path(read_part, "part.step"), (_STEP.read_bytes(), ASSEMBLY.read_bytes())),
 )

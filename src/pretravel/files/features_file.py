@@ -46,7 +46,7 @@ class _Drawing:
     feature: list[DrawnFeature]
 
 
-_STRUCTURE = TomlStructure(hint="pretravel measure --help shows what a feature has")
+_STRUCTURE = TomlStructure(hint="docs/how-to/align-a-part.md shows a whole file")
 _STRUCTURE.table(
     DrawnFeature,
     at="at_mm",
@@ -81,7 +81,7 @@ def read_features(path: str | Path) -> list[DrawnFeature]:
     20.0
     """
     found = _STRUCTURE.make(
-        read_toml(path, "file of features", "docs/how-to/align-a-part.md shows one"), _Drawing
+        read_toml(path, "file of features"), _Drawing
     ).feature
     if not found:
         raise PretravelError(f"{path}: no [[feature]]", inputs=("features",))

@@ -170,7 +170,7 @@ class TestAssemblies:
     def test_the_list_of_faces_names_the_parts(self, tmp_path: Path) -> None:
         file = write_step(tmp_path / "two.step", [_box(), _pin()])
         printed = run("faces", file, "-o", tmp_path / "faces.csv")
-        assert "9 faces" in printed
+        assert "two.step: 9 faces of 2 parts, 13.00 x 23.00 x 40.00 mm" in printed
         table = rows(tmp_path / "faces.csv")
         assert [row["part"] for row in table] == ["box"] * 6 + ["pin"] * 3
 

@@ -39,9 +39,11 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
     low, high = part.box
     size = " x ".join(value_text(float(length)) for length in high - low)
     count = len(values["face"])
+    parts = len({face.part for face in part.faces})
     return Document(
         title=part.name,
-        verdict=f"{part.name}: {count} face{'' if count == 1 else 's'}, {size} mm, from "
+        verdict=f"{part.name}: {count} face{'' if count == 1 else 's'}"
+        f"{f' of {parts} parts' if parts > 1 else ''}, {size} mm, from "
         f"{value_text(tuple(low.tolist()))} to {value_text(tuple(high.tolist()))}",
         tables=(
             _faces_table({k: [column[row] for row in usable] for k, column in values.items()}),
