@@ -33,13 +33,8 @@ def whole_shape(file: Path) -> tuple[Any, dict[Any, str]]:
     Raises
     ------
     RuntimeError
-<<<<<<< HEAD
-        From the kernel: a file that it cannot read. A kernel without the tree. A tree in which the
-        first root lies elsewhere than by itself.
-=======
         From the kernel: a file that it cannot read. A kernel without the tree of products; a tree
         in which the first root lies elsewhere than by itself.
->>>>>>> step
     """
     from netgen.occ import Compound, OCCGeometry
 
