@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from pretravel.controls.linuxcnc_cycles import sphere_subroutines
-from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.linuxcnc_subroutines import NO_RESULT, linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from tests.support.commands import run as run_command
+from tests.support.machine_model.control import Tool
 from tests.support.machine_model.coordinates import WorkOffset
 from tests.support.machine_model.judgement import Plan, state_is_restored
 from tests.support.machine_model.machine import Machine, Trace, run
-from tests.support.machine_model.modes import Vector
+from tests.support.machine_model.modes import Modes, Vector
 from tests.support.machine_model.probe import Fault, Probe
 from tests.support.machine_model.world import Ball, Box, Ring, Thing, World
 from tests.support.simulated_probe import simulated_map, simulated_pretravel
@@ -32,6 +33,7 @@ CYCLES: dict[str, tuple[str, Vector, Thing, int]] = {
     "sphere": ("[0.3] [0] [0] [25] [6] [100] [6] [3] [1]", (9.0, 2.0, 50.0),
                Ball((0.0, 0.0, 0.0), 12.5), 11),
 }  # fmt: skip
+RESULTS = ("_x", "_y", "_diameter", "_edge")
 FAULTS = ("dead", "stuck", "early", "late")
 
 
@@ -94,6 +96,17 @@ class TestFaults:
             assert "cause" in trace.error
             assert trace.contacts <= contact + (kind == "stuck")
             check_harmless(trace, name)
+
+    @pytest.mark.parametrize("name", [name for name in CYCLES if name != "sphere"])
+    def test_no_result_of_an_earlier_call_is_left(self, name: str) -> None:
+        """A program that goes on after a stop must not take the last diameter for this one."""
+        results = made(name).parameters
+        mine = [key for key in results if key.startswith("_pretravel_") and key.endswith(RESULTS)]
+        assert len(mine) >= 4
+        stale = "\n".join(f"#<{key}> = {results[key]:.6f}" for key in mine)
+        for contact in range(1, CYCLES[name][3] + 1):
+            left = made(name, Fault("dead", contact), before=stale).parameters
+            assert {left[key] for key in mine} == {NO_RESULT}, f"contact {contact}"
 
     @pytest.mark.parametrize("name", CYCLES)
     def test_tripped_before_the_first_move(self, name: str) -> None:
@@ -167,6 +180,42 @@ class TestRefusals:
         assert trace.ended == "abort"
         assert words in trace.error
         assert trace.moves == ()
+
+
+class TestTool:
+    """The tool in the spindle and its active length, before the first move of every cycle."""
+
+    @pytest.mark.parametrize("name", [*CYCLES, "point"])
+    @pytest.mark.parametrize(
+        ("tool", "here", "length", "words"),
+        [
+            (None, 3, 43.0, "the length of T3 is active"),
+            (7, 3, 43.0, "T3 is in the spindle, and the probe is T7"),
+            (7, 7, 0.0, "the active tool length is not that of T7: G43 first"),
+            (7, 7, 43.0, "the active tool length is not that of T7: G43 first"),
+            (7, 7, 55.0, ""),
+            (None, 3, 0.0, ""),
+        ],
+    )
+    def test_it_is_that_of_the_probe(
+        self, name: str, tool: int | None, here: int, length: float, words: str
+    ) -> None:
+        call = CYCLES["bore" if name == "point" else name][0]
+        if name == "point":
+            call = "[0] [0] [0] [0] [0] [1] [100] [1]"
+        modes = Modes(tool_offset=(0.0, 0.0, length))
+        machine = Machine(tools={3: Tool(43.0), 7: Tool(55.0)}, tool=here, modes=modes)
+        form = exact_lookup(simulated_map())
+        assert form is not None
+        text = f"G21 G90 G94\no<pretravel_{name}> call {call}\nM2\n"
+        files = linuxcnc_subroutines(simulated_map(), form, tool=tool)
+        trace = run(machine, text, subroutines=files)
+        if not words:  # Nothing is there to be touched.
+            assert "stopped with cause 1" in trace.error
+            return
+        assert words in trace.error
+        assert trace.moves == ()
+        assert trace.after == replace(modes, motion=trace.after.motion)
 
 
 class TestRadius:

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.controls.linuxcnc_state import state_subroutines
+
 SIMULATOR = Path(__file__).parent.parent.parent / "examples" / "linuxcnc"
 MODULE = "pretravel_probe.so"
 
@@ -42,8 +44,11 @@ def run_program(
 ) -> str:
     """Run G-code on the simulated machine; returns the output of the control.
 
-    It waits as long as `simulate` does, which gives up where no state changes any more.
+    The subroutines that keep the state are installed beside it. It waits as long as `simulate`
+    does, which gives up where no state changes any more.
     """
+    for name, text in state_subroutines().items():
+        (program.parent / name).write_text(text)
     command = [str(SIMULATOR / "simulate"), str(program), *([str(probe)] if probe else [])]
     given = environment(PRETRAVEL_FEED_OVERRIDE=f"{feed_override:g}")
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=given)

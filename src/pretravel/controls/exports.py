@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.plugins import Plugins
@@ -73,6 +74,8 @@ class ExportSettings:
         of ``travel``.
     program : int, optional
         Number of the first program; a default for each control.
+    tool : int, optional
+        For LinuxCNC: number of the probe in the tool table.
     """
 
     base: int | None = None
@@ -87,6 +90,7 @@ class ExportSettings:
     units: str = "mm"
     angles: str = "normals"
     program: int | None = None
+    tool: int | None = None
 
     @property
     def table(self) -> TableSettings:
@@ -182,9 +186,12 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
             f"first variable {base}: the parameters for users are 31 to {LAST_FREE}",
             inputs=("base",),
         )
+    subroutines = partial(
+        linuxcnc_subroutines, base=base, tool=settings.tool, written=settings.written
+    )
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)
     if exact is not None:
-        texts = linuxcnc_subroutines(pretravel_map, exact, base=base, written=settings.written)
+        texts = subroutines(pretravel_map, exact)
         return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),))
     if settings.form == "formula":
         raise PretravelError(
@@ -198,7 +205,7 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
         most_values=min(_MOST_LINUXCNC, LAST_FREE - base),
     )
     return ExportedFiles(
-        linuxcnc_subroutines(pretravel_map, table, base=base, written=settings.written),
+        subroutines(pretravel_map, table),
         remarks=(describe_form(table),),
         warnings=_coarse_table_warnings(table, settings.tolerance),
     )
@@ -288,7 +295,7 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
 _OF_TABLES = frozenset({"units", "tolerance"})
 
 TO_LINUXCNC = Control(
-    _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance"})
+    _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance", "tool"})
 )
 TO_RENISHAW = Control(
     _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pretravel.base.units import INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
+from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.program_log import LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
@@ -41,8 +42,13 @@ def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
     }
 
 
-def sphere_subroutines() -> dict[str, str]:
+def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
     """The subroutine pretravel_sphere and those that it calls: they need no map.
+
+    Parameters
+    ----------
+    tool : int, optional
+        See `pretravel.controls.linuxcnc_subroutines.linuxcnc_subroutines`.
 
     Returns
     -------
@@ -54,20 +60,22 @@ def sphere_subroutines() -> dict[str, str]:
     PretravelError
         A line is too long for the control.
 
-    >>> sorted(sphere_subroutines())
-    ['pretravel_move.ngc', 'pretravel_sphere.ngc', 'pretravel_touch.ngc']
+    >>> [name[10:-4] for name in sorted(sphere_subroutines())]
+    ['keep', 'move', 'restore', 'sphere', 'touch']
     """
     files = {
         name: render(
             f"linuxcnc/{name}",
             name="pretravel_sphere",
             inch=INCH,
+            tool=tool,
             causes=cause_words(),
             log_head=LOG_HEAD,
             subroutine_touch_columns=SUBROUTINE_TOUCH_COLUMNS,
         )
         for name in ("pretravel_sphere.ngc", "pretravel_move.ngc", "pretravel_touch.ngc")
     }
+    files |= state_subroutines()
     for text in files.values():
         check_line_lengths(text)
     return files

@@ -18,12 +18,19 @@ from pretravel.touches import GLANCING
 
 LAST_FREE = 5000
 """Parameters 31 to 5000 are the user's; the control keeps them while it runs."""
+NO_RESULT = 9_999_999
+"""What results are before a cycle has measured, and after it has stopped: no machine goes there."""
 _SLACK = 1e-6
 """By so much a direction may lie outside the polar angles of a map. [degrees]"""
 
 
 def linuxcnc_subroutines(
-    pretravel_map: PretravelMap, form: Lookup, *, base: int = 1050, written: str = ""
+    pretravel_map: PretravelMap,
+    form: Lookup,
+    *,
+    base: int = 1050,
+    tool: int | None = None,
+    written: str = "",
 ) -> dict[str, str]:
     """Subroutines that evaluate a map, probe and compensate.
 
@@ -35,6 +42,9 @@ def linuxcnc_subroutines(
         The form of that map that the control evaluates.
     base : int
         First parameter for a table.
+    tool : int, optional
+        Number of the probe in the tool table: cycles stop where another tool is in the spindle, or
+        another length is active. Without it they stop where any tool length is active.
     written : str
         The day, for the heads of the files.
 
@@ -59,6 +69,8 @@ def linuxcnc_subroutines(
         "base": base,
         "inch": INCH,
         "identity": map_identity(pretravel_map),
+        "no_result": NO_RESULT,
+        "tool": tool,
         "written": written,
     }
     texts: dict[str, dict[str, object]] = {
@@ -80,7 +92,7 @@ def linuxcnc_subroutines(
     if form.needs_table:
         texts["pretravel_table.ngc"] = {}
     files = {name: render(f"linuxcnc/{name}", **common, **values) for name, values in texts.items()}
-    files |= linuxcnc_cycles(common) | sphere_subroutines()
+    files |= linuxcnc_cycles(common) | sphere_subroutines(tool)
     for text in files.values():
         check_line_lengths(text)
     return files

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, FEED_OR_NONE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import Units, refuse_no_folder
+from pretravel.tasks.fields import TOOL_OF_SUBROUTINES, Units, refuse_no_folder
 from pretravel.tasks.task import FOLDER, SILENT, Field, Progress, Result, Task, TextResult, by_name
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ _RADII_TABLE = "csv"
 _OF_CONTROLS = {
     "base": "base",
     "program": "program",
+    "tool": "tool",
     "units": "units",
     "angles": "angles",
     "template": "template",
@@ -154,6 +155,16 @@ class Export(Task):
             metavar="NUMBER",
             label="Number of the first program",
             hint="Empty: the usual one",
+        ),
+    ] = None
+    tool: Annotated[
+        int | None,
+        Field(
+            help=TOOL_OF_SUBROUTINES,
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="Tool number of the probe",
+            hint="Empty: no tool length",
         ),
     ] = None
     units: Annotated[

@@ -11,6 +11,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.tasks.fields import (
     REFERENCE_SPHERE,
+    TOOL_OF_SUBROUTINES,
     Approach,
     Turn,
     output,
@@ -341,6 +342,9 @@ class ProgramMdi(Task):
     example = "pretravel program mdi -o subroutines"
 
     output: Annotated[Path, output("Folder of subroutines, of SUBROUTINE_PATH.", *FOLDER)]
+    tool: Annotated[
+        int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
+    ] = None
 
     def run(self, progress: Progress = SILENT) -> Subroutines:
         """The subroutines."""
@@ -348,7 +352,7 @@ class ProgramMdi(Task):
         from pretravel.controls.linuxcnc_cycles import sphere_subroutines
 
         refuse_no_folder(self.output)
-        texts = sphere_subroutines()
+        texts = sphere_subroutines(self.tool)
         return Subroutines(texts, f"{self.output}: {', '.join(sorted(texts))}\n")
 
 

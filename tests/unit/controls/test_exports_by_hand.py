@@ -67,7 +67,7 @@ class TestControls:
         options that would change nothing are refused by the command."""
         tables = {"units", "tolerance"}
         expected = {
-            "linuxcnc": (True, True, {"base", "form", "tolerance"}),
+            "linuxcnc": (True, True, {"base", "form", "tolerance", "tool"}),
             "renishaw": (False, False, {"base", "program", "units", "angles", "criterion"}),
             "fanuc": (True, False, tables | {"base", "program"}),
             "haas": (True, False, tables | {"base", "program"}),

@@ -232,7 +232,9 @@ class TestHeads:
         cycles = {f"pretravel_{name}.ngc" for name in ("bore", "boss", "pocket", "web", "edge")}
         own = {f"pretravel_{name}.ngc" for name in
                ("lookup", "compensate", "identity", "radius", "point", "head")}  # fmt: skip
-        others = {f"pretravel_{name}.ngc" for name in ("sphere", "move", "touch")}
+        others = {
+            f"pretravel_{name}.ngc" for name in ("sphere", "move", "touch", "keep", "restore")
+        }
         formula = linuxcnc_subroutines(mean_map(0.01), MEAN)
         assert set(formula) == cycles | own | others
         assert set(sphere_subroutines()) == others
