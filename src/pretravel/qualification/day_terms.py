@@ -21,9 +21,9 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.change_tests import TouchesAndMap, separable_columns
 from pretravel.qualification.delay import SignalDelay, several_feeds, travel_per_second
 from pretravel.qualification.drift_over_time import DailyQuantity
+from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.probe_drift import slope_around_axis
 from pretravel.qualification.qualify import prepare
-from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.qualification.verification import touches_beside_map
 from pretravel.touches import Touches
 

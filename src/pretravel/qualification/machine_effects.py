@@ -16,8 +16,8 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.observation import Observation
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.qualification.repeat_outliers import FEWEST_LEFT, repeat_outliers
 from pretravel.qualification.touch_order import (
     between_predecessors,
     drift_columns,

@@ -17,7 +17,7 @@ from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import STEEL_EXPANSION, USUAL_U_DIAMETER, QualificationSetup
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
-from pretravel.qualification.repeat_outliers import Outlier
+from pretravel.qualification.outliers import Outlier
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component
 

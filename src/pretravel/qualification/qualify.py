@@ -39,10 +39,9 @@ from pretravel.qualification.map_warnings import (
     repeat_warnings,
 )
 from pretravel.qualification.observe import observe
-from pretravel.qualification.outliers import gross_errors
+from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
-from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.touches import Touches, at_rest
 
 _LOG = logging.getLogger(__name__)
@@ -191,7 +190,8 @@ def prepare(
     detail: HarmonicMapFit | None = None
     if setup.search_outliers:
         _LOG.info("search of gross errors")
-        outliers, detail = gross_errors(whole, touches.where, effects, confirm)
+        scatter = {"step": effects.step, "fixed_scatter": effects.fixed_scatter}
+        outliers, detail = gross_errors(whole, touches.where, confirm, **scatter)
         used[[row for outlier in outliers if outlier.left_out for row in outlier.rows]] = False
     observation = whole
     if not used.all():

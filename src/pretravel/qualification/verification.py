@@ -24,9 +24,9 @@ from pretravel.qualification.change_tests import (
 )
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.qualification.repeat_outliers import Outlier, median_of_groups
 from pretravel.touches import Touches, at_rest
 
 _MOST_GROSS = 0.1

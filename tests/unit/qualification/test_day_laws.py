@@ -20,6 +20,7 @@ from pretravel.qualification.change_tests import changes_of, touches_and_map
 from pretravel.qualification.day_terms import _fitted, _form, day_terms
 from pretravel.qualification.delay import several_feeds, signal_delay, travel_per_second
 from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.own_touches import (
     _by_chance,
     own_touches_warnings,
@@ -34,7 +35,6 @@ from pretravel.qualification.probe_drift import (
     spread_of,
 )
 from pretravel.qualification.qualify import prepare
-from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.qualification.touch_order import (
     drift_columns,
     drift_is_separable,

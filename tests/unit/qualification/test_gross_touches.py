@@ -12,7 +12,7 @@ from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.change_tests import TouchesAndMap
-from pretravel.qualification.repeat_outliers import Outlier
+from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.touch_noise import TouchNoise
 from pretravel.qualification.verification import _left_out, gross_touch
 from pretravel.touches import Touches

@@ -10,8 +10,8 @@ import pytest
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.qualify import prepare, qualify
-from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.touches import Touches, without
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
 

@@ -19,11 +19,15 @@ from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, fit_harmo
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.delay import several_feeds, signal_delay, travel_per_second
-from pretravel.qualification.machine_effects import MachineEffects, machine_effects, without_machine
+from pretravel.qualification.machine_effects import machine_effects, without_machine
 from pretravel.qualification.observe import observe
-from pretravel.qualification.outliers import _confirmed, _left_out_distance, direction_outliers
+from pretravel.qualification.outliers import (
+    Outlier,
+    _confirmed,
+    _left_out_distance,
+    direction_outliers,
+)
 from pretravel.qualification.qualify import prepare
-from pretravel.qualification.repeat_outliers import Outlier
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
@@ -33,10 +37,6 @@ AXIS = (0.48, 0.6, 0.64)
 TILT = probe_rotation(AXIS)
 UPRIGHT = QualificationSetup(25.0, tip_diameter=6.0, sphere_form=0.0)
 TILTED = replace(UPRIGHT, axis=AXIS)
-
-
-def _effects(fixed: float = 0.0, step: float = 0.0) -> MachineEffects:
-    return MachineEffects(step, 0.0, np.zeros(3), np.zeros(2), fixed, np.zeros(1), ())
 
 
 # What the machine adds
@@ -260,7 +260,7 @@ def test_the_distance_from_a_prediction_has_the_u_of_all_its_parts(tip: float | 
     fit.tip_radius = tip
     found, u = _left_out_distance(
         _Kind(fit, centered),  # type: ignore[arg-type]
-        fit, wrong, _effects(0.7 * UM, 2.0 * UM),
+        fit, wrong, UM * math.hypot(0.7, 2.0 / math.sqrt(12.0)),
     )  # fmt: skip
     away = positions - centered.center
     distance = np.linalg.norm(away, axis=1)
@@ -282,13 +282,13 @@ def test_another_kind_confirms_by_its_own_limit() -> None:
     fit, centered, wrong, _ = _predicted()
     others = Observation(15.5 * N[:12], np.arange(12), np.zeros(3), 12.5, 3.0, ring=False)
     kind: Any = _Kind(fit, centered)
-    distance, u = _left_out_distance(kind, fit, wrong, _effects())
-    found = _confirmed(kind, others, wrong, _effects())
+    distance, u = _left_out_distance(kind, fit, wrong, 0.0)
+    found = _confirmed(kind, others, wrong, 0.0)
     assert found == pytest.approx(distance / (_factor(13) * u), rel=1e-9)
     silent: Any = _Kind(None, centered)
-    assert _confirmed(silent, others, wrong, _effects()) is None
+    assert _confirmed(silent, others, wrong, 0.0) is None
     fit.basis = SimpleNamespace(follows_probe=False)
-    assert _confirmed(kind, others, wrong, _effects()) is None
+    assert _confirmed(kind, others, wrong, 0.0) is None
 
 
 def _seen(n: FloatArray, repeats: int = 3, seed: int = 1) -> tuple[Touches, Observation]:
@@ -313,7 +313,7 @@ def _found(
     pair: tuple[Touches, Observation], named: list[int] | None = None, confirm: Any = None,
     fixed: float = 0.0,
 ) -> tuple[list[Outlier], Any]:  # fmt: skip
-    return direction_outliers(pair[1], pair[0].where, named or [], _effects(fixed), confirm)
+    return direction_outliers(pair[1], pair[0].where, named or [], confirm, fixed_scatter=fixed)
 
 
 @pytest.mark.parametrize(("repeats", "sign"), [(1, -1.0), (3, 1.0)])
@@ -328,7 +328,7 @@ def test_a_direction_is_named_beyond_its_limit(repeats: int, sign: float) -> Non
     others[wrong] = False
     alone = fit_harmonic(pair[1].take(others))
     moved = _off(pair, wrong, sign * 0.03)[1].take(~others)
-    distance, u = _left_out_distance(HarmonicKind(), alone, moved, _effects())
+    distance, u = _left_out_distance(HarmonicKind(), alone, moved, 0.0)
     assert one.distance == pytest.approx(distance, abs=0.05 * UM)
     assert one.limit == pytest.approx(_factor(25) * u, rel=0.02)
     assert len(detail.observation.values) == 24 * repeats

@@ -11,7 +11,7 @@ from scipy import stats
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import describe, fibonacci_cap
 from pretravel.maps.observation import Observation
-from pretravel.qualification.repeat_outliers import (
+from pretravel.qualification.outliers import (
     Outlier,
     median_of_groups,
     outlier_factor,
