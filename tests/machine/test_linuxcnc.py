@@ -204,6 +204,7 @@ class TestSubroutines:
         table = lookup_table(example_map, tolerance=2e-5, most_values=399)
         load, look = (text.splitlines()[2:] for text in fanuc_macro(example_map, table).values())
         label = iter(range(100, 1000))
+        loops: list[int] = []
 
         def translated(body: list[str]) -> list[str]:
             lines = []
@@ -219,9 +220,10 @@ class TestSubroutines:
                     alarm = f"(ABORT,alarm {found[2]})"
                     lines += [f"o{name} if {found[1]}", alarm, f"o{name} endif"]
                 elif found := re.fullmatch(r"WHILE (\[.*\]) DO1", line):
-                    lines.append(f"o99 while {found[1]}")
+                    loops.append(next(label))
+                    lines.append(f"o{loops[-1]} while {found[1]}")
                 elif line == "END1":
-                    lines.append("o99 endwhile")
+                    lines.append(f"o{loops[-1]} endwhile")
                 elif line == "#100=#0":
                     lines.append("#100=0")
                 elif line.startswith("#"):

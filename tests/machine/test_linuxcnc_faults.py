@@ -18,6 +18,7 @@ import pytest
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_program import cause_words, linuxcnc_program
+from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine, work_placement
@@ -190,6 +191,8 @@ def test_a_preview_shows_all_touches(tmp_path: Path) -> None:
     machine = replace(QUICK, tool=1, tool_length=80.0, work=work_placement(1.0, 2.0, 3.0))
     path = tmp_path / "sphere.ngc"
     path.write_text(program_text(machine))
+    for name, text in state_subroutines().items():
+        (tmp_path / name).write_text(text)
     shown = interpret(path)
     assert "PROGRAM_END" in shown.stdout, shown.stderr
     # The start, the touch and the way back of each of the 12 touches, and more.

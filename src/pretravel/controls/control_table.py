@@ -20,6 +20,8 @@ TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
 """Units of a table, with the factor from mm."""
 _DIGITS = 8
 """A Fanuc control accepts this number of digits in an assignment, zeros included."""
+_SUM_TOLERANCE = {"mm": 1e-4, "inch": 1e-5}
+"""Ten times the rounding of a sum of some hundred values of eight digits. [unit of the table]"""
 _SLACK_DEG = 1e-3
 """By so much a direction may lie outside the polar angles of a table. [degrees]"""
 
@@ -155,6 +157,11 @@ class ControlTable:
         Polar angles beyond which the control gives an alarm. [degrees]
     number : int
         The identity that the programs compare.
+    checksum : str
+        The sum of the values, which the programs compare at each lookup: another program may use
+        variables of the table.
+    checksum_tolerance : str
+        A control adds up with rounding; a value that another program has written differs by more.
     """
 
     form: LookupTable
@@ -165,6 +172,8 @@ class ControlTable:
     azimuth_step_deg: str
     within_deg: tuple[str, str]
     number: int
+    checksum: str
+    checksum_tolerance: str
 
     @property
     def rows(self) -> int:
@@ -210,7 +219,11 @@ def control_table(
     )
     within = (plain_number(lowest - _SLACK_DEG), plain_number(highest + _SLACK_DEG))
     texts = [*values, *(c for axis in axes for c in axis), *scales, *within, settings.units]
-    return ControlTable(form, values, axes, *scales, within, table_identity(texts))
+    checksum = plain_number(math.fsum(float(value) for value in values))
+    return ControlTable(
+        form, values, axes, *scales, within, table_identity(texts), checksum,
+        plain_number(_SUM_TOLERANCE[settings.units]),
+    )  # fmt: skip
 
 
 def table_statements(

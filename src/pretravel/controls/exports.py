@@ -26,7 +26,6 @@ from pretravel.controls.macro_b import (
     FANUC,
     MacroDialect,
     fanuc_macro,
-    free_variables,
     renishaw_variables,
 )
 from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle
@@ -234,7 +233,7 @@ def _macro_files(
 ) -> ExportedFiles:
     base = dialect.base if settings.base is None else settings.base
     # One variable contains the number of the table.
-    most_values = min(free_variables(dialect.free, base) - 1, _MOST_MACRO_B)
+    most_values = min(dialect.room(base) - 1, _MOST_MACRO_B)
     table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=most_values)
     texts = programs(pretravel_map, table, settings.table)
     return _table_files(texts, table, settings)
