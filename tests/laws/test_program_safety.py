@@ -317,6 +317,20 @@ class TestModes:
             # The calls of points have moves of their own around them.
             assert all(move.kind != "probe" for move in trace.moves), name
 
+    def test_a_log_that_cannot_be_written_stops_before_the_first_move(self) -> None:
+        """The control says nothing; a log of yesterday would be read as that of today."""
+        judged = sphere_program()
+        whole = judged.run()
+        assert whole.logs["sphere.log"][-1] == "done,10,end"
+        assert whole.logs["sphere.log"][1].startswith("run,1,")
+        for logs in ({}, {k: v for k, v in whole.logs.items() if k.endswith(".ngc")}):
+            trace = judged.run(machine=judged.changed(disk_full=True, logs=logs))
+            assert trace.moves == ()
+            lost = "the control cannot write beside its INI file"
+            assert (lost if logs else "seeking o-word: o<pretravel_logged>") in trace.error
+        again = judged.run(machine=judged.changed(logs=whole.logs))
+        assert again.ended == "end"
+
     def test_an_active_length_stops_a_program_for_a_probe_without_one(self) -> None:
         """It was cancelled in silence, and the tip went lower by that length."""
         judged = touches_on_sphere(

@@ -61,7 +61,7 @@ def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
         A line is too long for the control.
 
     >>> [name[10:-4] for name in sorted(sphere_subroutines())]
-    ['keep', 'move', 'restore', 'sphere', 'touch']
+    ['keep', 'log_check', 'move', 'restore', 'sphere', 'touch']
     """
     files = {
         name: render(

@@ -26,6 +26,7 @@ def linuxcnc_program(
     *,
     compensated: PretravelMap | None = None,
     allow_misses: bool = False,
+    written: str = "",
 ) -> str:
     """G-code that makes the touches of a program and logs each of them.
 
@@ -42,6 +43,8 @@ def linuxcnc_program(
         Also log surface points, with the subroutines of `linuxcnc_subroutines` of this map.
     allow_misses : bool
         Go on after a touch without contact; not after the first touch, and not after two in a row.
+    written : str
+        The day, for head and log.
 
     Returns
     -------
@@ -75,6 +78,7 @@ def linuxcnc_program(
         log=log,
         identity=identity,
         allow_misses=allow_misses,
+        written=written,
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,
         ways=[_moves(way, machine) for way in program.ways],
         leave=_moves(program.leave, machine),

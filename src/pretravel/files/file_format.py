@@ -119,6 +119,9 @@ class FileReadings:
         Surface points that the control computed, by label. [mm]
     tip_radius : float or None
         Where the file states it. [mm]
+    unfinished : str
+        What is missing of the run that the file is the log of; empty where it is whole, or where
+        the file does not say.
     """
 
     touches: Touches
@@ -127,6 +130,7 @@ class FileReadings:
     warnings: tuple[str, ...] = ()
     compensated: dict[str, FloatArray] = field(default_factory=dict)
     tip_radius: float | None = None
+    unfinished: str = ""
 
     @property
     def placement(self) -> Placement:

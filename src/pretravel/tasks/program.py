@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -307,7 +308,11 @@ def _planned(
 
     pretravel_map = None if compensated is None else read_map(compensated)
     content = linuxcnc_program(
-        program, task.log_name, compensated=pretravel_map, allow_misses=allow_misses
+        program,
+        task.log_name,
+        compensated=pretravel_map,
+        allow_misses=allow_misses,
+        written=date.today().isoformat(),
     )
     minutes = program.duration / 60.0
     where = f"they are logged to {task.log_name} beside the machine's INI file"

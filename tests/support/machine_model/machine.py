@@ -159,6 +159,10 @@ class Machine:
         Folders that exist for logs; None: all.
     equal : float
         See `parameters.EQUAL`.
+    logs : mapping of str to tuple of str
+        Files that are there.
+    disk_full : bool
+        See `Outputs.full`.
     calls_on_abort : bool
         Whether the INI file states `HANDLER`.
     aborted_at : int or None
@@ -179,6 +183,8 @@ class Machine:
     limits: tuple[Vector, Vector] | None = None
     folders: tuple[str, ...] | None = None
     equal: float = EQUAL
+    logs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    disk_full: bool = False
     calls_on_abort: bool = True
     aborted_at: int | None = None
 
@@ -345,7 +351,8 @@ def run(
     """
     probe = probe or Probe()
     moving = _Moving(machine, probe)
-    outputs = Outputs(folders=machine.folders)
+    logs = {name: list(lines) for name, lines in machine.logs.items()}
+    outputs = Outputs(folders=machine.folders, logs=logs, full=machine.disk_full)
     control = Control(
         moving,
         modes=machine.modes,

@@ -233,7 +233,8 @@ class TestHeads:
         own = {f"pretravel_{name}.ngc" for name in
                ("lookup", "compensate", "identity", "radius", "point", "head")}  # fmt: skip
         others = {
-            f"pretravel_{name}.ngc" for name in ("sphere", "move", "touch", "keep", "restore")
+            f"pretravel_{name}.ngc"
+            for name in ("sphere", "move", "touch", "keep", "restore", "log_check")
         }
         formula = linuxcnc_subroutines(mean_map(0.01), MEAN)
         assert set(formula) == cycles | own | others
