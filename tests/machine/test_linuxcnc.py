@@ -446,7 +446,8 @@ class TestLogs:
             (tmp_path / "allowed" / "a.ngc", None, 0),
             (tmp_path / "in" / "a.ngc", None, 1),
         )
-        assert "air: stopped with cause 1. Causes: 1 no contact" in missed
+        assert "air: stopped with cause 1, no contact" in missed
+        assert "the probe stays tripped" not in missed
         log = read_own_log(tmp_path / "miss" / "miss.log")
         assert log.touches.labels == ("hit",)
         assert "(stopped at air: no contact): 1 of its 3" in log.warnings[0]

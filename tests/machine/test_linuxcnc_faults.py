@@ -17,12 +17,13 @@ import pytest
 
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
-from pretravel.controls.linuxcnc_program import cause_words, linuxcnc_program
+from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import plan_program
+from pretravel.controls.program_log import FAULTS
 from pretravel.controls.surroundings import SphereObstacle
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.probing.targets import Targets
@@ -37,7 +38,7 @@ NEVER, STAYS, EARLY, ALWAYS, BOUNCES, LATE, SPIKE = range(1, 8)
 """Faults of the simulated probe, as its source numbers them."""
 HOME = "G10 L2 P1 X100 Y50 Z-30 R0\n"
 HOME_IN_INCHES = "G10 L2 P1 X[100/25.4] Y[50/25.4] Z[-30/25.4] R0\n"
-OWN_MESSAGE = re.compile(r"control: (\S+): stopped with cause (\d)\.")
+OWN_MESSAGE = re.compile(r"control: (\S+): stopped with cause (\d), ")
 CONTROL_STOPS = "Probe tripped during non-probe move."
 """The control itself stops where the probe closes during a move that is no probing move."""
 
@@ -88,7 +89,7 @@ class TestProbeFaults:
         self, sphere: Path, fault: int, after: int, label: str, cause: int, deepest: float
     ) -> None:
         output = run_program(sphere, faulty(sphere.parent / "f.hal", fault, after), code=1)
-        assert f"control: {label}: stopped with cause {cause}. Causes: {cause_words()}" in output
+        assert f"control: {label}: stopped with cause {cause}, {FAULTS[cause - 1]}\n" in output
         assert depth_of(output) < deepest
         log = sphere.with_suffix(".log").read_text().splitlines()
         assert log[-1] == f"stopped,{label},{cause},end"

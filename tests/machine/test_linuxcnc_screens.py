@@ -16,6 +16,7 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.exports import CONTROLS, ExportSettings
 from pretravel.controls.machine import work_placement
+from pretravel.controls.program_log import FAULTS
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualify import qualify
@@ -431,7 +432,7 @@ class TestFaultsOfCycles:
         (tmp_path / "faulty.hal").write_text(probe)
         (tmp_path / "faulty.ngc").write_text(FAULTY)
         output = run_program(tmp_path / "faulty.ngc", tmp_path / "faulty.hal", code=1)
-        assert f"stopped with cause {cause}. Causes:" in output
+        assert f"stopped with cause {cause}, {FAULTS[cause - 1]}" in output
         # 1.2 mm beyond the wall, 0.2 mm of the middle, and the way to stop.
         deepest = re.search(r"largest depth of the straight tip: (\S+) mm", output)
         assert deepest is not None

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from pretravel.base.units import INCH
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
+from pretravel.controls.linuxcnc_program import check_line_lengths
 from pretravel.controls.linuxcnc_state import state_subroutines
-from pretravel.controls.program_log import LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
+from pretravel.controls.program_log import FAULTS, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_bore": ("round.ngc", False),
@@ -36,7 +36,7 @@ def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
     return {
         f"{name}.ngc": render(
             f"linuxcnc/{template}",
-            **{**common, "name": name, "outside": outside, "causes": cause_words()},
+            **{**common, "name": name, "outside": outside, "causes": FAULTS},
         )
         for name, (template, outside) in _TEMPLATES.items()
     }
@@ -69,7 +69,7 @@ def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
             name="pretravel_sphere",
             inch=INCH,
             tool=tool,
-            causes=cause_words(),
+            causes=FAULTS,
             log_head=LOG_HEAD,
             subroutine_touch_columns=SUBROUTINE_TOUCH_COLUMNS,
         )

@@ -82,7 +82,7 @@ def linuxcnc_program(
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,
         ways=[_moves(way, machine) for way in program.ways],
         leave=_moves(program.leave, machine),
-        causes=cause_words(),
+        causes=FAULTS,
         log_head=LOG_HEAD,
         touch_columns=TOUCH_COLUMNS,
         surface_point_columns=SURFACE_POINT_COLUMNS,
@@ -122,15 +122,6 @@ def _moves(places: FloatArray, machine: Machine) -> list[_Move]:
         moves.append(_Move(place, feed))
         was_high = high
     return moves
-
-
-def cause_words() -> str:
-    """The causes of a stop with their numbers, for messages of the control.
-
-    >>> cause_words()[:35]
-    '1 no contact, 2 contact too early, '
-    """
-    return ", ".join(f"{number} {cause}" for number, cause in enumerate(FAULTS, start=1))
 
 
 def check_line_lengths(text: str) -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pretravel.base.units import DEGREE, INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
-from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
+from pretravel.controls.linuxcnc_program import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.map_identity import map_identity
 from pretravel.controls.program_log import (
+    FAULTS,
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
@@ -82,7 +83,7 @@ def linuxcnc_subroutines(
         "pretravel_compensate.ngc": {"glancing": GLANCING},
         "pretravel_identity.ngc": {},
         "pretravel_radius.ngc": {},
-        "pretravel_point.ngc": {"causes": cause_words()},
+        "pretravel_point.ngc": {"causes": FAULTS},
         "pretravel_head.ngc": {
             "log_head": LOG_HEAD,
             "subroutine_touch_columns": SUBROUTINE_TOUCH_COLUMNS,
