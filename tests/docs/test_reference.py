@@ -25,6 +25,9 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
          EXAMPLES / "part.step"),
     ),
     "Features": (("measure", "Points-0.csv", "--feature", "bore", "--select", "bore1*"),),
+    "Residuals of features": (
+        ("measure", "Points-0.csv", "--feature", "bore", "--select", "bore*", "--group"),
+    ),
     "Comparison of corrections": (("compare", "map.json"),),
     "Comparison of two probes": (("compare", "omp40-2", "omp40-2-100mm"),),
     "Radii for a control": (("export", "map.json", "--to", "csv"),),
@@ -55,6 +58,8 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
     "Drift over days": (("history", "logs", "--map", "map.json", *REFERENCE, "--limit", 2),),
 }  # fmt: skip
 """Commands by the kind of file that they write; later ones read the files of earlier ones."""
+OPTIONS = {"Residuals of features": "--residuals"}
+"""Options that name the written file, where it is not -o."""
 NOT_WRITTEN_HERE = {
     "Trace of a rig": "read alone",
     "Budget of a rig": "read alone",
@@ -81,7 +86,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
             run("simulate", *sphere, "--noise", 0.3, "--seed", day, "-o", day_file)
         for kind, commands in WRITTEN.items():
             for number, command in enumerate(commands):
-                run(*command, "-o", f"{kind}-{number}.csv")
+                run(*command, OPTIONS.get(kind, "-o"), f"{kind}-{number}.csv")
         yield place
 
 

@@ -32,7 +32,7 @@ from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import with_names
 from pretravel.surface.shapes import Sphere
 from pretravel.tasks.reports.history_report import history_columns, history_document
-from tests.support.control_logs import REFUSED_FILES, SAMPLES
+from tests.support.control_logs import GRBL_OPTIONS, REFUSED_FILES, SAMPLES
 from tests.support.example_maps import mean_map
 from tests.support.mutated_files import Reader, at_a_path
 from tests.support.pages import plain_content
@@ -54,6 +54,10 @@ _SHOP_TABLES = (
     "sep=;\nx_mm;y_mm;z_mm;nx;ny;nz\n0;0;3;0;0;1\n",
     "1.0  2.0  3.0\n4.0  5.0  6.0\n",
 )  # fmt: skip
+_JOINED_TABLE = (
+    b"label;X;Y;Z;F\na;0;0;2,95;500\na;0;0;2,99;100\nb.1;10;0;2,95;500\nb.1;10;0;2,99;100\n"
+    b"wall;22,99;0;-5;100\n"
+)
 _DESCRIPTION = (
     '[geometry]\nstep = "probe.step"\ntripod = "a"\nstylus = ["b"]\ntip = "#3"\n'
     '[geometry.materials]\na = "brass"\n[materials.brass]\nyoungs_modulus_GPa = 100\n'
@@ -94,7 +98,7 @@ def _readings(name: str, options: ReadingOptions | None) -> Callable[[bytes], ob
                 known = format_of(file) if stated is None else format_named(stated)
                 if known.parse_features is not None:
                     known.parse_features(file, options or ReadingOptions())
-                else:
+                if known.parse is not None or known.parse_features is None:
                     read_readings(file, options or ReadingOptions(), file_format=known.name)
             except PretravelError as error:
                 refusal = error
@@ -115,6 +119,26 @@ def _shop_table(content: bytes) -> object:
         for options in (_SHOP, replace(_SHOP, columns={"label": "1", "z": "-4"})):
             look_at(file, options, known)
             read_readings(file, options, file_format="csv")
+    return None
+
+
+def _joined_table(content: bytes) -> object:
+    """A table with labels and feeds, joined in each way, and with one normal."""
+    file = SourceFile(_NAME, content)
+    refusals = []
+    joined = replace(GRBL_OPTIONS, units="mm")
+    for options in (
+        replace(joined, double_touches="all"),
+        replace(joined, join="label"),
+        replace(joined, join="feature", double_touches="last"),
+        replace(joined, plan=None, normal=(0.0, 0.0, 1.0)),
+    ):
+        try:
+            read_readings(file, options, file_format="csv")
+        except PretravelError as error:
+            refusals.append(error)
+    if len(refusals) == 4:
+        raise refusals[0]
     return None
 
 
@@ -234,6 +258,7 @@ TEXT_READERS: tuple[Reader, ...] = (
         _shop_table,
         tuple(text.encode() for text in _SHOP_TABLES) + _example("sphere_touches.csv"),
     ),
+    Reader("joined-table", _joined_table, (_JOINED_TABLE,)),
     Reader("targets", _targets, _example("targets.csv", "part_touches.csv", "bore_touches.csv")),
     Reader("points", lambda c: read_points(SourceFile("points.csv", c)), (_POINTS,)),
     Reader("points-json", lambda c: read_points(SourceFile("points.json", c)), _JSON_SAMPLES),

@@ -108,7 +108,6 @@ REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
             "// Mesh Leveling Probed Z positions:\n// 0.01 0.02\n",
             "Recv: Bed X: 15.000 Y: 30.000 Z: 0.123\n",
             "Bilinear Leveling Grid:\n      0      1\n 0 +0.01 -0.02\n",
-            "0.0 10.0 2\n0.0 5.0 2\n-1.0 1.0 50\n\n0 0 0.1\n10 0 0.2\n0 5 0.1\n10 5 0.3\n",
             "RepRapFirmware height map file v2 generated at 2021-05-01\nxmin,xmax\n",
         ),
         "mesh of heights",
@@ -141,6 +140,48 @@ REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
         "program of a control",
     ),
 }
+CMM_LISTING_FILE = """\
+      CIRCLE HOLE1 CART MCS MM ANGDEC 09:30 May 04,2026
+X          10.0000     10.0020      0.0020      0.0500     -0.0500   ----*++++
+Y          20.0000     19.9990     -0.0010      0.0500     -0.0500   ----*++++
+Z           5.0000      5.0000      0.0000      0.0500     -0.0500   ----*++++
+I           0.0000      0.0000      0.0000
+J           0.0000      0.0000      0.0000
+K           1.0000      1.0000      0.0000
+D          20.0000     20.0100      0.0100      0.0500     -0.0500   ----*++++
+Cirlty                  0.0120      0.0120      0.0000                  0.0120
+PtNo          X            Y            Z       DX       DY       DZ      DEV
+   1      20.0130      19.9990       5.0000   0.0060   0.0000   0.0000   0.0060
+   2      10.0020      29.9980       5.0000  -0.0000  -0.0060   0.0000  -0.0060
+   3      -0.0090      19.9990       5.0000  -0.0060   0.0000   0.0000   0.0060
+   4      10.0020      10.0000       5.0000   0.0000   0.0060   0.0000  -0.0060
+Max error = 0.006000 at Point 1
+________________________________________
+       PLANE TOP CART MCS MM ANGDEC 09:31 May 04,2026
+X          15.0000     15.0000      0.0000      0.0500     -0.0500   ----*++++
+Y          10.0000     10.0000      0.0000      0.0500     -0.0500   ----*++++
+Z           8.0000      8.0010      0.0010      0.0500     -0.0500   ----*++++
+I           0.0000      0.0000      0.0000
+J           0.0000      0.0000      0.0000
+K           1.0000      1.0000      0.0000
+Flat                    0.0040      0.0040      0.0000                  0.0040
+PtNo          X            Y            Z       DX       DY       DZ      DEV
+   1       0.0000       0.0000       8.0030   0.0000   0.0000   0.0020   0.0020
+   2      30.0000       0.0000       7.9990   0.0000   0.0000  -0.0020  -0.0020
+   3      30.0000      20.0000       8.0030   0.0000   0.0000   0.0020   0.0020
+   4       0.0000      20.0000       7.9990   0.0000   0.0000  -0.0020  -0.0020
+Max error = 0.002000 at Point 1
+________________________________________
+"""
+"""A hole and a face, computed by hand."""
+HEIGHT_GRID_FILE = (
+    "0.0 10.0 2\n0.0 5.0 2\n-1.0 1.0 50\n\n\n0 0 0.1\n10 0 0.2\n\n0 5 0.1\n10 5 0.3\n\n"
+)
+CMM_CENTRES_FILE = (
+    "12;3;a no compensation;1;0.3000;0.2000;2.9900;;0.0000\r\n"
+    "13;3;a no compensation;1;-0.4000;0.1000;2.9910;;0.0000\r\n"
+    "17;4;wall no compensation;1;23.0100;0.4000;-5.2000;;0.0000\r\n"
+)
 PLAN = Targets(
     np.array([[0.0, 0, 0], [10.0, 0, 0], [10.0, 0, 0], [20.0, 0, -5]]),
     np.array([[0.0, 0, 1], [0, 0, 1], [0, 0, 1], [1, 0, 0]]),
@@ -149,6 +190,7 @@ PLAN = Targets(
 
 GRBL_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0)
 G2CORE_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, offset=(-100.0, 50.0, -20.0))
+CENTRES_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", join="feature")
 POSITIONS_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", overtravel=2.0)
 SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "csv": ("label,x_mm,y_mm,z_mm,nx,ny,nz\na,0,0,2.99,0,0,1\n", None),
@@ -161,6 +203,9 @@ SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "fusion": (FUSION_HAAS, ReadingOptions(units="inch")),
     "qif": (QIF_FILE.replace("UNITS", ""), None),
     "dmis": (DMIS_OUTPUT, ReadingOptions(radius_taken_off=3.0)),
+    "cmm-listing": (CMM_LISTING_FILE, ReadingOptions(radius_taken_off=1.0, bores=("HOLE*",))),
+    "cmm-centres": (CMM_CENTRES_FILE, CENTRES_OPTIONS),
+    "height-grid": (HEIGHT_GRID_FILE, ReadingOptions(units="mm")),
     "print": (PRINT_FILE, ReadingOptions(units="mm")),
 }
 """A file of each text format that is read, and what the user must add to it."""

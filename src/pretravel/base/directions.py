@@ -86,6 +86,20 @@ def describe(direction: npt.ArrayLike) -> str:
     )
 
 
+def describe_axis(direction: npt.ArrayLike) -> str:
+    """A direction without a sign, for messages: x, y, z or its components.
+
+    >>> describe_axis([0.0, 0.0, -1.0]), describe_axis([0.6, 0.0, 0.8])
+    ('z', '(0.6, 0, 0.8)')
+    """
+    d = np.asarray(direction, dtype=np.float64)
+    for name, axis in zip("xyz", np.eye(3), strict=True):
+        if abs(abs(d @ axis) - 1.0) < 1e-9:
+            return name
+    d = d * np.sign(d[np.argmax(np.abs(d))])
+    return "(" + ", ".join(f"{value:.4g}" for value in np.round(d, 6) + 0.0) + ")"
+
+
 def unit(vectors: npt.ArrayLike) -> FloatArray:
     """Vectors scaled to length one; a zero vector is an error.
 

@@ -111,6 +111,48 @@ def turned_about_axes(about_x: float, about_y: float, about_z: float) -> FloatAr
 
 
 @dataclass(frozen=True, eq=False)
+class PlacementErrors:
+    """The uncertainty of a measured placement.
+
+    Attributes
+    ----------
+    covariance : (6, 6) float
+        Of the shift of the part along the machine's axes and of its turns about them, about the
+        point `about`. [mm², mm rad, rad²]
+    about : (3,) float
+        Machine frame. [mm]
+    undetermined : (6, k) float
+        Motions that the touches did not determine: shifts and turns about the part's origin, along
+        the part's axes. [mm, rad]
+    """
+
+    covariance: FloatArray
+    about: FloatArray
+    undetermined: FloatArray
+
+    def __post_init__(self) -> None:
+        checked_values(self.covariance, "the covariance of a placement", NUMBER)
+        checked_values(self.about, "the middle of a placement", COORDINATE)
+        checked_values(self.undetermined, "the motions of a placement", NUMBER)
+        shapes = np.shape(self.covariance), np.shape(self.about), np.shape(self.undetermined)[:1]
+        if shapes != ((6, 6), (3,), (6,)):
+            raise PretravelError("the uncertainty of a placement is that of six motions")
+
+    def factors(self, points: FloatArray) -> FloatArray:
+        """Independent movements of points of the machine with the part, (k, n, 3). [mm]
+
+        Each is that of one cause at one standard uncertainty.
+        """
+        values, vectors = np.linalg.eigh(np.asarray(self.covariance))
+        roots = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+        roots = roots[values > 1e-9 * max(float(values[-1]), 0.0)]
+        arms = points - np.asarray(self.about)
+        return np.array([root[:3] + np.cross(root[3:], arms) for root in roots]).reshape(
+            -1, len(points), 3
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class Placement:
     """The place of a part's frame in the machine: x_machine = rotation x_part + shift.
 
@@ -119,6 +161,8 @@ class Placement:
     rotation : (3, 3) float
     shift : (3,) float
         [mm]
+    errors : PlacementErrors or None
+        Where it was measured.
 
     >>> Placement().points(np.array([[1.0, 2.0, 3.0]])).tolist()
     [[1.0, 2.0, 3.0]]
@@ -126,6 +170,7 @@ class Placement:
 
     rotation: FloatArray = field(default_factory=lambda: frozen(np.eye(3)))
     shift: FloatArray = field(default_factory=lambda: frozen(np.zeros(3)))
+    errors: PlacementErrors | None = None
 
     def __post_init__(self) -> None:
         checked_values(self.rotation, "the rotation of a placement", COMPONENT)
@@ -143,6 +188,19 @@ class Placement:
     def inverse(self) -> Placement:
         """From the machine to the part."""
         return Placement(frozen(self.rotation.T), frozen(-self.rotation.T @ self.shift))
+
+
+def typed_placement(placement: Placement) -> str:
+    """A placement as it is typed: x,y,z in mm, then turns about x, y and z in degrees.
+
+    >>> typed_placement(parse_placement("1,2,3,0,0,90"))
+    '1,2,3,0,0,90'
+    """
+    from scipy.spatial.transform import Rotation
+
+    angles = Rotation.from_matrix(np.asarray(placement.rotation)).as_euler("xyz") / DEGREE
+    numbers = [*(round(value, 6) for value in placement.shift), *(round(a, 7) for a in angles)]
+    return ",".join(f"{value + 0.0:.10g}" for value in numbers)
 
 
 def parse_placement(text: str) -> Placement:

@@ -22,11 +22,13 @@ from pretravel.files.column_names import (
     unit_of,
 )
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.text_table import TextTable
+from pretravel.files.text_table import TextTable, suggested_columns
 
 _LEFT_OUT = "none"
 """Stated for a role that no column has."""
 _MOST_DIGITS = 18
+_SHOWN = 12
+"""Most columns that a message shows."""
 _UNITS_OF: Mapping[str, tuple[Mapping[str, float], str]] = {
     **dict.fromkeys(LENGTH_ROLES, (LENGTH_UNITS, "length")),
     "feed": (FEED_UNITS, "feed"),
@@ -93,10 +95,19 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
     for role, title in stated.items():
         if title.lower() != _LEFT_OUT:
             index[role], sign[role] = _stated_column(text, role, title)
+    same = [role for role in POSITION_ROLES if role in index]
+    if len({index[role] for role in same}) < len(same):
+        raise text.file.error(
+            f"two of {', '.join(f'{role}={stated[role]}' for role in same)} are one column",
+            text.header_line or None,
+            inputs=("columns",),
+        )
     names = None if text.names is None else [column_name(name) for name in text.names]
     taken = set(index.values())
     if names is not None:
         index |= _named(text, names, set(stated), taken)
+        if not set(index) - {"label"} and not stated:
+            raise _without_known_names(text)
         if not {"label"} & {*index, *stated} and 0 not in index.values() and not names[0].title:
             index["label"] = 0  # an index without a name, as spreadsheets and pandas write it
     elif not set(POSITION_ROLES) <= set(stated):
@@ -112,7 +123,16 @@ def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:
     plain = [name.lower() for name in names]
     for sign, word in ((1.0, title), (-1.0, title[1:] if title.startswith("-") else "")):
         if word in names:
-            return names.index(word), sign
+            place = names.index(word)
+            if _COUNT.fullmatch(word) and int(word) != place + 1 and 1 <= int(word) <= text.width:
+                raise text.file.error(
+                    f"'{word}', stated as {role}, is the name of column {place + 1} and the number "
+                    f"of another: state {place + 1} for it; if the line of the names is a title, "
+                    f"leave it out (line {text.header_line})",
+                    text.header_line or None,
+                    inputs=("columns", "exclude"),
+                )
+            return place, sign
         if plain.count(word.lower()) == 1 and word:
             return plain.index(word.lower()), sign
         if _COUNT.fullmatch(word) and 1 <= int(word) <= text.width:
@@ -174,12 +194,45 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
 def _without_names(text: TextTable, problem: str) -> InputError:
     if text.separator == "," and not any("." in cell for cell in text.rows[0]):
         problem += "; are there decimal commas? Then save the table with semicolons"
+    shown = " ".join(f"{i + 1}='{cell}'" for i, cell in enumerate(text.rows[0][:_SHOWN]))
+    more = " …" if text.width > _SHOWN else ""
+    heights = ". Rows of heights alone have no positions: write x, y and z of each point"
     return text.file.error(
         f"the table has no header and {text.width} columns, which can mean several things "
-        f"({problem}); state the columns by their numbers, such as x=1,y=2,z=3,nx=4,ny=5,nz=6",
+        f"({problem}); state the columns by their numbers, such as {_example_of(text)}. This line: "
+        f"{shown}{more}{heights if _are_alike(text) else ''}",
         text.lines[0],
         inputs=("columns",),
     )
+
+
+def _without_known_names(text: TextTable) -> InputError:
+    """The error about a header that names nothing that is known: another language, or a title."""
+    return text.file.error(
+        f"this line is taken for the header, and names no coordinate: {_names_of(text)}. State the "
+        f"columns by these names or by their numbers, such as {_example_of(text)}; if "
+        f"the line is a title, leave it out (line {text.header_line})",
+        text.header_line or None,
+        inputs=("columns", "exclude"),
+    )
+
+
+def _names_of(text: TextTable) -> str:
+    names = list(text.names or ())
+    return ", ".join([*names[:_SHOWN], *(["…"] if len(names) > _SHOWN else [])])
+
+
+def _example_of(text: TextTable) -> str:
+    return suggested_columns(list(zip(text.lines, text.rows, strict=True)))
+
+
+def _are_alike(text: TextTable) -> bool:
+    """Whether all columns have numbers of one range, as rows of heights have."""
+    try:
+        values = [[float(cell) for cell in text.column(i)] for i in range(text.width)]
+    except ValueError:
+        return False
+    return max(map(min, values)) <= min(map(max, values))
 
 
 def _are_labels(cells: Sequence[str]) -> bool:

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.units import DEGREE
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.measurement.between_features import FeatureRelation
 from pretravel.measurement.conformity import MACHINE_NOT_IN_U, Conformity, conformity_words
-from pretravel.measurement.measured_feature import Quantity
+from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 from pretravel.measurement.tolerances import InspectedFeature
 
 
@@ -103,6 +103,26 @@ def features_table(
     rows = [row for inspected in features for row in feature_rows(inspected)]
     rows += relation_rows(relations, features)
     return {name: _column([row[name] for row in rows]) for name in rows[0]}
+
+
+def residuals_table(features: Sequence[MeasuredFeature]) -> dict[str, npt.ArrayLike]:
+    """The distance of each point from its feature, as columns of a table.
+
+    Returns
+    -------
+    mapping of str to values
+        feature, label, x_mm, y_mm, z_mm, residual_um: positive away from the centre or axis, of a
+        plane or line along its normal.
+    """
+    places = [f.association.points for f in features]
+    residuals = [f.association.residuals for f in features]
+    positions = np.vstack(places)
+    return {
+        "feature": [f.label for f in features for _ in range(len(f.points))],
+        "label": [label for f in features for label in f.points.labels],
+        **{f"{axis}_mm": positions[:, i] for i, axis in enumerate("xyz")},
+        "residual_um": np.concatenate(residuals) / MICROMETRE,
+    }
 
 
 def _column(values: list[Any]) -> npt.ArrayLike:

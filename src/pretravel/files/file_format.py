@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TypeAlias
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError
+from pretravel.base.directions import checked_unit
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.frames import Placement, probe_rotation
 from pretravel.base.quantities import (
     ANGLE,
@@ -23,6 +24,8 @@ from pretravel.files.source_file import SourceFile
 from pretravel.measurement.points import Points
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches, moved
+
+NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +64,24 @@ class ReadingOptions:
         normals of the sphere. [mm]
     ring : bool
         The reference is a ring.
+    normal : (3,) float or None
+        Outward normal of the surface at all touches, for files of positions alone: heights have
+        0, 0, 1.
+    join : str
+        How positions are joined with the plan: ``line``, each lies on the line of its target;
+        ``label``, each has the label of its target; ``feature``, each has the name of its feature,
+        before the number of its label or alone.
+    double_touches : str or None
+        Where each place was touched twice, fast to find it and then slowly: ``last`` keeps the
+        slow touch, ``all`` keeps both with their feeds.
+    bores : tuple of str or None
+        Features of a CMM's listing that were touched from inside, by their names with * and ?;
+        empty: none. None: not stated.
     look_only : bool
         The file is only looked at: a table may lack its unit and its normals.
+    normals_from : callable or None
+        For positions without normals and without a plan: outward normals (n, 3) of a surface near
+        given tip centres, (n, 3) in mm, with their labels or None.
 
     >>> ReadingOptions(units="inch").units
     'inch'
@@ -80,9 +99,23 @@ class ReadingOptions:
     exclude: tuple[str, ...] = ()
     reference_diameter: float | None = None
     ring: bool = False
+    normal: tuple[float, float, float] | None = None
+    join: str = "line"
+    double_touches: str | None = None
+    bores: tuple[str, ...] | None = None
     look_only: bool = False
+    normals_from: NormalsFrom | None = None
 
     def __post_init__(self) -> None:
+        for name, value, known in (
+            ("join", self.join, ("line", "label", "feature")),
+            ("double_touches", self.double_touches, (None, "last", "all")),
+        ):
+            if value not in known:
+                words = " and ".join(str(word) for word in known if word)
+                raise PretravelError(f"'{value}' is not known; there are {words}", inputs=(name,))
+        if self.normal is not None:
+            checked_unit([self.normal], "the normal")
         check_numbers(
             self,
             tip_radius=TIP_RADIUS,
@@ -97,7 +130,8 @@ class ReadingOptions:
     @property
     def completes_files(self) -> bool:
         """Whether this can complete a log; the reference of a qualification alone does not."""
-        stated = (self.plan, self.units, self.offset, self.radius_taken_off)
+        normals = (self.plan, self.normal, self.normals_from)
+        stated = (*normals, self.units, self.offset, self.radius_taken_off)
         return self.reference_diameter is None or any(value is not None for value in stated)
 
 
@@ -122,6 +156,8 @@ class FileReadings:
     unfinished : str
         What is missing of the run that the file is the log of; empty where it is whole, or where
         the file does not say.
+    normals_taken : bool
+        The file has no normals: they are those of `ReadingOptions.normals_from`.
     """
 
     touches: Touches
@@ -131,6 +167,7 @@ class FileReadings:
     compensated: dict[str, FloatArray] = field(default_factory=dict)
     tip_radius: float | None = None
     unfinished: str = ""
+    normals_taken: bool = False
 
     @property
     def placement(self) -> Placement:
@@ -206,11 +243,12 @@ class FilePositions:
 class FeatureResult:
     """One result of a measuring cycle: one quantity of one feature.
 
-    Lengths are in mm, angles in degrees.
+    Lengths are in mm, angles in degrees. The feature is a number or a name; a component of 0 is
+    not stated.
     """
 
     component: int
-    feature: int
+    feature: int | str
     quantity: str
     nominal: float
     actual: float

@@ -241,7 +241,14 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
         pyarrow is not installed.
     """
     path, options = Path(path), options or ReadingOptions()
-    if options.exclude or options.plan or options.reference_diameter or options.look_only:
+    if (
+        options.exclude
+        or options.plan
+        or options.normal
+        or options.double_touches
+        or options.reference_diameter
+        or options.look_only
+    ):
         return None
     if not path.is_file() or path.stat().st_size < LONG_TABLE:  # a row has more than one byte
         return None

@@ -13,22 +13,31 @@ from pretravel.base.extras import needed
 from pretravel.base.json_text import parsed_json
 from pretravel.base.units import MICROMETRE
 from pretravel.files.csv_table import CsvTable, read_csv_table
+from pretravel.files.file_format import FilePositions, ReadingOptions, labels_or_numbers
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement.points import Points
 
 _WHAT = "compensated points"
+_TABLES = ("", ".csv", ".txt", ".tsv", ".xyz", ".asc", ".dat")
+_COMPENSATED = b"u_um"
+"""Column that compensated points have."""
+_HEAD = 4000  # bytes in which it must stand
 
 
-def read_points(source: Source) -> Points:
+def read_points(source: Source, *, units: str | None = None) -> Points:
     r"""Read the points that `write_points` wrote to CSV, Parquet, JSON or NetCDF.
 
     Parameters
     ----------
     source : str, Path or SourceFile
-        A table needs x_mm, y_mm, z_mm, nx, ny, nz and u_um; the other columns may be missing.
+        A table needs x_mm, y_mm, z_mm, nx, ny, nz and u_um; the other columns may be missing. A
+        table of any usual form with coordinates alone is read as points of another origin.
+    units : str, optional
+        mm or inch, of such a table that does not state its unit.
 
     Returns
     -------
@@ -49,16 +58,43 @@ def read_points(source: Source) -> Points:
     file = opened(source)
     if file.ending == ".nc":
         return _from_dataset(file)
-    if file.ending == ".parquet":
-        return points_of_table(file, read_parquet_table(file))
     if file.ending == ".json":
         return points_of_table(file, _json_table(file))
-    if file.ending in ("", ".csv", ".txt"):
-        return points_of_table(file, read_csv_table(file))
+    if file.ending == ".parquet":
+        table = read_parquet_table(file)
+        return _plain_points(file, units) if _is_plain(table) else points_of_table(file, table)
+    if file.ending in _TABLES:
+        compensated = _COMPENSATED in file.content[:_HEAD]
+        return (
+            points_of_table(file, read_csv_table(file))
+            if compensated
+            else _plain_points(file, units)
+        )
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"
     )
+
+
+def _is_plain(table: CsvTable) -> bool:
+    return not table.has("u_um")
+
+
+def _no_normals(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+    del labels
+    return np.full_like(positions, np.nan)
+
+
+def _plain_points(file: SourceFile, units: str | None) -> Points:
+    """Points of a table with coordinates alone."""
+    found = read_table_of_touches(file, ReadingOptions(units=units, normals_from=_no_normals))
+    if not isinstance(found, FilePositions):
+        raise file.error(
+            "these are positions with normals, without uncertainties (no column u_um): touches, "
+            "perhaps. Compensate them with a map first; points that are compensated already need "
+            "no normals: leave these columns out"
+        )
+    return Points.plain(found.positions, labels_or_numbers(found.labels, len(found.positions)))
 
 
 def points_of_table(file: SourceFile, table: CsvTable) -> Points:
@@ -79,12 +115,6 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
     InputError
         As `read_points`.
     """
-    if table.has("x_mm", "nx") and not table.has("u_um"):
-        raise file.error(
-            "these are positions without uncertainties (no column u_um): touches, perhaps. "
-            "Compensate them with a map first",
-            table.header_line or None,
-        )
     table.require("x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "u_um", what=_WHAT)
     with file.named_in_errors(table.lines):
         normals = checked_unit(table.numbers("nx", "ny", "nz"), "normals of points")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pretravel.base.errors import PretravelError
 from pretravel.files.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
-from pretravel.files.readings import read_readings
+from pretravel.files.readings import read_readings, without_touches
 from pretravel.files.source_file import Source, opened
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import read_touch_columns
@@ -48,7 +47,7 @@ def look_at(
         found = read_table_of_touches(file, looking)
         return found, read_touch_columns(file, looking).unit_known
     if known.parse is None:
-        raise PretravelError(f"{file.path}: files of format {known.name} contain no touches")
+        raise without_touches(file, known)
     if options.plan is not None:
         return read_readings(file, options, file_format=known.name), True
     return known.parse(file, options), True

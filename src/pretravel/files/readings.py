@@ -5,14 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import TIP_RADIUS, checked
-from pretravel.files.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
+from pretravel.files.file_format import (
+    FileFormat,
+    FilePositions,
+    FileReadings,
+    ReadingOptions,
+)
 from pretravel.files.format_registry import FORMATS, format_named, format_of
+from pretravel.files.logs.double_touches import without_searches
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import with_sphere_normals
+from pretravel.files.stated_normals import with_sphere_normals, with_surface_normals
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
@@ -56,7 +64,7 @@ def read_readings(
     else:
         known = format_of(file) if file_format is None else format_named(file_format)
     if known.parse is None:
-        raise _without_touches(file, known)
+        raise without_touches(file, known)
     if not known.self_contained and (options is None or not options.completes_files):
         raise file.error(
             f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
@@ -64,9 +72,12 @@ def read_readings(
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
+    if options.double_touches == "last":
+        found = without_searches(found)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
-    if readings is found and options.plan is not None:
-        unused = "the file itself states the normal at each touch: the plan was not used"
+    if readings is found and (options.plan or options.normal):
+        which = "plan" if options.plan else "normal"
+        unused = f"the file itself states the normal at each touch: the {which} was not used"
         readings = replace(readings, warnings=(*readings.warnings, unused))
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
@@ -105,7 +116,11 @@ def _line(name: str, file: SourceFile) -> str:
 
 
 def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings:
-    """Touches of positions: joined with the plan, or on the sphere that is fitted to them."""
+    """Touches of positions: of the plan, of a surface, or of the sphere that is fitted to them."""
+    if options.normal is not None:
+        return _with_one_normal(found, options)
+    if options.plan is None and options.normals_from is not None:
+        return with_surface_normals(found, options.normals_from)
     if options.plan is not None or options.reference_diameter is None or options.ring:
         return _joined(found, options)
     if found.contact is not None and not all(found.contact):
@@ -113,7 +128,23 @@ def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings
     return with_sphere_normals(found, options.reference_diameter)
 
 
-def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
+def without_touches(file: SourceFile, known: FileFormat) -> InputError:
+    """The error about a file without readings: what it is, and what to do instead.
+
+    Parameters
+    ----------
+    file : SourceFile
+    known : FileFormat
+        One that has no `parse`.
+
+    Returns
+    -------
+    InputError
+
+    >>> from pretravel.files.format_registry import FORMATS
+    >>> print(without_touches(SourceFile("a.nc", b""), FORMATS["netcdf"]))
+    a.nc: netcdf files contain no readings
+    """
     if known.refusal:
         return file.error(known.refusal)
     if known.parse_features is not None:
@@ -124,14 +155,34 @@ def _without_touches(file: SourceFile, known: FileFormat) -> InputError:
     return file.error(f"{known.name} files contain no readings")
 
 
+def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadings:
+    """Give all positions one normal; the touches went along it."""
+    if options.plan is not None:
+        raise InputError(
+            "the plan states the normal of each touch; give the plan, or one normal for all "
+            "touches, not both",
+            path=found.path,
+            inputs=("plan", "normal"),
+        )
+    normal = np.asarray(options.normal, dtype=np.float64)
+
+    def everywhere(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+        del labels
+        return np.tile(normal, (len(positions), 1))
+
+    readings = with_surface_normals(found, everywhere)
+    return _turned(replace(readings, normals_taken=False), options)
+
+
 def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Join positions with the plan that was run."""
     if options.plan is None:
         raise InputError(
             "the file contains positions, but not the targets that were touched there; give the "
-            "plan that was run, and the tip's diameter",
+            "plan that was run and the tip's diameter, or the normal that all touches have "
+            "(heights: 0,0,1)",
             path=found.path,
-            inputs=("plan", "tip_diameter"),
+            inputs=("plan", "tip_diameter", "normal"),
         )
     if options.tip_radius is None:
         raise InputError(
@@ -139,7 +190,14 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
             path=found.path,
             inputs=("tip_diameter",),
         )
-    joined = join(found, options.plan, options.tip_radius, overtravel=options.overtravel)
+    joined = join(
+        found,
+        options.plan,
+        options.tip_radius,
+        overtravel=options.overtravel,
+        by=options.join,
+        both=options.double_touches == "all",
+    )
     joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
     at = {line: row for row, line in enumerate(found.lines)}
     rows = [at[line] for line in joined.touches.lines or ()]
@@ -147,13 +205,18 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
         joined = replace(joined, touches=replace(joined.touches, feeds=found.feeds[rows]))
     if found.spindle is not None:
         joined = replace(joined, touches=replace(joined.touches, spindle=found.spindle[rows]))
+    return _turned(joined, options)
+
+
+def _turned(readings: FileReadings, options: ReadingOptions) -> FileReadings:
+    """The readings with the turn of their work coordinates, which the file does not state."""
     if options.rotation is not None:
-        return replace(joined, rotation=options.rotation)
+        return replace(readings, rotation=options.rotation)
     warning = (
         "the file does not state how the work coordinates were rotated in the machine (G10 L2 R): "
         "taken as not rotated; a machine file with [work] states it"
     )
-    return replace(joined, warnings=(*joined.warnings, warning))
+    return replace(readings, warnings=(*readings.warnings, warning))
 
 
 def write_readings(path: str | Path, touches: Touches, tip_radius: float | None = None) -> None:

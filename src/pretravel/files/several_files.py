@@ -136,6 +136,7 @@ def read_series(
             for name, readings in zip(names, found, strict=True)
             if readings.unfinished
         ),
+        normals_taken=any(readings.normals_taken for readings in found),
     )
 
 

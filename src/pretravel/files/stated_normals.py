@@ -8,10 +8,15 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import UNIT_TOLERANCE
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError, RowError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.column_names import NORMAL_ROLES
-from pretravel.files.file_format import FilePositions, FileReadings
+from pretravel.files.file_format import (
+    FilePositions,
+    FileReadings,
+    NormalsFrom,
+    labels_or_numbers,
+)
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touch_columns import TouchColumns
 from pretravel.maps.plausibility import LARGEST_PRETRAVEL
@@ -187,6 +192,49 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
         reading=found.understood,
     )
     return FileReadings(touches, warnings=(warning,))
+
+
+def with_surface_normals(found: FilePositions, normals_from: NormalsFrom) -> FileReadings:
+    """Give positions the normals of a surface near them.
+
+    Parameters
+    ----------
+    found : FilePositions
+        Positions that are no contacts are left out, and named as missed.
+    normals_from : callable
+        As of `ReadingOptions`.
+
+    Returns
+    -------
+    FileReadings
+
+    >>> points = FilePositions("a.xyz", np.array([[0.0, 0.0, 3.0]]), (1,))
+    >>> with_surface_normals(points, lambda at, labels: at / 3.0).touches.normals.tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    count = len(found.positions)
+    contact = np.ones(count, dtype=bool) if found.contact is None else np.array(found.contact)
+    rows = np.flatnonzero(contact)
+    if not len(rows):
+        raise InputError("none of the readings is a contact", path=found.path)
+    named = labels_or_numbers(found.labels, count)
+    labels = None if found.labels is None else tuple(named[row] for row in rows)
+    positions = found.positions[rows]
+    try:
+        touches = Touches(
+            positions,
+            normals_from(positions, labels),
+            feeds=None if found.feeds is None else found.feeds[rows],
+            spindle=None if found.spindle is None else found.spindle[rows],
+            labels=labels,
+            source=found.path.replace("\\", "/").rpartition("/")[2],
+            lines=tuple(found.lines[row] for row in rows),
+            reading=found.understood,
+        )
+    except RowError as error:
+        raise found.error(error.in_file, int(rows[error.row])) from None
+    missed = tuple(named[row] for row in np.flatnonzero(~contact))
+    return FileReadings(touches, missed=missed, normals_taken=True)
 
 
 def _fitted_center(

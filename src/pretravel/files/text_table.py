@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -38,6 +38,8 @@ _LONGEST_CELL = 5
 """Lines over which a quoted cell can run."""
 _FEWEST_NUMBERS = 3
 """A row of a table of touches has three coordinates or more."""
+_FEWEST_ROWS = 2
+"""Rows from which a header with another number of cells is the odd one."""
 _QUOTED = 60
 """Most characters of a line that a message quotes."""
 
@@ -155,6 +157,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
         if separator == ";" or not line.startswith(";")
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
+    split = _header_in_wide_blanks(split, dict(plain), separator)
     return _table(file, split, sorted(comments), separator, encoding)
 
 
@@ -359,6 +362,8 @@ def _table(
         names, body = _words_taken(file, body)
         _refuse_row_before(file, before, body)
     width = _width(names, body)
+    if header is not None:
+        _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
     notes = [line for _, line in comments] + [" ".join(cells) for _, cells in before]
     return TextTable(
@@ -391,6 +396,24 @@ def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
         texts = [cell for cell in cells if cell and not _is_number_cell(cell)]
         return index if len(cells) == width and len(texts) >= min(width, 3) else None
     return None
+
+
+def _header_in_wide_blanks(
+    split: list[tuple[int, list[str]]], texts: Mapping[int, str], separator: str
+) -> list[tuple[int, list[str]]]:
+    """Rows of a table with blanks; names such as "Meas X" stand apart by two blanks or more."""
+    if separator != " ":
+        return split
+    first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), len(split))
+    header = _header(split, first)
+    if header is None or first == len(split):
+        return split
+    number, cells = split[header]
+    width = len(split[first][1])
+    wide = split_cells(texts[number], "  ")
+    if len(cells) == width or len(wide) != width or any(map(_is_number_cell, wide)):
+        return split
+    return [*split[:header], (number, wide), *split[header + 1 :]]
 
 
 def _commented_header(
@@ -443,6 +466,53 @@ def _refuse_row_before(
                 number,
                 inputs=("exclude",),
             )
+
+
+def _refuse_header_of_other_width(
+    file: SourceFile,
+    header: tuple[int, list[str]],
+    body: list[tuple[int, list[str]]],
+    separator: str,
+) -> None:
+    """Refuse a header where every row has another number of cells: the fault is in the header."""
+    counts = {_filled(cells) for _, cells in body}
+    names = _filled(header[1])
+    if separator.strip() or len(counts) > 1 or names in counts or len(body) < _FEWEST_ROWS:
+        return
+    raise file.error(
+        f"the header has {names} words, and all rows have {counts.pop()} cells: put names that "
+        "contain blanks into quotes, or two blanks between names; or leave this line out "
+        f"(line {header[0]}) and state the columns by their numbers: {suggested_columns(body)}",
+        header[0],
+        inputs=("exclude", "columns"),
+    )
+
+
+def suggested_columns(rows: Sequence[tuple[int, Sequence[str]]]) -> str:
+    """The columns of three coordinates, as an example of a statement.
+
+    Parameters
+    ----------
+    rows : sequence of line number and cells
+
+    Returns
+    -------
+    str
+        The first three columns beside each other whose numbers have decimals and differ.
+
+    >>> suggested_columns([(1, ["7", "face", "1.5", "2.5", "3.0"]), (2, ["8", "", "1", "2", "3"])])
+    'x=3,y=4,z=5'
+    """
+    width = min(len(cells) for _, cells in rows)
+    columns = [[cells[i] for _, cells in rows[:_SAMPLE]] for i in range(width)]
+    measured = [
+        all(map(_is_number_cell, cells)) and any("." in c or "," in c for c in cells)
+        for cells in columns
+    ]
+    for start in range(width - 2):
+        if all(measured[start : start + 3]):
+            return ",".join(f"{axis}={start + i + 1}" for i, axis in enumerate("xyz"))
+    return "x=1,y=2,z=3"
 
 
 def _width(names: list[str] | None, body: list[tuple[int, list[str]]]) -> int:

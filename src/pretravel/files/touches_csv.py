@@ -102,12 +102,14 @@ def read_table_of_touches(
             understood=_understood(columns),
         )
         on_sphere = options.reference_diameter is not None and not options.ring
-        if options.plan is None and not (on_sphere or options.look_only):
+        given = options.plan or options.normal or options.normals_from
+        if not (given or on_sphere or options.look_only):
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
-                "plan that was run, or state which columns are the normals",
+                "plan that was run, or the normal that all touches have (heights: 0,0,1), or state "
+                "which columns are the normals",
                 table.header_line or table.lines[0],
-                inputs=("plan", "columns"),
+                inputs=("plan", "normal", "columns"),
             )
         return found
     table.require(*_POSITION, *_NORMAL, what="touches")

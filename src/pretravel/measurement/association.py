@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -59,6 +59,8 @@ class Association:
     half_angle : float or None
         Of a cone. [rad]
     half_angle_row : (k,) float or None
+    stated_response : (k, n) float or None
+        The response where it is not that of least squares over all points.
     """
 
     points: FloatArray
@@ -74,6 +76,7 @@ class Association:
     diameter_row: FloatArray | None = None
     half_angle: float | None = None
     half_angle_row: FloatArray | None = None
+    stated_response: FloatArray | None = None
 
     @property
     def dof(self) -> int:
@@ -88,6 +91,8 @@ class Association:
     @cached_property
     def response(self) -> FloatArray:
         """Change of the parameters for a movement of each point along `outward`, (k, n)."""
+        if self.stated_response is not None:
+            return self.stated_response
         return np.asarray(-np.linalg.pinv(self.jacobian))
 
     def residual_change(self, moved: FloatArray) -> FloatArray:
@@ -269,6 +274,68 @@ def _cone(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Asso
         half_angle=fit.half_angle,
         half_angle_row=np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
     )
+
+
+SIDES = {"bore": -1.0, "boss": 1.0, "sphere": 1.0}
+"""Features whose name says on which side the part is: 1 where its normals point outward."""
+
+
+def normals_of_feature(kind: str, points: FloatArray, labels: Sequence[str] | None) -> FloatArray:
+    """Normals of touches on bores, bosses or spheres: those of the fitted features.
+
+    The tip centres on a bore lie on a circle nearly, whose centre is that of the bore: a lobe of
+    20 µm moves it by less than that, and the normals of a bore of 20 mm by 2 mrad.
+
+    Parameters
+    ----------
+    kind : str
+        Of `SIDES`.
+    points : (n, 3) float
+        Tip centres. [mm]
+    labels : n strings or None
+        Touches whose labels differ only in the number at the end lie on one feature; without
+        labels all do.
+
+    Returns
+    -------
+    (n, 3) float
+
+    Raises
+    ------
+    PretravelError
+        Another kind; touches that do not determine their feature.
+
+    >>> ring = 7.0 * np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
+    >>> normals_of_feature("bore", ring, None)[0].round(9).tolist()
+    [-1.0, 0.0, 0.0]
+    """
+    if kind not in SIDES:
+        raise PretravelError(
+            f"the normals of a {kind} do not follow from tip centres: the side of the part is not "
+            f"known. They do for {', '.join(SIDES)}",
+            inputs=("feature",),
+        )
+    names = [label_prefix(label) for label in labels] if labels else [""] * len(points)
+    if labels and set(names) == set(labels):
+        names = [""] * len(points)  # plain numbers
+    normals = np.empty_like(points)
+    for name in dict.fromkeys(names):
+        mine = np.array([own == name for own in names])
+        try:
+            normals[mine] = SIDES[kind] * associate(kind, points[mine]).outward
+        except PretravelError as error:
+            raise PretravelError(f"{name or kind}: {error}", inputs=error.inputs) from None
+    return normals
+
+
+def label_prefix(label: str) -> str:
+    """A label without the number at its end; the label itself where nothing else is left.
+
+    >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
+    ('bore1', 'A', '12')
+    """
+    name = label.rstrip("0123456789")
+    return (name.rstrip(" \t._:#/-") if name != label else label) or label
 
 
 _Associate = Callable[[FloatArray, FloatArray | None, FloatArray | None], Association]

@@ -74,7 +74,9 @@ class FeatureErrors:
     @property
     def map_is_stated(self) -> bool:
         """Whether the uncertainty of the map is in the points; that of a prediction is not."""
-        return not self.correlation_known or MAP in self.shared
+        if not self.correlation_known:
+            return bool(self.own.any())
+        return MAP in self.shared
 
     def parts(self, rows: FloatArray) -> dict[str, FloatArray]:
         """Covariance of linear functions of the parameters, source by source.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -166,7 +166,8 @@ class MeasuredFeature:
             found.append(Quantity("position", value, u, {}, plain, dof=self.position_dof))
         if self.association.dof > 0:
             form, before = self.form, self.uncompensated
-            found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
+            if self.points.state_uncertainty:  # else the noise may be all of it
+                found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
             plain = None if before is None else before.form
             found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
         return tuple(found)
@@ -217,8 +218,9 @@ def measure_feature(
     Parameters
     ----------
     points : Points
-        From `apply` or `read_points`. Where they do not state which errors are common
-        (`Points.shared` is None), uncertainties are the largest that any correlation allows.
+        From `apply` or `read_points`. Points without normals have those of the feature. Where they
+        do not state which errors are common (`Points.shared` is None), uncertainties are the
+        largest that any correlation allows.
     kind : str
         circle, bore, boss, sphere, plane, line, cylinder or cone.
     axis : (3,) float, optional
@@ -260,13 +262,15 @@ def measure_feature(
     checked(u_machine, what, UNCERTAINTY, inputs=("u_machine",))
     if at is not None:
         checked_values(at, "the nominal position", COORDINATE)
-    mean_normal = np.asarray(points.normals.mean(axis=0))
-    if kind == "line" and axis is None:
-        axis = _unless_zero(mean_normal)
-    if kind == "plane" and axis is None:
-        axis = _unless_zero(mean_normal)
+    plain = not np.isfinite(points.normals).any()
+    if kind in ("line", "plane") and axis is None and not plain:
+        axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
     association = associate(kind, points.positions, axis=axis, at=at)
-    side = _side(points, association, kind)
+    if plain:
+        inward = -1.0 if kind == "bore" else 1.0
+        points = replace(points, normals=frozen(inward * association.outward))
+    stated = kind in ("bore", "boss") or not plain
+    side = _side(points, association, kind) if stated else ""
     errors = feature_errors(points, association, u_machine=u_machine)
     before, rebuilt = _uncompensated(points, association, kind, axis, at)
     parts = errors.parts(association.located_along @ association.point_rows)

@@ -27,7 +27,8 @@ class Points(ShownInNotebooks, WithDataFrame, WithDataset):
     positions : (n, 3) float
         Points of first contact. [mm]
     normals : (n, 3) float
-        Outward unit normals that the compensation used.
+        Outward unit normals that the compensation used; not numbers for points of another origin,
+        which state none.
     pretravel : (n,) float
         That was subtracted, along -n. [mm]
     covariance : (n, 3, 3) float
@@ -69,6 +70,29 @@ class Points(ShownInNotebooks, WithDataFrame, WithDataset):
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    @classmethod
+    def plain(cls, positions: FloatArray, labels: tuple[str, ...]) -> Points:
+        """Points of another origin, of which the coordinates alone are known.
+
+        >>> Points.plain(np.eye(3), ("a", "b", "c")).state_uncertainty
+        False
+        """
+        count = len(positions)
+        nothing = frozen(np.full(count, np.nan))
+        return cls(
+            positions=frozen(positions),
+            normals=frozen(np.full((count, 3), np.nan)),
+            pretravel=nothing,
+            covariance=frozen(np.zeros((count, 3, 3))),
+            deviation=None,
+            labels=labels,
+        )
+
+    @property
+    def state_uncertainty(self) -> bool:
+        """Whether any of the points states a normal and an uncertainty."""
+        return bool(np.isfinite(self.normals).any() and np.any(self.covariance))
 
     @property
     def standard_uncertainty(self) -> FloatArray:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import frozen
 from pretravel.base.errors import PretravelError
+from pretravel.measurement.association import label_prefix
 from pretravel.measurement.points import Points
 
 _SHOWN = 8
@@ -42,16 +43,6 @@ def points_at(points: Points, rows: npt.ArrayLike) -> Points:
         shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
         uncompensated=None if plain is None else frozen(plain[index]),
     )
-
-
-def label_prefix(label: str) -> str:
-    """A label without the number at its end; the label itself where nothing else is left.
-
-    >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
-    ('bore1', 'A', '12')
-    """
-    name = label.rstrip("0123456789")
-    return (name.rstrip(" \t._:#/-") if name != label else label) or label
 
 
 def _matches(label: str, pattern: str) -> bool:

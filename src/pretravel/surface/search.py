@@ -136,7 +136,7 @@ class ContactSearch:
         if len(fresh) and self.part is None:
             self.face[fresh], self.uv[fresh] = 0, self.faces[0].nearest(near[fresh])
         elif len(fresh):
-            self.face[fresh], self.uv[fresh] = self._nearest_faces(near[fresh])
+            self.face[fresh], self.uv[fresh] = self.nearest_faces(near[fresh])
         first, start = self.face[rows].copy(), self.uv[rows].copy()
         for face in np.unique(first):
             mine = first == face
@@ -145,8 +145,8 @@ class ContactSearch:
         if self.part is not None and len(waiting):
             self._on_other_faces(waiting, near, problem)
 
-    def _nearest_faces(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """The face nearest to each point, and parameters on it from which to start."""
+    def nearest_faces(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The face nearest to each point, (n,), and parameters on it to start from, (n, 2)."""
         assert self.part is not None
         cloud = self.part.cloud_of_chosen
         distance, at = cloud.tree.query(points, workers=-1)
@@ -246,6 +246,77 @@ class ContactSearch:
         self.length[rows], self.residual[rows] = contact.length, contact.residual
         self.solved[rows] = True
         self.beyond_edge[rows] = False
+
+
+@dataclass(frozen=True, eq=False)
+class Feet:
+    """The points of a part that are nearest to n given points.
+
+    Attributes
+    ----------
+    local : LocalGeometry
+        Of the surface there.
+    face : (n,) int
+        Index of the face.
+    inside : (n,) bool
+        False where the foot lies on the continuation of the face, beyond its edges.
+    distance : (n,) float
+        Along the normal, positive outside of the part. [mm]
+    """
+
+    local: LocalGeometry
+    face: IntArray
+    inside: BoolArray
+    distance: FloatArray
+
+
+def feet_on_faces(part: Part, points: FloatArray, face: IntArray | None = None) -> Feet:
+    """The point of a part nearest to each point.
+
+    Parameters
+    ----------
+    part : Part
+        Its chosen faces are searched.
+    points : (n, 3) float
+        [mm]
+    face : (n,) int, optional
+        Index of the face of each point; the nearest face when not given.
+
+    Returns
+    -------
+    Feet
+    """
+    if face is None:
+        face = ContactSearch(part, len(points)).nearest_faces(points)[0]
+    point, normal = np.empty((len(points), 3)), np.empty((len(points), 3))
+    curvature, inside = np.empty((len(points), 3, 3)), np.empty(len(points), dtype=bool)
+    order = np.argsort(face, kind="stable")
+    for mine in np.split(order, np.flatnonzero(np.diff(face[order])) + 1):
+        surface = part.faces[int(face[mine[0]])]
+        uv = surface.nearest(points[mine])
+        local = surface.local(uv)
+        point[mine], normal[mine], curvature[mine] = local.point, local.normal, local.curvature
+        inside[mine] = surface.inside(uv)
+    distance = np.sum((points - point) * normal, axis=1)
+    return Feet(LocalGeometry(point, normal, curvature), face, inside, distance)
+
+
+def normals_near(surface: Surface | Part, points: FloatArray) -> FloatArray:
+    """Outward normals of a surface, or of the nearest face of a part, near points.
+
+    Parameters
+    ----------
+    surface : Surface or Part
+    points : (n, 3) float
+        [mm]
+
+    Returns
+    -------
+    (n, 3) float
+    """
+    if isinstance(surface, Part):
+        return feet_on_faces(surface, points).local.normal
+    return surface.local(surface.nearest(points)).normal
 
 
 def _retry_around_poles(

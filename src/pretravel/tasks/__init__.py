@@ -21,6 +21,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "plan-touches": "plan_touches:PlanTouches",
     },
     "Measure": {
+        "align": "align:Align",
         "compensate": "compensate:Compensate",
         "measure": "measure:Measure",
         "compare": "compare:Compare",

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.quantities import TIP_BALL
 from pretravel.tasks.fields import (
@@ -23,7 +23,7 @@ from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
     from pretravel.base.arrays import FloatArray
-    from pretravel.files.file_format import FileReadings
+    from pretravel.files.file_format import FileReadings, NormalsFrom
     from pretravel.files.long_table import LongTable
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.measurement.point_errors import PointErrors
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from pretravel.surface.local_geometry import Surface
     from pretravel.touches import Touches
 _LOG = logging.getLogger(__name__)
+_NORMALS_TAKEN = "the touches have no normals: those of the {} are taken, and approaches along them"
 _DRAWN = 5000
 """Points of a long table that pictures show."""
 
@@ -85,6 +86,15 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             hint="Empty: that of the map",
         ),
     ] = None
+    feature: Annotated[
+        Literal["bore", "boss", "sphere"] | None,
+        Field(
+            help="Touches without normals lie on features of this kind: the normals are those of "
+            "the fitted feature, one for each name before a number (bore1-1, bore1-2, …).",
+            label="Feature of touches without normals",
+            words={"": "the touches state normals"},
+        ),
+    ] = None
     extrapolate: Annotated[
         bool,
         Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
@@ -110,9 +120,29 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         long = self._long_table_compensated(pretravel_map, nominal, progress)
         if long is not None:
             return long
-        readings = self.read_touches(progress, tip_diameter=2.0 * pretravel_map.tip_radius)
+        options = self.reading_options(
+            tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
+        )
+        options = replace(options, normals_from=self._normals_from(nominal))
+        readings = self.read_with(options, progress)
         with progress.working(f"compensating {len(readings.touches)} touches"):
             return self.compensated(readings, pretravel_map, nominal)
+
+    def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
+        """Where touches without normals have theirs from, in the frame of the touches."""
+        from pretravel.base.frames import Placement
+        from pretravel.measurement.association import normals_of_feature
+        from pretravel.surface.search import normals_near
+
+        placement = self.placement() if self.in_machine else Placement()
+
+        def near(tip_centres: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+            if nominal is None:
+                return normals_of_feature(str(self.feature), tip_centres, labels)
+            found = normals_near(nominal, placement.inverse.points(tip_centres))
+            return placement.vectors(found)
+
+        return None if nominal is None and self.feature is None else near
 
     def pretravel_map(self) -> PretravelMap:
         """The map, in the axes of the machine."""
@@ -161,7 +191,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         measured = readings.touches
         # Without --place, a log states the rotation of its work coordinates.
         placement = readings.placement if self.place is None else self.placement()
-        in_machine = self.frame == "machine"
+        in_machine = self.in_machine
         if in_machine:
             measured = moved(measured, placement.inverse)
         seen = pretravel_map.seen_from(placement)
@@ -177,6 +207,9 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         if in_machine:
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
+        if readings.normals_taken:
+            source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
+            warnings = (_NORMALS_TAKEN.format(source), *warnings)
         return CompensatedTouches(
             self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
@@ -243,7 +276,7 @@ class CompensatedTouches(Result):
             self.points,
             touches_name=task.touches_name,
             nominal=self.nominal,
-            placement=task.placement() if task.frame == "machine" else None,
+            placement=task.placement() if task.in_machine else None,
             warnings=[*self.readings.notes(), *self.warnings],
             budgets=[point_budget(self.errors)],
         )
@@ -343,7 +376,7 @@ class LongCompensation(Result):
 
         task, drawn = self.task, joined_points(self.found.drawn)
         title = f"{task.touches_name}, compensated"
-        placement = task.placement() if task.frame == "machine" else None
+        placement = task.placement() if task.in_machine else None
         picture = Picture(
             f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
             "pretravel and uncertainty",

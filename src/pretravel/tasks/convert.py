@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import DISTANCE, TIP_BALL
 from pretravel.tasks.fields import TouchFilesWithFeed, output
 from pretravel.tasks.task import (
@@ -24,7 +24,13 @@ from pretravel.tasks.values import Vector, vector
 
 if TYPE_CHECKING:
     from pretravel.controls.machine import Machine
-    from pretravel.files.file_format import FeatureResult, FileReadings, ReadingOptions
+    from pretravel.files.file_format import (
+        FeatureResult,
+        FileFormat,
+        FileReadings,
+        ReadingOptions,
+    )
+    from pretravel.files.source_file import SourceFile
     from pretravel.show.document import Document
     from pretravel.touches import Touches
 
@@ -95,10 +101,24 @@ class Convert(TouchFilesWithFeed):
     radius_taken_off: Annotated[
         float | None,
         Field(
-            help="DMIS: tip radius that was subtracted from its points, in mm; 0: tip centres.",
+            help="DMIS, PC-DMIS, listings of a CMM: tip radius that was subtracted from their "
+            "points, in mm; 0: tip centres.",
             range=DISTANCE,
         ),
     ] = None
+    bores: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Circle, cylinder or sphere of a CMM's listing that was touched from inside, with "
+            "* and ?; may be repeated; none: all were touched from outside.",
+            option="--bore",
+            metavar="NAME",
+        ),
+    ] = ()
+    features: Annotated[
+        bool,
+        Field(help="Write the results of features that the file states, not its touches."),
+    ] = False
     frame: Annotated[
         Literal["work", "machine"] | None,
         Field(help="Axes of the touches, where the work coordinates were rotated."),
@@ -114,7 +134,7 @@ class Convert(TouchFilesWithFeed):
         PreviewedFiles
             Without an output, or with a page.
         ConvertedFeatures
-            Of a print-out without touches.
+            Of a print-out without touches, or as asked for.
         ConvertedTouches
 
         Raises
@@ -137,12 +157,11 @@ class Convert(TouchFilesWithFeed):
             return self._previewed(files, options)
         file = opened(files[0])
         known = format_of_touches(file, options, file_format=self.file_format)
-        if known.parse_features is not None:
+        if self._wants_results(known, file):
+            assert known.parse_features is not None
             if self.output.suffix.lower() != ".csv":
-                raise PretravelError(
-                    "a print-out is converted to a table of features: -o features.csv"
-                )
-            return _features(known.parse_features(file, options))
+                raise PretravelError("results of features are written as a table: -o features.csv")
+            return _features(known.parse_features(file, options), only=known.parse is None)
         stated = known.name if self.columns else self.file_format
         readings = self.read_with(options, progress, file_format=stated)
         radius = readings.tip_radius if tip is None else 0.5 * tip
@@ -151,6 +170,21 @@ class Convert(TouchFilesWithFeed):
         return ConvertedTouches(
             touches, radius, f"{len(touches)} touches ({known.name})\n", warnings
         )
+
+    def _wants_results(self, known: FileFormat, file: SourceFile) -> bool:
+        """Whether results of features are written: as asked, or since the file has no touches."""
+        if self.features and known.parse_features is None:
+            raise file.error(
+                f"a file of format {known.name} states no results of features: only its touches "
+                "can be written",
+                inputs=("features",),
+            )
+        return known.parse_features is not None and (self.features or known.parse is None)
+
+    def _previews_results(self, known: FileFormat, options: ReadingOptions) -> bool:
+        """Whether results of features are shown: until the settings make touches of the file."""
+        stated = options.radius_taken_off is not None and not self.features
+        return known.parse_features is not None and (known.parse is None or not stated)
 
     def _options(self, tip_diameter: float | None, machine: Machine | None) -> ReadingOptions:
         """What is stated about the files."""
@@ -163,13 +197,16 @@ class Convert(TouchFilesWithFeed):
             overtravel=None if machine is None else machine.overtravel,
             offset=self.offset,
             radius_taken_off=self.radius_taken_off,
+            bores=None if not self.bores else tuple(n for n in self.bores if n != "none"),
             rotation=None if work is None else work_turn(work),
         )
 
     def _previewed(self, files: Sequence[Path], options: ReadingOptions) -> PreviewedFiles:
         """How the files are understood, and what is missing."""
+        from pretravel.files.source_file import opened
         from pretravel.show.terminal import terminal_text
-        from pretravel.tasks.look import look_at_touches
+        from pretravel.tasks.look import format_of_touches, look_at_touches
+        from pretravel.tasks.reports.preview_report import results_document
 
         if self.output is not None and len(files) > 1:
             raise PretravelError(
@@ -178,6 +215,18 @@ class Convert(TouchFilesWithFeed):
             )
         lines, documents = [], []
         for path in files:
+            file = opened(path)
+            known = format_of_touches(file, options, file_format=self.file_format)
+            if self._previews_results(known, options):
+                assert known.parse_features is not None
+                results = known.parse_features(file, options)
+                document = results_document(path.name, results, _lacking(file, known, options))
+                documents.append(document)
+                lines.append(f"{path}: format {known.name}, {known.what}")
+                lines.append(terminal_text(document, verbose=False))
+                chosen = "" if known.parse is None else "--features "
+                lines.append(f"\nThese results as a table: add {chosen}-o features.csv")
+                continue
             looked = look_at_touches(path, options, file_format=self.file_format)
             document = looked.document()
             documents.append(document)
@@ -236,11 +285,25 @@ class ConvertedFeatures(Result):
         write_csv_table(path, {name: [getattr(f, name) for f in self.features] for name in names})
 
 
-def _features(features: Sequence[FeatureResult]) -> ConvertedFeatures:
+def _lacking(file: SourceFile, known: FileFormat, options: ReadingOptions) -> str:
+    """What is missing for touches of a file whose features are shown; empty: it has none."""
+    if known.parse is None:
+        return ""
+    try:
+        known.parse(file, options)
+    except InputError as error:
+        asked = ", ".join(by_name(Convert)[name].option for name in error.inputs)
+        return f"{str(error).removeprefix(f'{file.path}: ')} ({asked})"
+    return ""
+
+
+def _features(features: Sequence[FeatureResult], *, only: bool) -> ConvertedFeatures:
+    """The results of features, which are all that the file contains, or not."""
     count = len(features)
+    words = ": no touches to compensate" if only else ""
     return ConvertedFeatures(
         tuple(features),
-        f"{count} results of features (mm, degrees): no touches to compensate\n",
+        f"{count} results of features (mm, degrees){words}\n",
     )
 
 

@@ -63,6 +63,11 @@ def existing(value: object) -> list[Path]:
     return [Path(str(value))]
 
 
+def placement_files(place: str) -> list[Path]:
+    """The file of a placement; none for ``x,y,z,a,b,c``."""
+    return [Path(place)] if place.lower().endswith(".json") else []
+
+
 def surface_files(specification: str) -> list[Path]:
     """The file of a surface such as ``part.step#3``; none for ``plane:…``."""
     from pretravel.surface.specification import source_file
@@ -214,14 +219,23 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="Placement of the part's frame in the machine: x,y,z in mm, then rotations about "
-            "the machine's x, y and z axes in degrees, in that order. The probe is not rotated.",
+            help="Placement of the part's frame in the machine: the file of pretravel align "
+            "(.json), whose touches are in the machine's frame; or x,y,z in mm, then rotations "
+            "about the machine's x, y and z axes in degrees, in that order. The probe is not "
+            "rotated.",
             metavar="X,Y,Z,A,B,C",
+            reads=placement_files,
         ),
     ] = None
     frame: Annotated[
-        Literal["part", "machine"], Field(help="Frame of the touches with --place.")
+        Literal["part", "machine"],
+        Field(help="Frame of the touches with --place; that of a file is the machine's."),
     ] = "part"
+
+    @property
+    def in_machine(self) -> bool:
+        """Whether the touches are in the machine's frame."""
+        return self.frame == "machine" or bool(self.place and placement_files(self.place))
 
     def placement(self) -> Placement:
         """The placement that is stated.
@@ -232,9 +246,11 @@ class PlacedPart(Task):
             Touches in the machine's frame without a placement of the part.
         """
         from pretravel.base.frames import Placement, parse_placement
+        from pretravel.files.placement_file import read_placement
 
         if self.place is not None:
-            return parse_placement(self.place)
+            files = placement_files(self.place)
+            return read_placement(files[0]) if files else parse_placement(self.place)
         if self.frame == "machine":
             raise PretravelError(
                 "touches in the machine's frame need the placement of the part: x,y,z,a,b,c",
@@ -337,6 +353,38 @@ class TouchTables(Task):
             reads=True,
         ),
     ] = None
+    plan_columns: Annotated[
+        StatedColumns | None,
+        Field(
+            help="Columns of the table with the plan, as --columns states those of the touches.",
+            parse=stated_columns,
+            metavar="x=X,nx=I,…",
+        ),
+    ] = None
+    join: Annotated[
+        Literal["line", "label", "feature"],
+        Field(
+            help="How positions find their targets of the plan. line: each lies on the line of "
+            "its target; label: they have one label; feature: their labels without the number at "
+            "the end are one."
+        ),
+    ] = "line"
+    double_touches: Annotated[
+        Literal["last", "all"] | None,
+        Field(
+            help="Each place was touched twice, fast to find it and then slowly. last: the slow "
+            "touches alone; all: both with their feeds, which separate the signal delay.",
+        ),
+    ] = None
+    normal: Annotated[
+        Vector | None,
+        Field(
+            help="Outward normal of the surface at all touches, for files that contain positions "
+            "only: 0,0,1 for heights.",
+            parse=unit_vector,
+            metavar="X,Y,Z",
+        ),
+    ] = None
 
     def reading_options(
         self,
@@ -355,6 +403,9 @@ class TouchTables(Task):
             tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
             columns=self.columns,
             decimal=self.decimal,
+            double_touches=self.double_touches,
+            join=self.join,
+            normal=self.normal,
             exclude=tuple(exclude),
             reference_diameter=reference_diameter,
             ring=ring,
@@ -365,12 +416,19 @@ class TouchTables(Task):
         from pretravel.files.file_format import ReadingOptions
         from pretravel.files.touches_csv import read_plan
 
+        options = ReadingOptions(columns=self.plan_columns)
         try:
-            return read_plan(path)
+            try:
+                return read_plan(path, options)
+            except InputError as error:
+                if self.units is None or "units" not in error.inputs:
+                    raise
+                return read_plan(path, replace(options, units=self.units))
         except InputError as error:
-            if self.units is None or "units" not in error.inputs:
-                raise
-            return read_plan(path, ReadingOptions(units=self.units))
+            # Rows of the plan cannot be excluded; its columns have an option of their own.
+            others = tuple(name for name in error.inputs if name not in ("columns", "exclude"))
+            own = ("plan_columns",) if "columns" in error.inputs else ()
+            raise PretravelError(str(error), inputs=(*own, *others)) from None
 
 
 class TouchFiles(TouchTables):

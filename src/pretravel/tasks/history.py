@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger(__name__)
 _OF_TOUCHES = (
     "diameter", "tip_diameter", "map_file", "kind", "ring", "units", "columns", "decimal", "plan",
+    "plan_columns", "join", "double_touches", "normal",
 )  # fmt: skip
 """Settings that describe touches; verifications state their reference and map."""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.tasks.fields import LaboratoryReport, output
+from pretravel.tasks.fields import LaboratoryReport, Units, output
 from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
@@ -43,7 +43,8 @@ class Measure(LaboratoryReport):
     points: Annotated[
         Path,
         Field(
-            help="Points from compensate: .csv, .parquet, .json or .nc.",
+            help="Points from compensate: .csv, .parquet, .json or .nc; or a table of coordinates "
+            "alone, of points that something else compensated.",
             positional=True,
             reads=True,
         ),
@@ -139,6 +140,14 @@ class Measure(LaboratoryReport):
             label="Probability at which a decision is proven",
         ),
     ] = 0.95
+    units: Annotated[
+        Units | None,
+        Field(
+            help="Unit of length of a table of coordinates that does not state it.",
+            label="Unit of the points",
+            words={"": "as the file states"},
+        ),
+    ] = None
     u_machine_um: Annotated[
         float,
         Field(
@@ -161,12 +170,20 @@ class Measure(LaboratoryReport):
         ),
     ] = None
 
+    residuals: Annotated[
+        Path | None,
+        Field(
+            help="Distance of each point from its feature: .csv or .parquet.",
+            writes=(".csv", ".parquet"),
+        ),
+    ] = None
+
     def run(self, progress: Progress = SILENT) -> MeasuredFeatures:
         """Read the points and measure their features."""
         from pretravel.files.points_reading import read_points
 
         self.tolerances()
-        points = read_points(self.points)
+        points = read_points(self.points, units=self.units)
         with progress.working(f"measuring the features of {len(points)} points"):
             return self.measured(points)
 
@@ -270,12 +287,14 @@ class MeasuredFeatures(Result):
         return with_laboratory(report, task.statements())
 
     def write(self, output: str, path: Path) -> None:
-        """Write the features: quantities as columns."""
-        del output
-        from pretravel.files.feature_results import features_table
+        """Write the features, quantities as columns; or the residuals of their points."""
+        from pretravel.files.feature_results import features_table, residuals_table
         from pretravel.files.tables import write_table
 
-        write_table(path, features_table(self.features, self.relations))
+        if output == "residuals":
+            write_table(path, residuals_table([each.feature for each in self.features]))
+        else:
+            write_table(path, features_table(self.features, self.relations))
 
 
 def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFeatures:

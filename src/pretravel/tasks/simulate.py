@@ -224,7 +224,7 @@ class SimulatedPart(Result):
         from pretravel.files.touches_csv import write_touches
         from pretravel.touches import moved
 
-        in_machine = self.task.frame == "machine"
+        in_machine = self.task.in_machine
         write_touches(path, moved(self.touches, self.placement) if in_machine else self.touches)
 
 

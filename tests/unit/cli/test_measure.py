@@ -225,3 +225,50 @@ def test_points_of_an_older_version(tmp_path: Path) -> None:
     (row,) = (row for row in rows(out) if row["quantity"] == "diameter")
     assert float(row["u"]) == pytest.approx(1e-3, rel=1e-6)
     assert float(row["uncompensated"]) == pytest.approx(20.02, abs=1e-6)
+
+
+def _tilted_plane(tmp_path: Path) -> Path:
+    """Points of a plane that is tilted by 3:4 in the x–z plane, one of them 3 µm outside."""
+    normal, along = np.array([0.6, 0.0, 0.8]), np.array([0.8, 0.0, -0.6])
+    grid = [(u, v) for u in (-20.0, 0.0, 20.0) for v in (-15.0, 0.0, 15.0)]
+    places = np.array([u * along + [0.0, v, 0.0] for u, v in grid])
+    places[4] += 0.003 * normal
+    lines = [",".join(map(str, (f"top-{i + 1}", *p, *normal, 0.2))) for i, p in enumerate(places)]
+    path = tmp_path / "plane.csv"
+    path.write_text("label,x_mm,y_mm,z_mm,nx,ny,nz,u_um\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def test_the_report_shows_the_normal_of_a_plane(tmp_path: Path) -> None:
+    """Not its uncertainty alone; and no empty columns of angles beside it."""
+    text = run("measure", _tilted_plane(tmp_path), "--feature", "plane")
+    row = next(line.split() for line in text.splitlines() if "normal" in line.split())
+    assert [float(cell) for cell in row[-4:-1]] == [0.6, 0.0, 0.8]
+    head = next(line for line in text.splitlines() if "direction" in line)
+    assert head.split() == ["feature", "direction", "x", "y", "z", "u/°"]
+
+
+def test_the_axis_of_a_cone_stands_beside_its_angle(tmp_path: Path) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    ring = np.c_[np.cos(turn), np.sin(turn), np.zeros(8)]
+    slope = np.c_[0.8 * ring[:, :2], np.full(8, -0.6)]  # half angle asin 0.6
+    places = np.vstack([(10.0 + 0.75 * z) * ring + [0, 0, z] for z in (0.0, 8.0)])
+    rows_of = np.c_[places, np.tile(slope, (2, 1)), np.full(16, 0.2)]
+    path = tmp_path / "cone.csv"
+    np.savetxt(path, rows_of, "%.9f", ",", header="x_mm,y_mm,z_mm,nx,ny,nz,u_um", comments="")
+    text = run("measure", path, "--feature", "cone", "--axis", "0,0,1")
+    axis = next(line.split() for line in text.splitlines() if "axis" in line.split())
+    assert [float(cell) for cell in axis[-4:-1]] == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
+    assert any("half angle" in line and "36.8699" in line for line in text.splitlines())
+
+
+def test_residuals_are_a_table(tmp_path: Path) -> None:
+    """Eight points on a plane and one 3 µm out: least squares leave 8/9 of it at the middle."""
+    out = tmp_path / "residuals.csv"
+    run("measure", _tilted_plane(tmp_path), "--feature", "plane", "--group", "--residuals", out)
+    found = rows(out)
+    assert [row["label"] for row in found[:2]] == ["top-1", "top-2"]
+    assert {row["feature"] for row in found} == {"top"}
+    assert float(found[4]["residual_um"]) == pytest.approx(3.0 * 8 / 9, abs=1e-6)
+    assert float(found[0]["residual_um"]) == pytest.approx(-3.0 / 9, abs=1e-6)
+    assert float(found[4]["x_mm"]) == pytest.approx(0.6 * 0.003, abs=1e-9)

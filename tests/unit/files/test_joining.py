@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,8 +11,10 @@ from pretravel.base.errors import InputError
 from pretravel.files.file_format import FilePositions
 from pretravel.files.logs.joining import join
 from pretravel.probing.targets import Targets
+from tests.support.commands import rows, run
 from tests.support.control_logs import (
     PLAN,
+    written,
 )
 
 
@@ -65,3 +69,88 @@ class TestJoin:
             join(
                 FilePositions("log", np.array([[-2.0, 0, 3.0], [0.0, 0, 3.0]]), (1, 2)), twins, 1.5
             )
+
+
+class TestByLabel:
+    """A part that lies elsewhere, and plans that state one point for each face."""
+
+    MOVED = FilePositions(
+        "a.csv",
+        np.array([[20.0 + 3.01, 0.4, -5.2], [0.3, 0.2, 2.99], [10.2, 0.1, 2.98]]),
+        (2, 3, 4),
+        labels=("wall", "a", "b.2"),
+    )
+
+    def test_readings_beside_the_lines_are_joined_by_their_labels(self) -> None:
+        with pytest.raises(InputError, match="labels are also those of the plan") as caught:
+            join(self.MOVED, PLAN, 3.0)
+        assert "join" in caught.value.inputs
+        found = join(self.MOVED, PLAN, 3.0, by="label")
+        assert found.touches.labels == ("wall", "a", "b.2")
+        assert found.touches.normals[0].tolist() == [1.0, 0.0, 0.0]
+        # In the plane of the target: 10 µm is what lies along the normal.
+        assert found.touches.nominal_points is not None
+        assert np.allclose(found.touches.nominal_points[0], [20.0, 0.4, -5.2], atol=1e-12)
+        assert found.notes()[0].startswith("1 touches of the plan have no reading: b.1")
+
+    def test_points_of_faces(self) -> None:
+        """Several points have the name of their face, which the plan states once."""
+        faces = Targets(
+            [[0.0, 0, 5], [50.0, 0, 0]], [[0.0, 0, 1], [1, 0, 0]], labels=("top", "end")
+        )
+        seen = np.array([[1.0, 2, 6.01], [7.0, 9, 5.99], [51.002, 3, 4]])
+        for labels, told in (
+            (("top", "top", "end"), ("top-1", "top-2", "end")),
+            (("top-3", "top-4", "end-1"), ("top-3", "top-4", "end-1")),
+        ):
+            by = "label" if labels[0] == "top" else "feature"
+            found = join(FilePositions("a", seen, (1, 2, 3), labels=labels), faces, 1.0, by=by)
+            assert found.touches.labels == told
+            assert found.touches.normals[2].tolist() == [1.0, 0.0, 0.0]
+            assert found.notes() == []
+            assert not found.missed
+
+    def test_the_nearest_target_of_a_feature(self) -> None:
+        around = np.array([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0]])
+        bore = Targets(-10.0 * around, around, labels=("B1", "B2", "B3"))
+        seen = -9.0 * around + [0.1, 0.1, 0.3]
+        names = ("B-7", "B-8", "B-9")
+        found = join(FilePositions("a", seen, (1, 2, 3), labels=names), bore, 1.0, by="feature")
+        assert np.allclose(found.touches.normals, around)
+        between = FilePositions("a", np.array([[-6.0, -6.0, 0]]), (5,), labels=("B-7",))
+        with pytest.raises(InputError, match=r"line 5: .*between several targets"):
+            join(between, bore, 1.0, by="feature")
+
+    @pytest.mark.parametrize(
+        ("labels", "position", "words"),
+        [
+            (None, [0.0, 0, 2.99], "no labels to join by"),
+            (("c",), [0.0, 0, 2.99], "line 9: the plan has no target called 'c'; it has a, b.1"),
+            (("a",), [0.0, 0, 75.0], "line 9: the reading a lies 72.000 mm along"),
+        ],
+    )
+    def test_refused(
+        self, labels: tuple[str, ...] | None, position: list[float], words: str
+    ) -> None:
+        seen = FilePositions("log", np.array([position]), (9,), labels=labels)
+        with pytest.raises(InputError, match=words):
+            join(seen, PLAN, 3.0, by="label")
+
+    def test_the_columns_of_a_plan_are_stated(self, tmp_path: Path) -> None:
+        """Each message names the option that the next call has."""
+        plan = written(
+            tmp_path, "0;1;0.0;0.0;5.5;0.0;0.0;1.0\n1;1;50.5;0.0;0.0;1.0;0.0;0.0\n", "p.txt"
+        )
+        log = written(tmp_path, "17;0;1.5;2.5;6.51\n18;0;7.5;9.5;6.49\n19;1;51.502;3.5;4.5\n")
+        call: list[object] = ["convert", log, "--units", "mm", "--tip-diameter", 2, "-o",
+                              tmp_path / "t.csv", "--plan", plan]  # fmt: skip
+        for asked, value in (
+            ("--plan-columns", "label=1,x=3,y=4,z=5,nx=6,ny=7,nz=8"),
+            ("--columns", "label=2,x=3,y=4,z=5"),
+            ("--join", "label"),
+        ):
+            assert asked in run(*call, code=2)
+            call += [asked, value]
+        run(*call)
+        assert [row["label"] for row in rows(tmp_path / "t.csv")] == ["0-1", "0-2", "1"]
+        assert [row["nx"] for row in rows(tmp_path / "t.csv")] == ["0", "0", "1"]

@@ -158,7 +158,7 @@ HEAD = "X;Y;Z;I;J;K\n"
         ("1 2 3 0 0 1\n4 bad 6 0 0 1\n", {}, "line 2: column 2 is 'bad'"),
         ("1 bad 3\n4 5 6\n", {}, "line 1: 'bad' is not a number"),
         (HEAD + "1;2;3;10;20;30\n" * 3, {}, "I, J, K are no unit vectors"),
-        ("A;B;C\n1;2;3\n", {}, "need the columns x_mm, y_mm, z_mm, nx, ny, nz; the file has"),
+        ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. State the columns"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', stated as x, is not"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"q": "X"}}, "no quantity 'q'"),
         (HEAD + "1;2;3;0;0;1\n", {"exclude": ("9",)}, "no touch with the label or on the line '9'"),
@@ -298,7 +298,7 @@ class TestOnASphere:
         file = SourceFile("a.xyz", self._text(self._touches(), None))
         with pytest.raises(InputError, match="give the plan that was run") as error:
             read_readings(file, ReadingOptions(units="mm"))
-        assert error.value.inputs == ("plan", "columns")
+        assert error.value.inputs == ("plan", "normal", "columns")
 
 
 class TestSeveralFiles:

@@ -84,7 +84,7 @@ def test_the_distance_from_a_face_ends_at_its_edges(face: int) -> None:
 def test_the_nearest_face_is_that_of_the_smallest_distance(chosen: tuple[int, ...]) -> None:
     part = _box(*chosen)
     points = _around(400)
-    face, uv = ContactSearch(part, len(points))._nearest_faces(points)
+    face, uv = ContactSearch(part, len(points)).nearest_faces(points)
     distances = np.stack([_distance(points, i) for i in chosen], axis=1)
     found = distances[np.arange(400), [chosen.index(i) for i in face]]
     # Faces whose distances differ by less than the error at sampled edges are as good.
@@ -105,7 +105,7 @@ def test_near_an_edge_the_nearer_of_its_faces_is_found() -> None:
     for axis in beside.T:
         inwards = rng.uniform(0.03, 0.2, 1500)
         points[np.arange(1500), axis] = rng.choice([-1.0, 1.0], 1500) * (HALF[axis] - inwards)
-    face, uv = ContactSearch(part, 1500)._nearest_faces(points)
+    face, uv = ContactSearch(part, 1500).nearest_faces(points)
     distances = np.stack([_distance(points, i) for i in range(6)], axis=1)
     found = distances[np.arange(1500), face]
     assert found == pytest.approx(distances.min(axis=1), abs=1e-9)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
@@ -47,3 +49,11 @@ class TestSphereFit:
     def test_refuses(self, points: np.ndarray, words: str) -> None:
         with pytest.raises(PretravelError, match=words):
             fit_sphere(points)
+
+    def test_flat_points_with_noise_end_with_a_message(self) -> None:
+        """Some of these ended in a LinAlgError: the centre was some kilometres away."""
+        rng = np.random.default_rng(1)
+        for _ in range(300):
+            flat = np.c_[rng.uniform(0.0, 100.0, (9, 2)), rng.normal(0.0, 0.005, 9)]
+            with contextlib.suppress(PretravelError):
+                fit_sphere(flat)

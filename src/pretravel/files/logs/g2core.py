@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.files.logs.logged_feeds import LoggedFeeds
 from pretravel.files.source_file import Source, SourceFile, opened
 
 _BEGINS = re.compile(r'"?\bprb"?\s*:\s*\{\s*"?e"?\s*:')
@@ -36,7 +37,8 @@ def read_g2core_log(
     -------
     FilePositions
         Each report states whether it is a contact (e is 1) or a miss (0). The answer to a query
-        ``{"prb":n}`` repeats the last report and is left out.
+        ``{"prb":n}`` repeats the last report and is left out. With the feeds, where the log
+        contains the probing moves (G38.2 … F…) of all reports.
 
     Raises
     ------
@@ -61,10 +63,11 @@ def read_g2core_log(
             "the work coordinates in the machine's, in mm",
             inputs=("offset",),
         )
-    reports, numbers = [], []
+    reports, numbers, moves = [], [], LoggedFeeds()
     answered = False
     for number, line in enumerate(lines, start=1):
         text = line.replace('\\"', '"')  # some senders quote what they log
+        moves.take(re.sub(r'[{}":]', " ", text), number)
         found = _reports(file, text, number)
         if not answered:
             reports += found
@@ -75,7 +78,15 @@ def read_g2core_log(
     _check_other_axes(file, reports, numbers)
     positions = np.array([[report[axis] for axis in "xyz"] for report in reports])
     contact = tuple(report["e"] == 1.0 for report in reports)
-    return FilePositions(file.path, positions - np.asarray(offset), tuple(numbers), contact)
+    feeds = moves.of(numbers, 1.0)
+    return FilePositions(
+        file.path,
+        positions - np.asarray(offset),
+        tuple(numbers),
+        contact,
+        feeds=feeds,
+        understood=moves.sentence(feeds),
+    )
 
 
 def _reports(file: SourceFile, text: str, number: int) -> list[dict[str, float]]:

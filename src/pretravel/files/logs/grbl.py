@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.files.logs.logged_feeds import LoggedFeeds
 from pretravel.files.source_file import Source, SourceFile, opened
 
 # Every class leaves out the bracket that begins: a line of beginnings alone is read once.
@@ -52,7 +53,8 @@ def read_grbl_log(
     Returns
     -------
     FilePositions
-        Each report marks whether it is a contact, except those of old versions of grbl.
+        Each report marks whether it is a contact, except those of old versions of grbl. With the
+        feeds, where the log contains the probing moves (G38.2 … F…) of all reports.
 
     Raises
     ------
@@ -65,10 +67,11 @@ def read_grbl_log(
     [[0.0, 0.0, 2.5]]
     """
     file = opened(source)
-    log = _GrblLog(file, units)
+    log, moves = _GrblLog(file, units), LoggedFeeds()
     previous = ""
     for number, text in enumerate(file.lines("a grbl log"), start=1):
         log.read_units(text, number)
+        moves.take(text, number)
         log.read_offsets(text, number)
         repeated = any(parameter in previous for parameter in _PARAMETERS)
         log.read_reports(text, number, repeated=repeated)
@@ -84,11 +87,14 @@ def read_grbl_log(
         log.units, "the log does not show whether reports are in inches ($13=0 or $13=1)"
     )
     origin = scale * log.work_offset() if offset is None else np.asarray(offset, dtype=np.float64)
+    feeds = moves.of(log.lines, scale)
     return FilePositions(
         file.path,
         scale * np.array(log.positions) - origin,
         tuple(log.lines),
         log.contacts(),
+        feeds=feeds,
+        understood=moves.sentence(feeds),
     )
 
 

@@ -33,6 +33,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     Returns
     -------
     FilePositions
+        With the feeds, where F words state that of each line.
 
     Raises
     ------
@@ -46,7 +47,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     [[1.0, 2.0, 3.0]]
     """
     file = opened(source)
-    rows, numbers = [], []
+    rows, numbers, feeds = [], [], []
+    feed: float | None = None
     rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
         line = without_comments(text).strip()
@@ -55,13 +57,22 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         units = _units(file, line, number, units)
         if re.search(r"\bG91\b", line, re.IGNORECASE):
             raise file.error("G91: relative positions are not read", number)
+        for _, value in (word for word in _WORD.findall(line) if word[0].upper() == "F"):
+            feed = file.numbers([value], number)[0] or None
         if position := _position(file, line, number, rotary):
             rows.append(position)
             numbers.append(number)
+            feeds.append(feed)
     scale = file.scale(units, "the file does not state its units (G20 or G21)")
     if not rows:
         raise file.error("the file contains no position")
-    return FilePositions(file.path, scale * np.array(rows), tuple(numbers))
+    known = [feed for feed in feeds if feed is not None]
+    return FilePositions(
+        file.path,
+        scale * np.array(rows),
+        tuple(numbers),
+        feeds=scale * np.array(known) if len(known) == len(rows) else None,
+    )
 
 
 def without_comments(line: str) -> str:

@@ -48,26 +48,7 @@ def _is_block(code: str) -> bool:
     return bool(_ASSIGNMENT.match(rest) or (words and all(map(_WORD.fullmatch, words))))
 
 
-def _is_height_grid(lines: list[str]) -> bool:
-    """Three lines x, y, z of minimum, maximum and a count, then a row for each cell (bCNC)."""
-    try:
-        head = [[float(cell) for cell in line.split()] for line in lines[:3]]
-        counts = [int(lines[row].split()[2]) for row in (0, 1)]
-    except (ValueError, IndexError):
-        return False
-    return (
-        all(len(row) == 3 and row[0] <= row[1] for row in head)
-        and min(counts) >= 1
-        and len(lines) - 3 == counts[0] * counts[1]
-        and all(len(line.split()) == 3 for line in lines[3:])
-    )
-
-
-def _is_bed_mesh(lines: list[str]) -> bool:
-    return _is_height_grid(lines) or _BED_MESH(lines)
-
-
-_BED_MESH = _any(
+_IS_BED_MESH = _any(
     r"\bprobe(?: result)? at -?[\d.]+, ?-?[\d.]+ is z=|bed will contact at z=|"
     r"Mesh Leveling Probed Z positions|\[bed_mesh\b|mesh_matrix|probed_matrix|"
     r"\bBed X: ?-?[\d.]+ ?Y: ?-?[\d.]+ ?Z: ?-?[\d.]+|Bilinear Leveling Grid|Bed Topography Report|"
@@ -109,10 +90,11 @@ HEIDENHAIN_LOG = FileFormat(
 BED_MESH = FileFormat(
     name="bed-mesh",
     what="heights of a bed or a board: Klipper, Marlin, RepRapFirmware, autolevelling",
-    recognises=_is_bed_mesh,
-    refusal="this is a mesh of heights, probed along z alone. A correction by direction has "
-    "nothing to correct there: every touch has the same pretravel, which is part of the probe's z "
-    "offset",
+    recognises=_IS_BED_MESH,
+    refusal="this is a mesh of heights, probed along z alone: every touch has the same pretravel, "
+    "which is part of the probe's z offset, and no correction by direction changes the mesh. To "
+    "measure its flatness, write x, y and z of each point as a row of a table, and give the normal "
+    "0,0,1 for all touches when it is read",
 )
 
 _TAGGED = re.compile(

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.files.feature_results import features_table
+from pretravel.files.feature_results import features_table, residuals_table
 from pretravel.measurement.between_features import FeatureRelation, covariance_of_positions
 from pretravel.measurement.conformity import (
     AT_TOUCHED_POINTS,
@@ -133,13 +134,8 @@ def _data(
         for f in measured
         for (i, k), covariance in np.ndenumerate(f.located_covariance)
     ]
-    residuals = [
-        (f.label, label, residual)
-        for f in measured
-        for label, residual in zip(
-            f.points.labels or [""] * len(f.points), f.association.residuals, strict=True
-        )
-    ]
+    residuals = residuals_table(measured)
+    residuals["residual_mm"] = MICROMETRE * np.asarray(residuals.pop("residual_um"))
     return (
         Table.of(features_table(features, relations), "Quantities"),
         Table.of(each, "Features"),
@@ -153,7 +149,7 @@ def _data(
             ("first", "first_coordinate", "second", "second_coordinate", "covariance_mm2"),
             _covariances_between(measured), "Covariances between features",
         ),
-        _rows_data(("feature", "label", "residual_mm"), residuals, "Residuals"),
+        Table.of(residuals, "Residuals"),
     )  # fmt: skip
 
 
@@ -361,26 +357,41 @@ def _relations_table(relations: Sequence[FeatureRelation]) -> Table:
 
 
 def _angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
-    """Half angles, and the uncertainties of directions; None where there are none."""
-    rows: list[tuple[str, str, float, float, float]] = []
+    """Half angles, and directions with their uncertainties; None where there are none."""
+    rows: list[tuple[str, str, FloatArray, tuple[float, float], float]] = []
+    nothing = np.full(3, math.nan)
     for feature in features:
         for quantity in (q for q in feature.quantities if q.angle):
             before = math.nan if quantity.uncompensated is None else quantity.uncompensated
-            rows.append((_name(feature), quantity.name, before, quantity.value, quantity.u))
-        if feature.u_direction is not None:
+            rows.append(
+                (_name(feature), quantity.name, nothing, (before, quantity.value), quantity.u)
+            )
+        direction, u = feature.association.direction, feature.u_direction
+        if direction is not None and u is not None:
             what = "normal" if feature.kind == "plane" else "axis"
             what = "direction" if feature.kind == "line" else what
-            rows.append((_name(feature), what, math.nan, math.nan, feature.u_direction))
+            rows.append((_name(feature), what, direction, (math.nan, math.nan), u))
     if not rows:
         return None
+    angles = [
+        Column.of(name, [row[3][k] / DEGREE for row in rows], "°", decimals(5))
+        for k, name in enumerate(("uncompensated", "compensated"))
+        if not all(math.isnan(row[3][k]) for row in rows)
+    ]
+    components = [
+        Column.of(name, [row[2][i] for row in rows], "", decimals(7))
+        for i, name in enumerate("xyz")
+    ]
     return Table(
         (
             Column.of("feature", [row[0] for row in rows]),
-            Column.of("angle", [row[1] for row in rows]),
-            Column.of("uncompensated", [row[2] / DEGREE for row in rows], "°", decimals(5)),
-            Column.of("compensated", [row[3] / DEGREE for row in rows], "°", decimals(5)),
+            Column.of("direction" if not angles else "angle", [row[1] for row in rows]),
+            *components,
+            *angles,
             Column.of("u", [row[4] / DEGREE for row in rows], "°", decimals(5)),
-        )
+        ),
+        explanation="x, y, z: unit vector of the compensated points. u: of the direction, where it "
+        "is largest.",
     )
 
 
@@ -485,7 +496,13 @@ def _range_text(span: Span) -> str:
 
 def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
     warnings = []
-    if not all(feature.errors.correlation_known for feature in features):
+    if not all(feature.points.state_uncertainty for feature in features):
+        warnings.append(
+            "the points state no uncertainty: u follows from their scatter about the feature "
+            "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
+            "and of the machine; form and noise are not told apart. No tolerance is decided"
+        )
+    elif not all(feature.errors.correlation_known for feature in features):
         warnings.append(
             "the points do not state which errors they have in common (columns shared_…_um, which "
             "files of older versions lack): u is the largest that any correlation allows"
@@ -496,7 +513,9 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "difference between the described probe and yours is not in u, and no tolerance is "
             "decided. Qualify the probe"
         )
-    if any(feature.uncompensated is None for feature in features):
+    if any(
+        feature.uncompensated is None and feature.points.state_uncertainty for feature in features
+    ):
         warnings.append("the file contains neither uncompensated points nor their pretravel")
     elif any(feature.uncompensated_is_rebuilt for feature in features):
         warnings.append(

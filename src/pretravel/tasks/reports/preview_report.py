@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,16 +10,26 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import INCH
-from pretravel.files.file_format import FilePositions, FileReadings
+from pretravel.files.file_format import FeatureResult, FilePositions, FileReadings
 from pretravel.show.document import Column, Document, KeyFigure, Span, Table
 from pretravel.show.formatting import decimals, value_text
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.fitting.plane import fit_plane
+from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
 
 _ROWS = 5
 """First rows that are shown."""
 _ROUND = 0.01
 """Largest share of its radius by which points of a sphere deviate from it."""
 _FEWEST = 9
+_RESULTS = 12
+"""First results of features that are shown."""
+_BETTER = 3.0
+"""A sphere fits this many times better than a plane, in root mean square, where it is one: by
+chance in 0.2 % of flat files with nine points (F test with 1 and 5 degrees of freedom), and less
+with more."""
+_ALONG = 0.996
+"""Cosine from which a normal lies along the radius of a sphere: 5°, a centre that the targets have
+1.3 mm away from that of a ball of 25 mm with its tip. Those in a bore are not along it."""
 
 
 def preview_document(
@@ -59,6 +70,44 @@ def preview_document(
     )
 
 
+def results_document(name: str, results: Sequence[FeatureResult], lacking: str = "") -> Document:
+    """The preview of a file that contains results of features.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    results : sequence of FeatureResult
+    lacking : str
+        What is missing to make touches of it; empty where it contains none.
+
+    Returns
+    -------
+    Document
+    """
+    shown = results[:_RESULTS]
+    table = Table(
+        (
+            Column("feature", tuple(str(result.feature) for result in shown)),
+            Column("quantity", tuple(result.quantity for result in shown)),
+            *(
+                Column.of(word, [getattr(r, word) for r in shown], "", decimals(4))
+                for word in ("nominal", "actual", "deviation")
+            ),
+        ),
+        title="first results (mm, degrees)",
+    )
+    plural = "s" if len(results) > 1 else ""
+    touches = KeyFigure("for touches", lacking)
+    return Document(
+        title=name,
+        verdict=f"{name}: {len(results)} result{plural} of features"
+        + ("" if lacking else ", no touches to compensate"),
+        figures=(touches,) if lacking else (),
+        tables=(table,),
+    )
+
+
 def with_reading_note(document: Document, readings: FileReadings) -> Document:
     """A document with how the files of its touches were understood.
 
@@ -81,8 +130,9 @@ def _missing(unit_known: bool, without_normals: bool) -> list[str]:
         missing.append("the unit of length: state mm or inch")
     if without_normals:
         missing.append(
-            "normals: give the plan that was run, or state their columns; on a "
-            "reference sphere, qualify takes those of the sphere"
+            "normals: give the plan that was run, or the normal that all touches have (heights: "
+            "0,0,1), or state their columns; on a reference sphere, qualify takes those of the "
+            "sphere"
         )
     return missing
 
@@ -91,16 +141,10 @@ def _sphere_figures(
     positions: FloatArray, normals: FloatArray | None, unit: str
 ) -> tuple[KeyFigure, ...]:
     """The sphere on which the positions lie, if it is one."""
-    if len(positions) < _FEWEST:
+    fit = _sphere_of(positions)
+    if fit is None:
         return ()
-    try:
-        fit = fit_sphere(positions)
-    except PretravelError:
-        return ()
-    off = np.linalg.norm(positions - fit.center, axis=1) - fit.radius
-    deviation = float(np.max(np.abs(off)))
-    if deviation > _ROUND * fit.radius:
-        return ()
+    deviation = float(np.max(np.abs(fit.residuals)))
     diameter = 2.0 * fit.radius
     text = f"{diameter:.4f} {unit}".rstrip()
     if not unit:
@@ -112,10 +156,27 @@ def _sphere_figures(
     )
     figures = [KeyFigure("sphere", remark)]
     if normals is not None:
-        outward = np.mean(np.sum((positions - fit.center) * normals, axis=1) > 0.0)
-        words = "out of it" if outward > 0.5 else "INTO it: are they directions of travel?"
+        along = np.sum((positions - fit.center) * normals, axis=1) / fit.radius
+        if np.median(np.abs(along)) < _ALONG:
+            return ()
+        outward = np.mean(along > 0.0) > 0.5
+        words = "out of it" if outward else "INTO it: are they directions of travel?"
         figures.append(KeyFigure("normals", f"they point {words}"))
     return tuple(figures)
+
+
+def _sphere_of(positions: FloatArray) -> SphereFit | None:
+    """The sphere that positions determine; None where they are as flat as they are round."""
+    if len(positions) < _FEWEST:
+        return None
+    try:
+        flat, fit = fit_plane(positions), fit_sphere(positions)
+    except PretravelError:
+        return None
+    scatter, across = (np.linalg.norm(each.residuals) for each in (fit, flat))
+    if np.max(np.abs(fit.residuals)) > _ROUND * fit.radius or across < _BETTER * scatter:
+        return None
+    return fit
 
 
 def _first_rows(found: FileReadings | FilePositions, positions: FloatArray, unit: str) -> Table:

@@ -109,10 +109,16 @@ def fit_sphere(points: npt.ArrayLike) -> SphereFit:
             f"the {name} fit did not converge: these points do not look like a {name}"
         )
     jacobian = _jacobian(q, found)
+    try:
+        cofactor = np.linalg.inv(jacobian.T @ jacobian)
+    except np.linalg.LinAlgError:
+        raise ConvergenceError(
+            f"these points are so flat that they do not determine the {name}'s centre"
+        ) from None
     return SphereFit(
         center=frozen(middle + scale * found[:-1]),
         radius=float(found[-1] * scale),
-        cofactor=frozen(np.linalg.inv(jacobian.T @ jacobian)),
+        cofactor=frozen(cofactor),
         residuals=frozen(_distances(q, found) * scale),
         dof=count - dimension - 1,
     )

@@ -1,0 +1,130 @@
+"""Where a part lies in the machine, as a file of `pretravel align`."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement, PlacementErrors, checked_rotation, typed_placement
+from pretravel.base.json_text import parsed_json
+from pretravel.base.whole_file import write_text
+from pretravel.files.source_file import Source, SourceFile, opened
+
+SCHEMA = "pretravel placement"
+VERSION = 1
+_SIZES: dict[str, tuple[int | None, ...]] = {
+    "rotation": (3, 3), "shift_mm": (3,), "about_mm": (3,), "covariance": (6, 6),
+    "undetermined": (6, None),
+}  # fmt: skip
+
+
+def write_placement(
+    path: str | Path, placement: Placement, *, part: str = "", touches: str = "", note: str = ""
+) -> None:
+    """Write a placement as JSON, with its uncertainty where it was measured.
+
+    Parameters
+    ----------
+    path : str or Path
+    placement : Placement
+    part, touches : str
+        Names of the files that it comes from.
+    note : str
+        What is not determined, in words.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "place.json"
+    >>> write_placement(path, Placement(shift=np.array([1.0, 2.0, 3.0])))
+    >>> read_placement(path).shift.tolist()
+    [1.0, 2.0, 3.0]
+    """
+    content: dict[str, Any] = {
+        "schema": SCHEMA,
+        "version": VERSION,
+        "part": part,
+        "touches": touches,
+        "place": typed_placement(placement),
+        "rotation": np.asarray(placement.rotation).tolist(),
+        "shift_mm": np.asarray(placement.shift).tolist(),
+    }
+    errors = placement.errors
+    if errors is not None:
+        content |= {
+            "about_mm": np.asarray(errors.about).tolist(),
+            "covariance": np.asarray(errors.covariance).tolist(),
+            "undetermined": np.asarray(errors.undetermined).tolist(),
+            "undetermined_in_words": note,
+        }
+    text = json.dumps(content, indent=1)
+    # A row of numbers stands in one line.
+    write_text(path, re.sub(r"\[[^\[\]]*\]", lambda row: " ".join(row[0].split()), text) + "\n")
+
+
+def read_placement(source: Source) -> Placement:
+    """Read a placement that `write_placement` wrote.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Returns
+    -------
+    Placement
+
+    Raises
+    ------
+    InputError
+        It is no placement, or one of another version; a value is missing or is no number.
+    """
+    file = opened(source)
+    try:
+        content = parsed_json(file.content)
+    except ValueError as error:
+        raise file.error(f"this is not a placement: {error!s:.120}") from None
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        raise file.error(
+            f"this is not a placement (the key schema is not '{SCHEMA}'); pretravel align writes "
+            "them",
+            inputs=("place",),
+        )
+    if content.get("version") != VERSION:
+        raise file.error(f"the version is {content.get('version')!r:.40}; {VERSION} is read")
+    values = {name: _numbers(file, content, name) for name in _SIZES if name in content}
+    for name in ("rotation", "shift_mm"):
+        if name not in values:
+            raise file.error(f"the key {name} is missing")
+    with file.named_in_errors():
+        errors = None
+        if "covariance" in values:
+            missing = [name for name in ("about_mm", "undetermined") if name not in values]
+            if missing:
+                raise PretravelError(f"the key {missing[0]} is missing")
+            errors = PlacementErrors(
+                values["covariance"], values["about_mm"], values["undetermined"]
+            )
+        return Placement(checked_rotation(values["rotation"]), values["shift_mm"], errors)
+
+
+def _numbers(file: SourceFile, content: dict[str, Any], name: str) -> FloatArray:
+    wanted = _SIZES[name]
+    try:
+        found = np.array(content[name], dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise file.error(f"the key {name} contains something that is no number") from None
+    if name == "undetermined" and found.size == 0:
+        found = np.zeros((6, 0))
+    fits = found.ndim == len(wanted) and all(
+        want is None or want == size for want, size in zip(wanted, found.shape, strict=True)
+    )
+    if not fits or not np.all(np.isfinite(found)):
+        raise file.error(
+            f"the key {name} has the shape {found.shape}; it must have "
+            f"{' x '.join('k' if size is None else str(size) for size in wanted)} finite numbers"
+        )
+    return frozen(found)

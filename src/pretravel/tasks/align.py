@@ -1,0 +1,333 @@
+"""Align a part: where it lies in the machine, from touches on its faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import TIP_BALL
+from pretravel.tasks.fields import (
+    Reported,
+    TouchFilesWithFeed,
+    existing,
+    output,
+    placement_files,
+    with_reading,
+)
+from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
+
+if TYPE_CHECKING:
+    from pretravel.base.arrays import FloatArray
+    from pretravel.base.frames import Placement
+    from pretravel.files.file_format import FileReadings
+    from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.measurement.alignment import Alignment, Datum, TipCentres
+    from pretravel.show.document import Document
+    from pretravel.surface.cad.part import Part
+
+_LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
+_MOST_LISTED = 8
+
+
+class Align(TouchFilesWithFeed, Reported):
+    """Determine where a part lies in the machine, from touches on its faces.
+
+    Touches need no normals: those of the faces are taken, and the pretravel is solved together with
+    the placement. Without a start and a plan the placement is searched for from nothing.
+    """
+
+    name = "align"
+    group = "Measure"
+    example = (
+        "pretravel align touches.csv --part part.step --map map.json -o place.json "
+        "--points points.csv"
+    )
+
+    part: Annotated[Path, Field(help="The part: .step, .stp, .igs or .iges.", reads=True)]
+    map_file: Annotated[
+        str | None,
+        Field(
+            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name "
+            "or .toml). Without it the tip's radius alone is taken off.",
+            option="--map",
+            label="Map",
+            reads=existing,
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm; the default is that of the map.",
+            range=TIP_BALL,
+            label="Diameter of the tip",
+            hint="Empty: that of the map",
+        ),
+    ] = None
+    start: Annotated[
+        str | None,
+        Field(
+            help="Approximate placement of the part: x,y,z in mm, then turns about the machine's "
+            "axes in degrees, or a file of pretravel align. Without it: from the targets of a "
+            "plan, or searched for.",
+            metavar="X,Y,Z,A,B,C",
+            reads=placement_files,
+        ),
+    ] = None
+    datum: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Faces of a datum, by number or name: A=3, then B=7,8, in the order of the "
+            "drawing. Without it: best fit on all touched faces.",
+            metavar="NAME=FACES",
+            label="Datums",
+            hint="A=3 B=7,8: numbers of faces, in the order of the drawing",
+        ),
+    ] = ()
+    free: Annotated[
+        str,
+        Field(
+            help="Motions that are determined: shifts x, y, z and turns a, b, c about x, y, z of "
+            "the machine.",
+            metavar="x,y,z,a,b,c",
+        ),
+    ] = "x,y,z,a,b,c"
+    extrapolate: Annotated[
+        bool,
+        Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
+    ] = False
+    points: Annotated[
+        Path | None,
+        Field(
+            help="Compensated points in the frame of the part, for measure: .csv, .parquet, .json, "
+            ".nc, .qif, .msr.",
+            writes=(".csv",),
+            label="Points in the frame of the part",
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output(
+            "Placement with its uncertainty, for --place: .json; or a page, .html or .pdf.",
+            ".json",
+            *PAGES,
+        ),
+    ] = None
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Points are written in each format that is known."""
+        from pretravel.files.point_files import point_endings
+
+        return tuple(point_endings()) if output == "points" else super().endings(output)
+
+    def run(self, progress: Progress = SILENT) -> AlignedPart:
+        """Read touches, part and map, and determine the placement."""
+        from pretravel.surface.cad.part_file import read_part
+
+        pretravel_map = self.pretravel_map()
+        with progress.working(f"reading {self.part.name}"):
+            part = read_part(self.part)
+        readings = self._readings(progress, pretravel_map)
+        with progress.working(f"aligning {len(readings.touches)} touches"):
+            return self.aligned(readings, part, pretravel_map)
+
+    def pretravel_map(self) -> PretravelMap:
+        """The map, in the axes of the machine; the tip's radius alone where there is none."""
+        from pretravel.measurement.alignment import radius_alone
+        from pretravel.tasks.map_argument import map_or_prediction
+
+        if self.map_file is not None:
+            return map_or_prediction(self.map_file, tip_diameter=self.tip_diameter)
+        if self.tip_diameter is None:
+            raise PretravelError(
+                "the map, or the tip's diameter, is needed: the touches are tip centres",
+                inputs=("map", "tip_diameter"),
+            )
+        return radius_alone(0.5 * self.tip_diameter)
+
+    def _readings(self, progress: Progress, pretravel_map: PretravelMap) -> FileReadings:
+        from dataclasses import replace
+
+        import numpy as np
+
+        def unknown(tip_centres: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+            del labels
+            return np.tile([0.0, 0.0, 1.0], (len(tip_centres), 1))
+
+        options = self.reading_options(
+            tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
+        )
+        return self.read_with(replace(options, normals_from=unknown), progress).in_machine_axes()
+
+    def aligned(
+        self, readings: FileReadings, part: Part, pretravel_map: PretravelMap
+    ) -> AlignedPart:
+        """Align touches that have been read.
+
+        Parameters
+        ----------
+        readings : FileReadings
+            In the axes of the machine; their normals are directions of approach alone.
+        part : Part
+        pretravel_map : PretravelMap
+
+        Raises
+        ------
+        PretravelError
+            Several placements explain the touches, or none does.
+        """
+        from pretravel.measurement.alignment import TipCentres, align
+
+        tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
+        extrapolate = self.extrapolate or self.map_file is None
+        start, found_from = self._start(tips), "the start"
+        if start is None:
+            start = self._found(tips, part, pretravel_map, extrapolate=extrapolate)
+            found_from = "the touches alone"
+        elif self.start is None:
+            found_from = "the targets of the touches"
+        alignment = align(
+            tips,
+            part,
+            pretravel_map,
+            start,
+            datums=self.datums(part),
+            free=self._free(),
+            extrapolate=extrapolate,
+        )
+        return AlignedPart(self, readings, alignment, found_from)
+
+    def _start(self, tips: TipCentres) -> Placement | None:
+        """The start that is stated, or that of the targets; None where there is none."""
+        from pretravel.base.frames import parse_placement
+        from pretravel.files.placement_file import read_placement
+        from pretravel.measurement.alignment import placement_onto
+
+        if self.start is not None:
+            files = placement_files(self.start)
+            return read_placement(files[0]) if files else parse_placement(self.start)
+        if tips.nominal_points is None or len(tips) < 3:
+            return None
+        return placement_onto(tips.nominal_points, tips.positions)
+
+    def _found(
+        self, tips: TipCentres, part: Part, pretravel_map: PretravelMap, *, extrapolate: bool
+    ) -> Placement:
+        """The one placement that explains the touches."""
+        from pretravel.base.frames import typed_placement
+        from pretravel.measurement.alignment_search import found_placements
+
+        found = found_placements(tips, part, pretravel_map, extrapolate=extrapolate)
+        if not found:
+            raise PretravelError(
+                f"no placement of {self.part.name} explains the touches. Is it the right part, in "
+                "mm, and are these tip centres? State an approximate placement",
+                inputs=("start",),
+            )
+        if len(found) == 1:
+            return found[0].placement
+        listed = "\n".join(
+            f"  {typed_placement(each.placement)}   (residuals {1e3 * each.scatter:.1f} µm)"
+            for each in found[:_MOST_LISTED]
+        )
+        more = "\n  …" if len(found) > _MOST_LISTED else ""
+        raise PretravelError(
+            f"{len(found)} placements explain the touches: the part is symmetric, or the touches "
+            f"are too few to tell them apart. State the right one as the start:\n{listed}{more}",
+            inputs=("start",),
+        )
+
+    def datums(self, part: Part) -> list[Datum]:
+        """The datums, with the indices of their faces.
+
+        Raises
+        ------
+        PretravelError
+            A datum without faces, or faces that the part does not have.
+        """
+        from pretravel.measurement.alignment import Datum
+
+        found = []
+        for text in self.datum:
+            name, sign, faces = text.partition("=")
+            words = [word.strip() for word in faces.split(",") if word.strip()]
+            if not (sign and name.strip() and words):
+                raise PretravelError(
+                    f"datum '{text}': expected a name and its faces, for example A=3 or B=7,8",
+                    inputs=("datum",),
+                )
+            chosen = [index for word in words for index in part.select(word).chosen]
+            found.append(Datum(name.strip(), tuple(chosen)))
+        return found
+
+    def _free(self) -> tuple[str, ...]:
+        letters = [word.strip() for word in self.free.split(",") if word.strip()]
+        unknown = [letter for letter in letters if letter not in _LETTERS]
+        if unknown or not letters:
+            raise PretravelError(
+                f"the free motions are '{self.free}'; they are some of x,y,z (shifts) and a,b,c "
+                "(turns about x, y, z)",
+                inputs=("free",),
+            )
+        return tuple(_LETTERS[letter] for letter in letters)
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedPart(Result):
+    """A part with its placement in the machine.
+
+    Attributes
+    ----------
+    task : Align
+    readings : FileReadings
+    alignment : Alignment
+    found_from : str
+        Where the search began.
+    """
+
+    task: Align
+    readings: FileReadings
+    alignment: Alignment
+    found_from: str
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.reports.alignment_report import alignment_document
+
+        task = self.task
+        return alignment_document(
+            self.alignment,
+            touches_name=task.touches_name,
+            found_from=self.found_from,
+            datums=task.datum,
+            warnings=self.readings.notes(),
+        )
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the placement, or the points in the frame of the part."""
+        task, alignment = self.task, self.alignment
+        if output == "points":
+            from pretravel.files.point_files import write_points
+            from pretravel.measurement.alignment import points_in_part
+
+            write_points(
+                path,
+                points_in_part(alignment),
+                f"{task.touches_name} aligned on {task.part.name}, in the frame of the part",
+                nominal_points=alignment.feet.local.point,
+            )
+            return
+        from pretravel.files.placement_file import write_placement
+
+        write_placement(
+            path,
+            alignment.measured_placement,
+            part=task.part.name,
+            touches=task.touches_name,
+            note="; ".join(alignment.undetermined_motions),
+        )
