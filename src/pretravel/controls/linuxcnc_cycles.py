@@ -16,12 +16,15 @@ _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_pocket": ("square.ngc", False),
     "pretravel_web": ("square.ngc", True),
     "pretravel_edge": ("pretravel_edge.ngc", False),
+    "pretravel_surface": ("pretravel_surface.ngc", False),
+    "pretravel_angle": ("pretravel_angle.ngc", False),
+    "pretravel_corner": ("pretravel_corner.ngc", True),
 }
 """Template of each cycle, and whether it touches from outside, with moves above the part."""
 
 
 def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
-    """Cycles that measure a bore, boss, pocket, web or edge with the subroutines of a map.
+    """Cycles that measure a bore, boss, pocket, web, edge, face, angle or corner with a map.
 
     Parameters
     ----------

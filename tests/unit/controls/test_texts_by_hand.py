@@ -229,7 +229,10 @@ class TestHeads:
     def test_the_subroutines_of_a_map(self) -> None:
         """Those of the cycles and of the sphere are among them; a table only where it is needed,
         from parameter 1050 on, or from the one that is chosen."""
-        cycles = {f"pretravel_{name}.ngc" for name in ("bore", "boss", "pocket", "web", "edge")}
+        cycles = {
+            f"pretravel_{name}.ngc"
+            for name in ("bore", "boss", "pocket", "web", "edge", "surface", "angle", "corner")
+        }
         own = {f"pretravel_{name}.ngc" for name in
                ("lookup", "compensate", "identity", "radius", "point", "head")}  # fmt: skip
         others = {
