@@ -329,6 +329,7 @@ class _Reader:
             return angle if self.call.control.signed_atan else angle % 360.0
         functions: dict[str, Callable[[float], float]] = {
             "SQRT": math.sqrt, "ABS": abs, "FIX": math.trunc,
+            "SIN": lambda a: math.sin(math.radians(a)), "COS": lambda a: math.cos(math.radians(a)),
         }  # fmt: skip
         if name not in functions:
             raise MacroSyntaxError(f"{name} is not a function of all controls")

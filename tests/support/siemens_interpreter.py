@@ -30,6 +30,8 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
     "SQRT": math.sqrt,
     "ABS": abs,
     "TRUNC": math.trunc,
+    "SIN": lambda angle: math.sin(math.radians(angle)),
+    "COS": lambda angle: math.cos(math.radians(angle)),
     "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)),
 }
 

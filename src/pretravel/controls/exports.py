@@ -20,15 +20,16 @@ from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
 from pretravel.controls.lookup import describe_form
-from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.controls.macro_b import (
     FANUC,
     MacroDialect,
     fanuc_macro,
+    macro_formula,
     renishaw_variables,
 )
-from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle
+from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle, siemens_formula
 from pretravel.maps.pretravel_map import PretravelMap
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
@@ -52,7 +53,7 @@ class ExportSettings:
     tolerance : float
         Largest deviation of an interpolated table from the map. [mm]
     form : str
-        For LinuxCNC: formula, table, or auto (the formula where the map has one).
+        Formula, table, or auto: on LinuxCNC the formula where the map has one, else a table.
     criterion : str
         For vector radii; see `pretravel.maps.sector_tables.resampled_sectors`.
     template : str, optional
@@ -193,11 +194,7 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
         texts = subroutines(pretravel_map, exact)
         return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),))
     if settings.form == "formula":
-        raise PretravelError(
-            f"a map of kind {pretravel_map.kind} has no formula for a control; export it "
-            "as a table",
-            inputs=("form",),
-        )
+        _own_formula(pretravel_map)
     table = lookup_table(
         pretravel_map,
         tolerance=settings.tolerance,
@@ -208,6 +205,18 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
         remarks=(describe_form(table),),
         warnings=_coarse_table_warnings(table, settings.tolerance),
     )
+
+
+def _own_formula(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats:
+    """The formula of a map, where it has one."""
+    form = exact_lookup(pretravel_map)
+    if form is None:
+        raise PretravelError(
+            f"a map of kind {pretravel_map.kind} has no formula for a control; export it "
+            "as a table",
+            inputs=("form",),
+        )
+    return form
 
 
 def _renishaw(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
@@ -231,6 +240,11 @@ def _macro_files(
     dialect: MacroDialect,
     programs: Callable[[PretravelMap, LookupTable, TableSettings], dict[str, str]],
 ) -> ExportedFiles:
+    if settings.form == "formula":
+        form = _own_formula(pretravel_map)
+        texts = macro_formula(pretravel_map, form, settings.table, dialect)
+        (lookup,) = texts.values()
+        return ExportedFiles(texts, remarks=_remarks(lookup))
     base = dialect.base if settings.base is None else settings.base
     # One variable contains the number of the table.
     most_values = min(dialect.room(base) - 1, _MOST_MACRO_B)
@@ -240,6 +254,9 @@ def _macro_files(
 
 
 def _siemens(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    if settings.form == "formula":
+        texts = siemens_formula(pretravel_map, _own_formula(pretravel_map), settings.table)
+        return ExportedFiles(texts, ("PRETRAVEL_TABLE.SPF",), _remarks(texts["PRETRAVEL.SPF"]))
     table = lookup_table(
         pretravel_map, tolerance=settings.tolerance, most_values=MOST_SIEMENS_VALUES
     )
@@ -286,7 +303,7 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
     warning = (
         f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
         f"than the tolerance of {tolerance / MICROMETRE:g} µm: there are too few variables for a "
-        "finer table"
+        "finer table. The formula of the map, where it has one, needs no table"
     )
     return (warning,)
 
@@ -299,9 +316,9 @@ TO_LINUXCNC = Control(
 TO_RENISHAW = Control(
     _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
 )
-TO_FANUC = Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program"})
-TO_HAAS = Control(_haas, folder=True, options=_OF_TABLES | {"base", "program"})
-TO_SIEMENS = Control(_siemens, folder=True, options=_OF_TABLES)
+TO_FANUC = Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program", "form"})
+TO_HAAS = Control(_haas, folder=True, options=_OF_TABLES | {"base", "program", "form"})
+TO_SIEMENS = Control(_siemens, folder=True, options=_OF_TABLES | {"form"})
 TO_HEIDENHAIN = Control(_heidenhain, options=frozenset({"template", "azimuth"}))
 TO_RADII = Control(_radii)
 

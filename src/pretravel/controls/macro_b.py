@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
+from pretravel.controls.control_formula import formula_values
 from pretravel.controls.control_table import (
     TableSettings,
     check_radii,
     control_table,
     feed_statement,
     map_statement,
-    plain_number,
     table_statements,
 )
-from pretravel.controls.gcode import render
+from pretravel.controls.gcode import plain_number, render
+from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
 from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.pretravel_map import PretravelMap
@@ -271,6 +272,28 @@ def fanuc_macro(
         The variables do not belong to the user.
     """
     return macro_programs(pretravel_map, form, settings or TableSettings(), FANUC)
+
+
+def macro_formula(
+    pretravel_map: PretravelMap,
+    form: LookupSeries | LookupSeats,
+    settings: TableSettings,
+    dialect: MacroDialect,
+) -> dict[str, str]:
+    """One program that computes the map by its formula, without a table: see `fanuc_macro`."""
+    first = dialect.program if settings.program is None else settings.program
+    _check_program(first, 2)
+    name = f"{first + 1:0{dialect.digits}d}"
+    text = render(
+        "macro_b/formula.nc",
+        **formula_values(pretravel_map, form, settings),
+        verified=dialect.verified,
+        second=name,
+        call=first + 1,
+        unit_code=_UNIT_CODES[settings.units],
+        angles=dialect.angles,
+    )
+    return {f"O{name}.nc": text}
 
 
 def macro_programs(

@@ -117,8 +117,9 @@ class Export(Task):
     form: Annotated[
         Literal["auto", "formula", "table"] | None,
         Field(
-            help="linuxcnc: formula (exact: harmonic, mean and physical maps), table "
-            "(interpolated) or auto (default).",
+            help="linuxcnc, fanuc, haas, siemens: formula (exact: harmonic, mean and physical "
+            "maps; no table), table (interpolated) or auto (default: on linuxcnc the formula, "
+            "else a table).",
             words={
                 "": "Usual: automatic",
                 "auto": "Automatic",

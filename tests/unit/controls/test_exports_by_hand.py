@@ -15,8 +15,9 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.controls import exports, heidenhain
 from pretravel.controls.axis_radii import axis_radii
-from pretravel.controls.control_table import TableSettings, check_radii, control_table, plain_number
+from pretravel.controls.control_table import TableSettings, check_radii, control_table
 from pretravel.controls.exports import CONTROLS, ExportedFiles, ExportSettings, table_travel
+from pretravel.controls.gcode import plain_number
 from pretravel.controls.haas import HAAS
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup import Band, supported_band
@@ -70,9 +71,9 @@ class TestControls:
         expected = {
             "linuxcnc": (True, True, {"base", "form", "tolerance", "tool"}),
             "renishaw": (False, False, {"base", "program", "units", "angles", "criterion"}),
-            "fanuc": (True, False, tables | {"base", "program"}),
-            "haas": (True, False, tables | {"base", "program"}),
-            "siemens": (True, False, tables),
+            "fanuc": (True, False, tables | {"base", "program", "form"}),
+            "haas": (True, False, tables | {"base", "program", "form"}),
+            "siemens": (True, False, tables | {"form"}),
             "heidenhain": (False, False, {"template", "azimuth"}),
             "radii": (False, False, set()),
         }

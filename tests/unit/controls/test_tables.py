@@ -15,8 +15,9 @@ from pretravel.base.directions import fibonacci_cap, from_angles, ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
-from pretravel.controls.control_table import TableSettings, check_radii, plain_number
+from pretravel.controls.control_table import TableSettings, check_radii
 from pretravel.controls.exports import CONTROLS, ExportSettings
+from pretravel.controls.gcode import plain_number
 from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup_table import LookupTable, lookup_table
