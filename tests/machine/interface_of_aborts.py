@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """A user interface of the simulated machine that aborts a program again and again.
 
-For each run in PRETRAVEL_ABORTS (JSON: a list of {"before": MDI lines, "how": …, "after_s": …}) it
-sets modes, starts the program, aborts it (Esc), presses the emergency stop, or switches the machine
-off, and brings the machine back. The state before and after goes to PRETRAVEL_STATES (JSON).
+For each run in PRETRAVEL_ABORTS (JSON: a list of {"before": MDI lines, "how": …, "after_s": …},
+with "mdi": a line in place of the program) it sets modes, starts the program, aborts it (Esc),
+presses the emergency stop, or switches the machine off, and brings the machine back. The state
+before and after goes to PRETRAVEL_STATES (JSON).
 """
 
 import json
@@ -96,10 +97,14 @@ class Runs:
         probe_off(False)
         before = state(self.status)
         said(self.channel)
-        self.mode(linuxcnc.MODE_AUTO)
-        self.command.program_open(program)
-        self.command.wait_complete(5.0)
-        self.command.auto(linuxcnc.AUTO_RUN, 0)
+        if "mdi" in run:
+            self.mode(linuxcnc.MODE_MDI)
+            self.command.mdi(run["mdi"])
+        else:
+            self.mode(linuxcnc.MODE_AUTO)
+            self.command.program_open(program)
+            self.command.wait_complete(5.0)
+            self.command.auto(linuxcnc.AUTO_RUN, 0)
         until(self.status, lambda: self.status.interp_state != linuxcnc.INTERP_IDLE, "begin")
         time.sleep(run["after_s"])
         self.status.poll()

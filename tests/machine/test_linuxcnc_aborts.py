@@ -138,3 +138,15 @@ class TestAborts:
         (tmp_path / "program.ngc").write_text(text)
         needed = ("G54 G90 G94 F12", "T1 M6", "G43")
         assert len(checked(tmp_path, random_runs(seed, count, 6.0, needed))) > 0.7 * count
+
+    @pytest.mark.parametrize(
+        ("seed", "count"), [(5, 3), pytest.param(6, 20, marks=pytest.mark.slow)]
+    )
+    def test_a_cycle_that_is_called_by_mdi(self, tmp_path: Path, seed: int, count: int) -> None:
+        installed(tmp_path, tool=1)
+        (tmp_path / "program.ngc").write_text("M2\n")
+        needed = ("G21 G54 G90 G94 F12", "T1 M6", "G43")
+        runs = random_runs(seed, count, 6.0, needed)
+        for run in runs:
+            run["mdi"] = "o<pretravel_sphere> call [0] [0] [0] [25] [6] [600] [8] [4] [0] [12000]"
+        assert len(checked(tmp_path, runs)) > 0.7 * count

@@ -8,6 +8,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.controls.gcode import render
+from pretravel.controls.linuxcnc_state import HANDLER
 from pretravel.controls.machine import Machine, work_turn
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
@@ -79,6 +80,7 @@ def linuxcnc_program(
         identity=identity,
         allow_misses=allow_misses,
         written=written,
+        handler=HANDLER,
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,
         ways=[_moves(way, machine) for way in program.ways],
         leave=_moves(program.leave, machine),

@@ -304,6 +304,7 @@ def _planned(
     allow_misses: bool = False,
 ) -> PlannedProgram:
     from pretravel.controls.linuxcnc_program import linuxcnc_program
+    from pretravel.controls.linuxcnc_state import HANDLER
     from pretravel.files.map_file import read_map
 
     pretravel_map = None if compensated is None else read_map(compensated)
@@ -318,6 +319,7 @@ def _planned(
     where = f"they are logged to {task.log_name} beside the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
+        f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",
         *(f"checked: {statement}" for statement in program.checked),
     ]
     warnings = []
