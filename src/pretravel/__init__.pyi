@@ -38,6 +38,8 @@ from .laboratory.multi_step_readings import MultiStepReadings as MultiStepReadin
 from .laboratory.multi_step_readings import RepeatedPair as RepeatedPair
 from .laboratory.rig import RigTouch as RigTouch
 from .laboratory.rig import RigTrace as RigTrace
+from .laboratory.rig_budget import abbe_error as abbe_error
+from .laboratory.rig_budget import thermal_components as thermal_components
 from .laboratory.rig_calibration import RigCalibration as RigCalibration
 from .laboratory.rig_calibration import calibrate_rig as calibrate_rig
 from .laboratory.rig_events import rig_touch as rig_touch
@@ -65,6 +67,16 @@ from .measurement.points import Points as Points
 from .measurement.tolerances import FeatureTolerances as FeatureTolerances
 from .measurement.tolerances import inspect_feature as inspect_feature
 from .prediction.catalogue import load_probe as load_probe
+from .prediction.compliance.ren import RenPretravel as RenPretravel
+from .prediction.compliance.ren import RenProbe as RenProbe
+from .prediction.compliance.ren import RenSeats as RenSeats
+from .prediction.compliance.ren import RenTerms as RenTerms
+from .prediction.compliance.ren import ren_pretravel as ren_pretravel
+from .prediction.compliance.ren import ren_terms_of as ren_terms_of
+from .prediction.compliance.ren import ren_trigger_force as ren_trigger_force
+from .prediction.compliance.wozniak import WozniakPretravel as WozniakPretravel
+from .prediction.compliance.wozniak import WozniakProbe as WozniakProbe
+from .prediction.compliance.wozniak import wozniak_pretravel as wozniak_pretravel
 
 # virtual branch
 from .prediction.description import Probe as Probe

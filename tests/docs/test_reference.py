@@ -46,7 +46,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
     "Cycles with seat friction": (
         ("hysteresis", "omp40-2", "--model", "analytic", "--friction", 0.1, "--azimuth", 0),
     ),
-    "Results of a rig": (("rig", RIG),),
+    "Results of a rig": (("rig", RIG), ("rig", RIG, "--probe", "omp40-2")),
     "Readings for a separation": (
         ("separation-plan", "--directions", 6, "--variance", 0.4, "--u-systematic", 0.3),
     ),
@@ -63,9 +63,10 @@ OPTIONS = {"Residuals of features": "--residuals"}
 NOT_WRITTEN_HERE = {
     "Trace of a rig": "read alone",
     "Budget of a rig": "read alone",
+    "Check of a ruler": "read alone",
     "Results of features": "the print-outs of controls: tests/unit/files",
 }
-ELSEWHERE = {"Touches": {"spindle_deg"}}
+ELSEWHERE = {"Touches": {"spindle_deg"}, "Faces of a part": {"part"}}
 """Columns that no command of this test writes."""
 
 

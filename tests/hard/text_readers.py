@@ -21,15 +21,15 @@ from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
 from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_directions, read_readings
-from pretravel.files.rig_csv import read_budget, read_rig_trace
-from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.files.rig_csv import read_budget, read_rig_trace, read_scale_check
+from pretravel.files.separation_csv import read_multi_step_readings, read_touch_scatter
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_plan, read_targets
 from pretravel.prediction.catalogue import description_text, load_probe, rewritten
 from pretravel.show.page_content import picture_figures
 from pretravel.show.result_file import read_result, result_values
 from pretravel.surface.cad.iges_reader import _entity_types
-from pretravel.surface.cad.step_text import with_names
+from pretravel.surface.cad.step_text import faces_in_text, with_names
 from pretravel.surface.shapes import Sphere
 from pretravel.tasks.reports.history_report import history_columns, history_document
 from tests.support.control_logs import GRBL_OPTIONS, REFUSED_FILES, SAMPLES
@@ -122,6 +122,11 @@ def _shop_table(content: bytes) -> object:
     return None
 
 
+def _step_text(content: bytes) -> object:
+    """What is done with the text of a STEP file before the kernel reads it."""
+    return faces_in_text(with_names(content)[0])
+
+
 def _joined_table(content: bytes) -> object:
     """A table with labels and feeds, joined in each way, and with one normal."""
     file = SourceFile(_NAME, content)
@@ -195,6 +200,19 @@ def _example(*names: str) -> tuple[bytes, ...]:
     """Files of the examples, the first lines of long ones."""
     lines = [(EXAMPLES / name).read_bytes().splitlines(keepends=True) for name in names]
     return tuple(b"".join(rows[:40]) for rows in lines)
+
+
+def _separation_result() -> bytes:
+    """The part of a result of `separate` that is read of it."""
+    azimuth = [0.0, 90.0, 180.0, 270.0]
+    columns = {
+        "kind": ["machine"] * 4 + ["probe"] * 4,
+        "variance_um2": [0.2, 0.3, 0.2, 0.1, 0.4, 0.3, 0.5, 0.4],
+        "azimuth_deg": azimuth + azimuth,
+    }
+    table = [{"name": name, "values": values} for name, values in columns.items()]
+    content = {"document": {"data": [{"title": "Directions", "columns": table}]}}
+    return json.dumps(content).encode()
 
 
 def _short_trace() -> bytes:
@@ -275,11 +293,26 @@ TEXT_READERS: tuple[Reader, ...] = (
         at_a_path(read_rig_trace, "rig_000_1.csv"),
         (_short_trace(),),
     ),
+    Reader(
+        "rig-scale",
+        at_a_path(read_scale_check, "scale.csv"),
+        (
+            b"scale_mm,reference_mm,run\n"
+            + b"".join(
+                b"%.3f,%.6f,%d\n" % (0.05 * k, 0.05 * k + 1e-6 * (k % 5), k % 2) for k in range(40)
+            ),
+        ),
+    ),
     Reader("rig-budget", at_a_path(read_budget, "budget.csv"), _example("rig_budget.csv")),
     Reader(
         "multi-step",
         at_a_path(read_multi_step_readings, "readings.csv"),
         _example("redundancy_24x24.csv"),
+    ),
+    Reader(
+        "separation",
+        at_a_path(read_touch_scatter, "separation.json"),
+        (_separation_result(),),
     ),
     Reader("machine", at_a_path(read_machine, "mill.toml"), _machine_samples(), _TOML_WORDS),
     Reader(
@@ -319,7 +352,7 @@ TEXT_READERS: tuple[Reader, ...] = (
         (HISTORY.read_bytes(),),
         (b"NaN", b"1e999", b"null", b"true", b"[" * 2000, b"9" * 5000, b'"\\ud800"', b"9999-12-31"),
     ),
-    Reader("step-text", with_names, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
+    Reader("step-text", _step_text, (_STEP,), (b"/*", b"*/", b"'", b"$", b"=PLANE(", b"(" * 50)),
     Reader(
         "iges-text",
         at_a_path(_entity_types, "part.igs"),

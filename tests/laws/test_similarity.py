@@ -153,9 +153,10 @@ def test_a_separation_is_in_the_unit_of_its_readings(method: Method, factor: flo
         assert theirs == pytest.approx(factor**2 * mine, rel=1e-5, abs=1e-6 * factor**2 * 1e-6)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["reml", "least-squares"])
 def test_systematic_errors_do_not_change_variances(method: Method) -> None:
-    """What machine and probe add in every reading is separated, whatever it is."""
+    """What machine and probe add in every reading is separated, whatever it is. The equations of
+    the paper, as printed, do not obey this law (`tests/validation/test_nafi_mayer_2011.py`)."""
     own = _separated(method)
     machine, probe = 0.02 * np.cos(3.0 * np.arange(COUNT)), 0.05 * np.arange(COUNT) / COUNT
     errors = _errors() + machine[ROW] + probe[COLUMN]

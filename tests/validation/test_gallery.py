@@ -159,3 +159,41 @@ def test_nafi_mayer_figures_4_and_5(script: Any) -> None:
     spectrum = np.abs(np.fft.rfft(result.probe_error - result.probe_error.mean()))
     assert int(np.argmax(spectrum)) == 3
     assert len(names["draw"](result).axes) == 4
+
+
+def test_ren_figure_6(script: Any) -> None:
+    """The crossover by a search in numpy: 18 mm, 2 mm, 200 GPa; 1.5, 0.9744, balls of 1 mm."""
+    names = script("plot_ren_fig_6_terms.py")
+    terms = names["compute"]()
+    assert_the_number(names, terms)
+    force = np.geomspace(1e-5, 1e-2, 200_001)
+    bending = force * 18.0**3 * 64.0 / (3.0 * np.pi * 200e3 * 2.0**4)
+    rotation = 1.5 * 0.655 * 0.9744 * np.cbrt((2.0 / 200e3) ** 2 * 3.0 * force**2)
+    crossing = force[np.argmax(bending > rotation)]
+    assert names["stated"](terms) == pytest.approx(1e3 * crossing, rel=1e-4)
+    assert len(names["draw"](terms).axes) == 2
+
+
+def test_nafi_mayer_figure_3(script: Any) -> None:
+    """The explained share by means of rows and columns, in numpy."""
+    names = script("plot_nafi_mayer_fig_3_measured_and_modelled.py")
+    result = names["compute"]()
+    assert_the_number(names, result)
+    data = np.genfromtxt(names["READINGS"], delimiter=",", names=True)
+    table = np.full((24, 24), np.nan)
+    places = data["machine_index"].astype(int) - 1, data["probe_index"].astype(int) - 1
+    table[places] = data["error_um"]
+    fitted = table.mean(axis=1, keepdims=True) + table.mean(axis=0) - table.mean()
+    share = 1.0 - np.sum((table - fitted) ** 2) / np.sum((table - table.mean()) ** 2)
+    assert names["stated"](result) == pytest.approx(100.0 * share, rel=1e-9)
+    assert len(names["draw"](result).axes) == 4
+
+
+def test_wozniak_figures_2_and_3(script: Any) -> None:
+    names = script("plot_wozniak_fig_2_and_3_pretravel_all_around.py")
+    pretravel = names["compute"]()
+    assert_the_number(names, pretravel)
+    around = pretravel[-1, :-1].reshape(3, -1)  # thirds of a turn are alike
+    assert np.ptp(around, axis=0).max() < 1e-9
+    assert around.max() / around.min() > 1.3
+    assert len(names["draw"](pretravel).axes) >= 1

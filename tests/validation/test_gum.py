@@ -23,7 +23,7 @@ from pretravel.qualification.time_series import (
     states_of,
 )
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.gum import Budget, Component
+from pretravel.uncertainty.gum import Budget, Component, coverage_factor
 from tests.support.monte_carlo import (
     Input,
     independent,
@@ -359,3 +359,22 @@ def test_shortest_interval_of_an_exponential_starts_at_its_edge() -> None:
     """Closed form: the densest 95 % of an exponential are [0, -ln 0.05]."""
     values = np.sort(np.random.default_rng(3).exponential(size=(400_000, 1)), axis=0)
     assert shortest_interval(values)[0] == pytest.approx([0.0, -math.log(0.05)], abs=0.03)
+
+
+def test_coverage_factor_of_many_degrees_of_freedom(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 1e20 degrees of freedom, more than 64 bits count, it is that of a normal distribution.
+    Student's distribution of scipy gets a float: some versions refuse larger whole numbers."""
+    import scipy.special
+
+    seen: list[object] = []
+    quantile = scipy.special.stdtrit
+
+    def noting(dof: object, probability: float) -> float:
+        seen.append(dof)
+        return float(quantile(dof, probability))
+
+    monkeypatch.setattr(scipy.special, "stdtrit", noting)
+    for dof in (1e16, 1e20, 1e300):
+        assert coverage_factor(dof, 0.95) == pytest.approx(1.959963984540054, rel=1e-12)
+    assert all(type(dof) is float for dof in seen)
+    assert len(seen) == 3

@@ -1,16 +1,19 @@
 """Rodrigues 2021, sections 3.4 and 4.5: the tip slides.
 
-Tables 4.10 and 4.11 depend on tip radius and geometry alone: no number is fitted.
+Tables 4.10 and 4.11 depend on tip radius and geometry alone. Fitted to Table 4.11 are the half-axes
+of its ellipsoid, which the thesis does not print (10 and 6 mm, rounded).
 """
 
 from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq, fsolve, least_squares
 
 from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.simulation import simulate_some
@@ -21,6 +24,7 @@ from pretravel.probing.touching import touch
 from pretravel.surface.parametric import Convex
 from pretravel.surface.shapes import Ellipsoid, Plane
 from pretravel.surface.specification import parse_surface
+from tests.support.statics_by_hand import direction, first_contact_force
 
 REFERENCE = Path(__file__).parent / "reference"
 
@@ -38,11 +42,81 @@ def tip() -> PredictedTip:
 
 @pytest.mark.parametrize("v", [0.5, -0.5])
 def test_table_4_10(tip: PredictedTip, v: float) -> None:
-    """All 40 values within 0.1 %, about the tolerance of the thesis's solver."""
+    """All 40 values within 0.1 %. The thesis states no tolerance of its solver; what is known of
+    the misfit is below."""
     printed = _table("rodrigues_convex_sliding.csv")[f"deflection_mm_u0.5_v{v:g}"]
     history = slide(tip, Convex(), (0.5, v), SlideSettings(step=0.001, steps=20))
     assert history.feed == pytest.approx(0.001 * np.arange(1, 21))
     assert history.deflection == pytest.approx(printed, rel=1e-3)
+
+
+def test_misfit_of_table_4_10_is_partly_that_of_rounded_coefficients() -> None:
+    """At v = 0.5 the printed slope is 0.07 to 0.08 % lower in all rows: 0.012° of the normal. The
+    equations 4.4 to 4.11 with the coefficients as printed, solved here step by step, leave 0.04 %:
+    the reason of the rest is not known. At v = -0.5 both are within the last digit."""
+    printed = _table("rodrigues_convex_sliding.csv")["deflection_mm_u0.5_v0.5"]
+    exact = (0.5 + math.sqrt(0.125), 0.5, 0.5 - math.sqrt(0.125), math.sqrt(0.5))
+    off = _slid_on_convex(exact, _cross_product) / printed - 1.0
+    assert 6.7e-4 < off.min() < off.max() < 7.7e-4
+    rounded = _slid_on_convex((0.8535, 0.5, 0.1464, 0.7071), _equation_4_7) / printed - 1.0
+    assert 3.6e-4 < rounded.min() < rounded.max() < 4.6e-4
+    ours = slide(predicted_tip(load_probe("omp40-2")), Convex(), (0.5, 0.5)).deflection
+    assert ours == pytest.approx(printed * (1.0 + off), rel=1e-6)
+    sine = 1.0 / (ours[0] / 1e-3)
+    turn = math.degrees(math.asin(1e-3 / printed[0]) - math.asin(sine))
+    assert turn == pytest.approx(0.012, abs=0.004)  # printed to 0.5 nm of 3.6 µm
+
+
+def _cross_product(u: float, v: float, k: tuple[float, ...]) -> np.ndarray:
+    """Equation 3.25 of equation 4.3."""
+    one, half, three, four = k
+    by_bowl = 20.0 * np.array([-three, half, -one])
+    du = 20.0 * np.array([one, half, three]) + u * by_bowl
+    dv = 20.0 * np.array([-half, four, half]) + v * by_bowl
+    return np.cross(du, dv)
+
+
+def _equation_4_7(u: float, v: float, _: tuple[float, ...]) -> np.ndarray:
+    one, two = 17.07 * u - 2.92, 17.07 * v - 10.0
+    by_v, by_u = 10.0 * v + 14.142, 10.0 * u + 10.0
+    return np.array(
+        [
+            one * by_v - two * by_u,
+            one * (2.92 * v + 10.0) - two * (2.92 * u - 17.05),
+            by_u * (2.92 * v + 10.0) - (2.92 * u - 17.05) * by_v,
+        ]
+    )
+
+
+def _slid_on_convex(
+    k: tuple[float, ...], normal: Callable[[float, float, tuple[float, ...]], np.ndarray]
+) -> np.ndarray:
+    """Section 3.4 for 20 steps of 1 µm from (0.5, 0.5), ball of 3 mm; the deflections. [mm]"""
+    one, half, three, four = k
+
+    def center(u: float, v: float) -> np.ndarray:
+        bowl = 10.0 * (u * u + v * v)
+        point = [
+            one * 20.0 * u - half * 20.0 * v - three * bowl,
+            half * 20.0 * u + four * 20.0 * v + half * bowl,
+            three * 20.0 * u + half * 20.0 * v - one * bowl,
+        ]
+        n = normal(u, v, k)
+        return np.asarray(point) + 3.0 * n / np.linalg.norm(n)
+
+    n = normal(0.5, 0.5, k) / np.linalg.norm(normal(0.5, 0.5, k))
+    start, unknown, found = center(0.5, 0.5), np.array([0.5, 0.5, 0.0]), []
+    for step in range(1, 21):
+        place = start - step * 1e-3 * n
+        toward = normal(unknown[0], unknown[1], k) * [1.0, 1.0, 0.0]
+        toward /= np.linalg.norm(toward)
+        unknown = fsolve(
+            lambda x, at=place, way=toward: center(x[0], x[1]) - at - x[2] * way,
+            unknown + np.array([0.0, 0.0, 1e-3]),
+            xtol=1e-13,
+        )
+        found.append(unknown[2])
+    return np.array(found)
 
 
 def test_table_4_10_is_not_that_of_the_printed_angle(tip: PredictedTip) -> None:
@@ -83,6 +157,132 @@ def test_table_4_11_ellipsoid(tip: PredictedTip) -> None:
     slope = np.diff(ours, prepend=0.0)
     assert slope[0] == pytest.approx(2.2235, abs=1e-4)
     assert slope[19] == pytest.approx(2.212, abs=1e-3)
+
+
+def test_half_axes_of_table_4_11_are_fitted() -> None:
+    """The thesis prints no half-axes. Fitted to rows 1 to 19, with their common 0.449 µm: a =
+    10.01 (u 0.62), c = 6.01 mm (u 0.38), c/a = 0.6000; without the two rows that are rounded by
+    hand 10.10 (u 0.11) and 6.06 mm (u 0.07). Row 20, which has no part in it, is then predicted
+    within 2 nm of 44.346 µm."""
+    printed = _table("rodrigues_ellipsoid_inclined_sliding.csv")["deflection_um_ellipsoid"]
+
+    def misfit(p: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        return (_slid_on_ellipsoid(p[0], p[1]) + p[2] - printed)[rows]
+
+    for rows, expected, u_expected in (
+        (np.arange(19), [10.01, 6.01, 0.4497], [0.62, 0.38, 0.0014]),
+        (np.r_[0:14, 16:19], [10.10, 6.06, 0.4494], [0.113, 0.068, 0.00026]),
+    ):
+        fit = least_squares(misfit, [9.0, 7.0, 0.4], args=(rows,), xtol=1e-15, ftol=1e-15)
+        noise = np.sum(fit.fun**2) / (len(rows) - 3)
+        u = np.sqrt(np.diag(noise * np.linalg.inv(fit.jac.T @ fit.jac)))
+        assert fit.x == pytest.approx(expected, abs=0.015)
+        assert u == pytest.approx(u_expected, rel=0.1)
+        assert fit.x[1] / fit.x[0] == pytest.approx(0.6000, abs=1e-4)
+        assert _slid_on_ellipsoid(*fit.x[:2])[19] == pytest.approx(printed[19], abs=2e-3)
+        assert np.all(np.abs(fit.x[:2] - [10.0, 6.0]) < u[:2])
+
+
+def _slid_on_ellipsoid(a: float, c: float) -> np.ndarray:
+    """Section 3.4 in the plane u = 0 from v = 40°: 20 steps of 1 µm, a ball of 3 mm. [µm]"""
+
+    def center(v: float) -> np.ndarray:
+        n = np.array([c * math.sin(v), a * math.cos(v)])
+        return np.array([a * math.sin(v), c * math.cos(v)]) + 3.0 * n / np.linalg.norm(n)
+
+    v = math.radians(40.0)
+    n = np.array([c * math.sin(v), a * math.cos(v)])
+    n, start, found = n / np.linalg.norm(n), center(v), []
+    for step in range(1, 21):
+        place = start - step * 1e-3 * n
+        v = brentq(lambda x, at=place: center(x)[1] - at[1], v - 1e-3, v + 0.01, xtol=1e-15)
+        found.append(1e3 * (center(v)[0] - place[0]))
+    return np.array(found)
+
+
+POINTS_OF_4_5_1 = ((0.5, 0.5), (0.5, -0.5))
+
+
+def test_section_4_5_1_trigger_feeds_are_an_honest_miss() -> None:
+    """Printed: 5 µm at v = 0.5, 8 µm at -0.5. Table 4.10 turns them into sensing distances of 18.0
+    and 9.6 µm, at normals of polar 16.1° and 56.5°. In the thesis's own Tables 4.1 to 4.9 distances
+    fall with the polar angle at every azimuth, so that no stylus gives such a pair. Forces by six
+    seats in numpy, distances by the thesis's own micrometres per newton across the axis (4.58 of
+    Table 4.1, 38.1 of Table 2.3), a plane at each point: 0.66 and 2.96 µm, 3.65 and 14.9 µm."""
+    slid = _table("rodrigues_convex_sliding.csv")
+    implied = [
+        1e3 * slid["deflection_mm_u0.5_v0.5"][4],
+        1e3 * slid["deflection_mm_u0.5_v-0.5"][7],
+    ]
+    assert implied == pytest.approx([18.0, 9.6], abs=0.02)
+    exact = (0.5 + math.sqrt(0.125), 0.5, 0.5 - math.sqrt(0.125), math.sqrt(0.5))
+    normals = [_cross_product(u, v, exact) for u, v in POINTS_OF_4_5_1]
+    normals = [n / np.linalg.norm(n) for n in normals]
+    polar = [math.degrees(math.acos(n[2])) for n in normals]
+    assert polar == pytest.approx([16.1, 56.5], abs=0.05)
+    tables = np.genfromtxt(REFERENCE / "rodrigues_trigger_50mm.csv", delimiter=",", names=True)
+    for azimuth in range(0, 61, 10):
+        rows = tables[tables["azimuth_deg"] == azimuth]
+        rows = rows[np.argsort(rows["polar_deg"])]
+        assert np.all(np.diff(rows["sensing_distance_fea_mm"]) >= -1e-9)
+    for lever, per_newton, expected in (
+        (64.4, 4.58, [0.66, 2.96]),
+        (114.4, 38.1, [3.65, 14.9]),
+    ):
+        feeds = []
+        for n in normals:
+            sine = math.hypot(n[0], n[1])
+            feeds.append(per_newton * first_contact_force(n, lever) * sine * sine)
+        assert feeds == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "model", "feeds"),
+    [
+        ("omp40-2-thesis", "analytic", [0.53, 2.38]),
+        ("omp40-2-thesis", "fem", [0.67, 2.97]),
+        ("omp40-2-thesis-100mm", "analytic", [3.27, 13.40]),
+        ("omp40-2-thesis-100mm", "fem", [3.60, 14.75]),
+    ],
+)
+def test_section_4_5_1_our_trigger_feeds(name: str, model: str, feeds: list[float]) -> None:
+    """What the page states instead of 5 and 8 µm."""
+    convex = Convex()
+    local = convex.local(np.array(POINTS_OF_4_5_1))
+    tip = LateralTip(predicted_tip(load_probe(name), model))
+    found = 1e3 * touch(tip, convex, Targets(local.point, local.normal)).pretravel
+    assert found == pytest.approx(feeds, abs=0.006)
+
+
+def test_section_4_5_4_with_100_mm_at_azimuth_180() -> None:
+    """The thesis triggers at 18 and 13 µm. Ours across the axis, as the thesis counts: 15.73 µm on
+    the plane at 40° and 10.14 µm on the ellipsoid; with all parts of the deflection 15.95 and
+    10.43 µm. By hand: 38.0 µm per newton of Table 2.3, force of six seats, times sin²."""
+    tip = predicted_tip(load_probe("omp40-2-thesis-100mm"), "fem")
+    ellipsoid = Ellipsoid([0, 0, 0], [10, 10, 6])
+    local = ellipsoid.local(np.array([[math.pi, math.radians(40.0)]]))
+    normal = direction(40.0, 180.0)
+    plane = Plane([0, 0, 0], normal)
+    for one, expected in ((LateralTip(tip), [15.73, 10.14]), (tip, [15.95, 10.43])):
+        on_plane = touch(one, plane, Targets(np.zeros((1, 3)), [normal])).pretravel[0]
+        on_ellipsoid = touch(one, ellipsoid, Targets(local.point, local.normal)).pretravel[0]
+        assert [1e3 * on_plane, 1e3 * on_ellipsoid] == pytest.approx(expected, abs=0.006)
+    for polar, expected_lateral in ((40.0, 15.73), (26.7236, 10.14)):
+        force = first_contact_force(direction(polar, 180.0), 114.4)
+        by_hand = 38.0 * force * math.sin(math.radians(polar)) ** 2
+        assert by_hand == pytest.approx(expected_lateral, rel=0.03)
+
+
+def test_micrometres_per_newton_of_table_2_3() -> None:
+    """16.11 and 28.456 µm over the forces of six seats with a lever of 114.4 mm: 38.2 at azimuth
+    0° (38.3 where the force is least), 38.0 at 60°. With a lever of 64.4 mm Table 4.1 has 4.5 to
+    4.6."""
+    with (REFERENCE / "rodrigues_experiment.csv").open(encoding="utf-8") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["unit"] == "um"]
+    printed = {row["extreme"]: float(row["finite_elements"]) for row in rows}
+    force = [first_contact_force(direction(90.0, a), 114.4) for a in range(61)]
+    found = [printed["min"] / force[0], printed["min"] / min(force), printed["max"] / force[60]]
+    assert found == pytest.approx([38.17, 38.27, 38.01], abs=0.005)
 
 
 def test_section_4_5_4_compares_two_directions(tip: PredictedTip) -> None:

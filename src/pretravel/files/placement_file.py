@@ -16,8 +16,8 @@ from pretravel.base.json_text import parsed_json
 from pretravel.base.whole_file import write_text
 from pretravel.files.source_file import Source, SourceFile, opened
 
-SCHEMA = "pretravel placement"
-VERSION = 1
+_SCHEMA = "pretravel placement"
+_VERSION = 1
 _SIZES: dict[str, tuple[int | None, ...]] = {
     "rotation": (3, 3), "shift_mm": (3,), "about_mm": (3,), "covariance": (6, 6),
     "undetermined": (6, None),
@@ -45,8 +45,8 @@ def write_placement(
     [1.0, 2.0, 3.0]
     """
     content: dict[str, Any] = {
-        "schema": SCHEMA,
-        "version": VERSION,
+        "schema": _SCHEMA,
+        "version": _VERSION,
         "part": part,
         "touches": touches,
         "place": typed_placement(placement),
@@ -87,14 +87,14 @@ def read_placement(source: Source) -> Placement:
         content = parsed_json(file.content)
     except ValueError as error:
         raise file.error(f"this is not a placement: {error!s:.120}") from None
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+    if not isinstance(content, dict) or content.get("schema") != _SCHEMA:
         raise file.error(
-            f"this is not a placement (the key schema is not '{SCHEMA}'); pretravel align writes "
+            f"this is not a placement (the key schema is not '{_SCHEMA}'); pretravel align writes "
             "them",
             inputs=("place",),
         )
-    if content.get("version") != VERSION:
-        raise file.error(f"the version is {content.get('version')!r:.40}; {VERSION} is read")
+    if content.get("version") != _VERSION:
+        raise file.error(f"the version is {content.get('version')!r:.40}; {_VERSION} is read")
     values = {name: _numbers(file, content, name) for name in _SIZES if name in content}
     for name in ("rotation", "shift_mm"):
         if name not in values:

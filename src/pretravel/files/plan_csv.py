@@ -40,11 +40,13 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to values
-        face, name, type, x_mm, y_mm, z_mm (the point farthest from its edges), nx, ny, nz (the
-        normal at that point), size_mm (diagonal of the box around the face), u_from, u_to, v_from,
-        v_to, smallest_radius_mm (empty for flat faces), problem (why a face cannot be used).
+        face, name, part (in a file of several), type, x_mm, y_mm, z_mm (the point farthest from
+        its edges), nx, ny, nz (the normal at that point), size_mm (diagonal of the box around the
+        face), u_from, u_to, v_from, v_to, smallest_radius_mm (empty for flat faces), problem (why
+        a face cannot be used).
     """
     rows: list[dict[str, Any]] = []
+    several = any(face.part for face in part.faces)
     for count, face in enumerate(part.faces, start=1):
         if count % _PROGRESS == 0:
             _logger.info("describing face %d of %d", count, len(part.faces))
@@ -59,6 +61,7 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
             {
                 "face": face.number,
                 "name": face.name,
+                **({"part": face.part} if several else {}),
                 "type": face.kind,
                 **{f"{a}_mm": local.point[0, i] for i, a in enumerate("xyz")},
                 **{f"n{a}": local.normal[0, i] for i, a in enumerate("xyz")},

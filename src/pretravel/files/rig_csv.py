@@ -17,17 +17,22 @@ from pretravel.files.meant_files import files_meant
 from pretravel.files.source_file import shortened
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_budget import LengthComponent
-from pretravel.laboratory.rig_calibration import azimuth_of
+from pretravel.laboratory.rig_calibration import angles_of
+from pretravel.laboratory.rig_scale import ScaleCheck, check_scale
 
 OWN_REPEATABILITY = "repeatability at"
 """Names of sources in a budget that begin so are a repeatability, which a calibration replaces."""
+OWN_TEMPERATURE = ("temperature measurement", "thermal expansion")
+"""Names of sources that begin so are replaced where both uncertainties are stated."""
 BUDGET_COLUMNS = ("source", "type", "uncertainty_um", "per_metre_um")
 MORE_BUDGET_COLUMNS = ("dof", "remark")
+_HEAD = 4096
+"""Bytes at the beginning of a file in which the names of its columns are looked for."""
 COLUMNS = ("time_s", "ruler_mm", "laser_mm", "contact", "trigger")
 
 
 def rig_traces(places: Sequence[Path | str]) -> list[Path]:
-    """Return the files of traces that are meant; of a folder those named rig_AZIMUTH_REPEAT.csv.
+    """Return the files of traces that are meant; of a folder those with the columns of a trace.
 
     Parameters
     ----------
@@ -45,9 +50,19 @@ def rig_traces(places: Sequence[Path | str]) -> list[Path]:
     """
 
     def is_trace(path: Path) -> bool:
-        return path.suffix.lower() == ".csv" and math.isfinite(azimuth_of(path.stem))
+        return path.suffix.lower() == ".csv" and (
+            math.isfinite(angles_of(path.stem)[0]) or _begins_as_trace(path)
+        )
 
     return files_meant(places, is_trace, "traces (rig_AZIMUTH_REPEAT.csv)")
+
+
+def _begins_as_trace(path: Path) -> bool:
+    """Whether the columns of a trace are among the first lines of a file."""
+    with path.open("rb") as stream:
+        head = stream.read(_HEAD).decode("utf-8", "replace").lower()
+    lines = [line for line in head.splitlines() if line.strip() and not line.startswith("#")]
+    return bool(lines) and all(name in lines[0] for name in COLUMNS)
 
 
 def read_rig_trace(path: str | Path) -> RigTrace:
@@ -99,7 +114,9 @@ def _logic(table: CsvTable, name: str) -> FloatArray:
 
 
 def rig_table(
-    touches: Sequence[RigTouch], not_used: Mapping[str, str] | None = None
+    touches: Sequence[RigTouch],
+    not_used: Mapping[str, str] | None = None,
+    forces: Sequence[float] | None = None,
 ) -> dict[str, npt.ArrayLike]:
     """Touches on the rig as columns, one row each; nan where a trace does not show the value.
 
@@ -108,6 +125,8 @@ def rig_table(
     touches : sequence of RigTouch
     not_used : mapping of str to str, optional
         Reasons for traces that are not in the results of a calibration, for the column left_out.
+    forces : n floats, optional
+        Trigger forces, for the column force_N. [N]
 
     Returns
     -------
@@ -131,7 +150,9 @@ def rig_table(
             column: [getattr(touch, name) / MICROMETRE for touch in touches]
             for name, column in small.items()
         },
-        "azimuth_deg": [math.degrees(azimuth_of(touch.trace)) for touch in touches],
+        "azimuth_deg": [math.degrees(angles_of(touch.trace)[0]) for touch in touches],
+        "polar_deg": [math.degrees(angles_of(touch.trace)[1]) for touch in touches],
+        **({} if forces is None else {"force_N": list(forces)}),
         "feed_mm_min": [touch.feed if math.isfinite(touch.feed) else math.nan for touch in touches],
         "left_out": [(not_used or {}).get(touch.trace, "") for touch in touches],
         "note": ["; ".join(touch.notes) for touch in touches],
@@ -173,6 +194,41 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     return tuple(_budget_source(table, row, path) for row in range(len(table)))
 
 
+def read_scale_check(path: str | Path) -> ScaleCheck:
+    """Read a scale beside a reference, and compare them: scale_mm, reference_mm, run.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``run`` may be left out: one run.
+
+    Returns
+    -------
+    ScaleCheck
+
+    Raises
+    ------
+    InputError
+        Missing columns, values that are not numbers, runs that are not whole; as `check_scale`.
+    """
+    table = read_csv_table(path)
+    table.require("scale_mm", "reference_mm", what="a check of a scale")
+    values = table.numbers("scale_mm", "reference_mm")
+    runs = table.numbers("run")[:, 0] if table.has("run") else np.zeros(len(values))
+    odd = np.flatnonzero((runs != np.round(runs)) | (np.abs(runs) > 1e6))
+    if len(odd):
+        row = int(odd[0])
+        raise InputError(
+            f"run is {runs[row]:g}; it is a whole number", path=path, line=table.lines[row]
+        )
+    try:
+        return check_scale(values[:, 0], values[:, 1], runs.astype(np.int64))
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+
+
 def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthComponent:
     """One row of a budget."""
     line = table.lines[row]
@@ -209,6 +265,7 @@ def _budget_source(table: CsvTable, row: int, path: str | Path) -> LengthCompone
         values[1] * 1e-6,
         dof,
         repeatability=source.startswith(OWN_REPEATABILITY),
+        thermal=source.startswith(OWN_TEMPERATURE),
     )
 
 

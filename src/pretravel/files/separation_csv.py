@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.units import MICROMETRE
+from pretravel.base.json_text import parsed_json
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.csv_table import CsvTable, read_csv_table
+from pretravel.files.source_file import opened
 from pretravel.laboratory.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
+from pretravel.measurement.touch_scatter import TouchScatter
 
 _LARGEST = 10_000.0  # µm
 _LARGEST_INDEX = 1_000_000
@@ -67,6 +71,46 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
         raise InputError(str(error), path=path) from None
 
 
+def read_multi_step_test(path: str | Path) -> tuple[MultiStepReadings, tuple[str, ...]]:
+    """Read a multi-step test: its readings, or the touches of the reference that they follow from.
+
+    Parameters
+    ----------
+    path : str or Path
+        Columns machine_index, probe_index, error_um; or touches of any format with the orientation
+        of the probe, spindle_deg.
+
+    Returns
+    -------
+    readings : MultiStepReadings
+    notes : tuple of str
+        On what touches do not determine.
+
+    Raises
+    ------
+    InputError
+        As `read_multi_step_readings`, `read_readings` and `readings_of_touches`.
+    """
+    from pretravel.files.readings import read_readings
+    from pretravel.laboratory.multi_step_touches import readings_of_touches
+
+    try:
+        columns = set(read_csv_table(path).columns)
+    except InputError:
+        columns = set()
+    if not columns or columns & {"machine_index", "probe_index", "error_um"}:
+        return read_multi_step_readings(path), ()
+    if not any("spindle" in name.lower() or "spindel" in name.lower() for name in columns):
+        return read_multi_step_readings(path), ()  # which says what is missing
+    try:
+        found = readings_of_touches(read_readings(path).touches)
+    except InputError:
+        raise
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+    return found.readings, found.notes
+
+
 def _indices(table: CsvTable, name: str) -> npt.NDArray[np.int64]:
     values = table.numbers(name)[:, 0]
     odd = np.flatnonzero((values != np.round(values)) | (np.abs(values) > _LARGEST_INDEX))
@@ -86,7 +130,7 @@ def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to values
-        kind, index, systematic_um, u_systematic_um, variance_um2, u_variance_um2.
+        kind, index, systematic_um, u_systematic_um, variance_um2, u_variance_um2, azimuth_deg.
     """
     square = MICROMETRE**2
     machines, probes = len(result.machines), len(result.probes)
@@ -99,7 +143,71 @@ def separation_table(result: Separation) -> dict[str, npt.ArrayLike]:
         "variance_um2": np.concatenate([result.machine_variance, result.probe_variance]) / square,
         "u_variance_um2": np.concatenate([result.u_machine_variance, result.u_probe_variance])
         / square,
+        "azimuth_deg": np.concatenate([result.machine_azimuth, result.probe_azimuth]) / DEGREE,
     }
+
+
+def read_touch_scatter(path: str | Path) -> TouchScatter:
+    """Read the variances of a separation of machine and probe, by direction.
+
+    Parameters
+    ----------
+    path : str or Path
+        What `separate` writes: .csv, or .json with all values.
+
+    Returns
+    -------
+    TouchScatter
+
+    Raises
+    ------
+    InputError
+        A file of something else; directions whose azimuths are not known; negative variances.
+    """
+    path = Path(path)
+    columns = _directions_of_result(path) if path.suffix.lower() == ".json" else None
+    if columns is None:
+        table = read_csv_table(path)
+        needed = ("kind", "variance_um2", "azimuth_deg")
+        table.require(*needed, what="a separation of machine and probe")
+        columns = {name: list(table.columns[name]) for name in needed}
+    kinds = np.array([str(kind).strip() for kind in columns["kind"]])
+    try:
+        values = {
+            name: np.array([_number_or_nan(cell) for cell in columns[name]])
+            for name in ("azimuth_deg", "variance_um2")
+        }
+        azimuth, variance = values["azimuth_deg"] * DEGREE, values["variance_um2"] * MICROMETRE**2
+        return TouchScatter(
+            *(part[kinds == kind] for kind in ("machine", "probe") for part in (azimuth, variance))
+        )
+    except (TypeError, ValueError) as error:
+        raise InputError(f"a variance or azimuth is no number ({error})", path=path) from None
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+
+
+def _number_or_nan(cell: object) -> float:
+    """A number of a table; nan for an empty cell and for the null of JSON."""
+    return math.nan if cell is None or not str(cell).strip() else float(str(cell))
+
+
+def _directions_of_result(path: Path) -> dict[str, list[object]]:
+    """The columns of the table of directions in a result with all values."""
+    hint = "it is no result of separate with all values (separate … -o separation.json)"
+    try:
+        content = parsed_json(opened(path).content)
+        tables = content["document"]["data"]
+        (directions,) = [table for table in tables if table["title"] == "Directions"]
+        columns = {column["name"]: list(column["values"]) for column in directions["columns"]}
+        needed = ("kind", "variance_um2", "azimuth_deg")
+        if len({len(columns[name]) for name in needed}) > 1:
+            raise InputError(hint, path=path)
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, PretravelError):
+        raise InputError(hint, path=path) from None
+    return columns
 
 
 def separation_plan_table(plan: SeparationPlan) -> dict[str, npt.ArrayLike]:

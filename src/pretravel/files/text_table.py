@@ -477,12 +477,19 @@ def _refuse_header_of_other_width(
     """Refuse a header where every row has another number of cells: the fault is in the header."""
     counts = {_filled(cells) for _, cells in body}
     names = _filled(header[1])
-    if separator.strip() or len(counts) > 1 or names in counts or len(body) < _FEWEST_ROWS:
+    if len(counts) > 1 or names in counts or len(body) < _FEWEST_ROWS:
         return
+    count = counts.pop()
+    if count > names and not any("." in cell for _, cells in body for cell in cells):
+        return  # decimal commas, perhaps: each row says so
+    how = (
+        "complete the header"
+        if separator.strip()
+        else "put names that contain blanks into quotes, or two blanks between names"
+    )
     raise file.error(
-        f"the header has {names} words, and all rows have {counts.pop()} cells: put names that "
-        "contain blanks into quotes, or two blanks between names; or leave this line out "
-        f"(line {header[0]}) and state the columns by their numbers: {suggested_columns(body)}",
+        f"the header has {names} names, and all rows have {count} cells: {how}; or leave this line "
+        f"out (line {header[0]}) and state the columns by their numbers: {suggested_columns(body)}",
         header[0],
         inputs=("exclude", "columns"),
     )

@@ -107,9 +107,10 @@ def read_table_of_touches(
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
                 "plan that was run, or the normal that all touches have (heights: 0,0,1), or state "
-                "which columns are the normals",
+                "which columns are the normals. To compensate, a nominal surface or the kind of "
+                "feature (bore, boss, sphere) gives them, too",
                 table.header_line or table.lines[0],
-                inputs=("plan", "normal", "columns"),
+                inputs=("plan", "normal", "columns", "nominal", "feature"),
             )
         return found
     table.require(*_POSITION, *_NORMAL, what="touches")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,12 @@ class MultiStepReadings:
         Indices of the directions; they may start at any number.
     errors : (n,) float
         Machine error less probe error, with noise. [mm]
+    lost : int
+        Degrees of freedom that were taken from the readings before, beside those of the errors.
+    first_azimuth : float
+        Of the directions with index 1; nan where they are not known. [rad]
+    directions : int
+        Number of directions around the circle, at equal angles; 0 where it is not known.
 
     Raises
     ------
@@ -36,6 +43,9 @@ class MultiStepReadings:
     machine: IntArray
     probe: IntArray
     errors: FloatArray
+    lost: int = 0
+    first_azimuth: float = math.nan
+    directions: int = 0
 
     def __post_init__(self) -> None:
         machine, probe = np.array(self.machine), np.array(self.probe)
@@ -66,6 +76,23 @@ class MultiStepReadings:
     def machines(self) -> IntArray:
         """Machine directions that occur, in order."""
         return np.unique(self.machine)
+
+    def azimuths_of(self, indices: IntArray) -> FloatArray:
+        """Azimuths of directions by their indices, as `separation-plan` numbers them. [rad]
+
+        Where they are not stated, machine and probe must have the directions 1 to n, all around
+        from +x; else nan.
+        """
+        count, first = self.directions, self.first_azimuth
+        if not count:
+            each = np.arange(1, len(self.machines) + 1)
+            both = len(self.machines) == len(self.probes) > 2
+            if not (
+                both and np.array_equal(self.machines, each) and np.array_equal(self.probes, each)
+            ):
+                return np.full(len(indices), math.nan)
+            count, first = len(each), 0.0
+        return np.asarray(first + (indices - 1) * (2.0 * math.pi / count))
 
     @property
     def probes(self) -> IntArray:

@@ -31,6 +31,8 @@ class LengthComponent:
         Degrees of freedom.
     repeatability : bool
         Whether the repeats of a calibration replace this source.
+    thermal : bool
+        Whether `thermal_components` replace this source.
     """
 
     source: str
@@ -39,6 +41,7 @@ class LengthComponent:
     per_length: float = 0.0
     dof: float = math.inf
     repeatability: bool = False
+    thermal: bool = False
 
 
 _SMALLEST_OF_A_RIG = 1e-6
@@ -50,12 +53,96 @@ REN_BUDGET: tuple[LengthComponent, ...] = (
     LengthComponent("grating scale displacement", "B", 0.020e-3),
     LengthComponent("repeatability at zero position", "A", 0.055e-3, repeatability=True),
     LengthComponent("repeatability at trigger position", "A", 0.060e-3, repeatability=True),
-    LengthComponent("temperature measurement (5 mK)", "B", 0.0, 0.058e-6),
+    LengthComponent("temperature measurement (5 mK)", "B", 0.0, 0.058e-6, thermal=True),
     LengthComponent("temperature distribution (10 mK)", "A", 0.0, 0.115e-6),
-    LengthComponent("thermal expansion coefficient (1.0e-6/K)", "B", 0.0, 0.010e-6),
+    LengthComponent("thermal expansion coefficient (1.0e-6/K)", "B", 0.0, 0.010e-6, thermal=True),
     LengthComponent("cosine error of gauge (0.1 mm / 100 mm)", "B", 0.0, 0.001e-6),
 )
 """Ren 2020, Table 2."""
+
+
+def abbe_error(offset: float, tilt: float) -> float:
+    """Error of a length whose scale is not in line with it.
+
+    Parameters
+    ----------
+    offset : float
+        Abbé offset: distance of the scale from the line of measurement. [mm]
+    tilt : float
+        Turn of the guide between both ends of the length. [rad]
+
+    Returns
+    -------
+    float
+        Length at the scale less the measured length. [mm]
+
+    References
+    ----------
+    Ren 2020, equation 1 and Figure 1, which give the difference but not its size.
+
+    >>> round(abbe_error(10.0, 2e-6) * 1e6, 3)  # nm
+    20.0
+    """
+    return offset * math.tan(tilt)
+
+
+def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
+    """The line of a budget for the Abbé error.
+
+    Parameters
+    ----------
+    offset : float
+        [mm]
+    u_tilt : float
+        Standard uncertainty of the turn of the guide over the travel. [rad]
+
+    Returns
+    -------
+    LengthComponent
+
+    >>> abbe_component(10.0, 2e-6).source
+    'Abbé error (10 mm, 2 µrad)'
+    """
+    return LengthComponent(
+        f"Abbé error ({offset:g} mm, {u_tilt * 1e6:g} µrad)", "B", abs(abbe_error(offset, u_tilt))
+    )
+
+
+def thermal_components(
+    *, expansion: float, deviation: float, u_expansion: float, u_temperature: float
+) -> tuple[LengthComponent, LengthComponent]:
+    """The lines of a budget for temperature and thermal expansion of the scale.
+
+    Parameters
+    ----------
+    expansion, u_expansion : float
+        Coefficient of the scale and its standard uncertainty. [1/K]
+    deviation, u_temperature : float
+        Temperature of the scale less 20 °C, and its standard uncertainty. [K]
+
+    Returns
+    -------
+    two LengthComponent
+
+    References
+    ----------
+    Ren 2020, equation 17: u(α)² (ΔT L0)² + u(ΔT)² (α L0)².
+
+    >>> lines = thermal_components(expansion=11.5e-6, deviation=0.01, u_expansion=1e-6,
+    ...                            u_temperature=0.005)
+    >>> [f"{line.per_length * 1e6:.3f}" for line in lines]  # µm/m
+    ['0.057', '0.010']
+    """
+    return (
+        LengthComponent(
+            f"temperature of the scale (u {u_temperature:g} K)", "B", 0.0,
+            abs(expansion) * u_temperature, thermal=True,
+        ),
+        LengthComponent(
+            f"thermal expansion of the scale (u {u_expansion * 1e6:g}e-6/K)", "B", 0.0,
+            abs(deviation) * u_expansion, thermal=True,
+        ),
+    )  # fmt: skip
 
 
 def length_budget(components: Sequence[LengthComponent], length: float) -> Budget:

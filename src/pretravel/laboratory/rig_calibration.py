@@ -20,7 +20,10 @@ from pretravel.laboratory.rig_outliers import TraceOutlier, outlier_messages, ou
 from pretravel.maps.plausibility import BEFORE_CONTACT, LARGEST_PRETRAVEL
 from pretravel.uncertainty.gum import COVERAGE, COVERAGE_FACTOR, coverage_factor
 
-_NAME = re.compile(r"_(-?\d+(?:\.\d+)?)_\d+$")
+_NAME = re.compile(r"_(-?\d+(?:\.\d+)?)(?:p(\d+(?:\.\d+)?))?_\d+$")
+_ACROSS = math.radians(0.01)
+_AXIS = re.compile(r"_([+-]?)([XYZ])_\d+$", re.IGNORECASE)
+_QUARTERS = {"X": 0.0, "Y": 90.0, "-X": 180.0, "-Y": 270.0}
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,8 @@ class DirectionPerformance:
         edges between samples; nan without repeats. [mm]
     expanded_hysteresis : float
         Expanded uncertainty, as that of the pretravel. [mm]
+    polar : float
+        Between the direction and the probe's axis, to the spindle; nan as the azimuth. [rad]
     """
 
     name: str
@@ -86,6 +91,12 @@ class DirectionPerformance:
     hysteresis: float
     u_hysteresis: float
     expanded_hysteresis: float
+    polar: float = 0.5 * math.pi
+
+    @property
+    def across(self) -> bool:
+        """Whether it lies across the probe's axis, where the lobes are."""
+        return math.isfinite(self.azimuth) and abs(self.polar - 0.5 * math.pi) < _ACROSS
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,11 +159,26 @@ class RigCalibration:
         )
 
     @property
+    def hysteresis_anisotropy(self) -> float:
+        """Largest less smallest mean hysteresis of a direction (Ren 2020, section 2.2). [mm]"""
+        return _range_of([d.hysteresis for d in self.directions])
+
+    @property
+    def repeatability_anisotropy(self) -> float:
+        """Largest less smallest repeatability of a direction; nan without repeats. [mm]"""
+        return _range_of([d.repeatability.value for d in self.directions])
+
+    @property
     def not_used(self) -> dict[str, str]:
         """Reason for each trace that is not in the results: no pretravel, outlier, excluded."""
         reasons = dict.fromkeys(self.left_out, "no pretravel")
         reasons |= {outlier.trace: "outlier" for outlier in self.outliers}
         return reasons | dict.fromkeys(self.excluded, "excluded")
+
+
+def _range_of(values: Sequence[float]) -> float:
+    known = [value for value in values if math.isfinite(value)]
+    return max(known) - min(known) if known else math.nan
 
 
 def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Spread:
@@ -181,14 +207,32 @@ def _studentized_range(probability: float, count: int, dof: float) -> float:
     return float(studentized_range.ppf(probability, count, dof))
 
 
-def azimuth_of(trace: str) -> float:
-    """The azimuth in a trace's name, as in ``rig_030_2``; nan without one. [rad]
+def angles_of(trace: str) -> tuple[float, float]:
+    """Azimuth and polar angle in a trace's name; nan without them. [rad]
 
-    >>> round(azimuth_of("rig_030_2"), 4)
-    0.5236
+    ``rig_030_2``: azimuth 30° across the probe's axis; ``rig_030p45_2``: polar angle 45°;
+    ``rig_+Z_1``, ``rig_-X_1``, ``rig_Y_3``: along an axis. The last number is that of the repeat.
+
+    >>> [round(math.degrees(angle), 6) for angle in angles_of("rig_030p45_2")]
+    [30.0, 45.0]
+    >>> [round(math.degrees(angle), 6) for angle in angles_of("rig_-X_1")]
+    [180.0, 90.0]
     """
-    found = _NAME.search(trace)
-    return math.radians(float(found.group(1))) if found else math.nan
+    if found := _NAME.search(trace):
+        polar = 90.0 if found.group(2) is None else float(found.group(2))
+        return math.radians(float(found.group(1))), math.radians(polar)
+    if found := _AXIS.search(trace):
+        sign, axis = found.group(1).replace("+", ""), found.group(2).upper()
+        if axis == "Z":
+            return 0.0, math.pi if sign else 0.0
+        return math.radians(_QUARTERS[sign + axis]), 0.5 * math.pi
+    return math.nan, math.nan
+
+
+def _azimuth_around(trace: str) -> float:
+    """The azimuth of a direction across the probe's axis, where lobes are; nan for others."""
+    azimuth, polar = angles_of(trace)
+    return azimuth if abs(polar - 0.5 * math.pi) < _ACROSS else math.nan
 
 
 def direction_name(trace: str) -> str:
@@ -289,7 +333,7 @@ def _trace_outliers(evaluated: Sequence[RigTouch]) -> list[TraceOutlier]:
     found = outlying_rows(
         np.array([touch.pretravel for touch in evaluated]),
         groups,
-        np.array([azimuth_of(name) for name in names]),
+        np.array([_azimuth_around(name) for name in names]),
         floor=float(np.mean([touch.u_pretravel for touch in evaluated])),
     )
     return [
@@ -308,7 +352,9 @@ def _calibration(
     """The calibration from the touches that are evaluated."""
     groups = _touches_by_direction(evaluated)
     directions = [_performance(name, group, probability) for name, group in groups.items()]
-    directions.sort(key=lambda d: (math.isnan(d.azimuth), d.azimuth, d.name))
+    directions.sort(
+        key=lambda d: (math.isnan(d.azimuth), abs(d.polar - 0.5 * math.pi), d.azimuth, d.name)
+    )
     repeatability = _pooled_repeatability(directions, groups, probability)
     directions = _with_pooled_scatter(directions, groups, repeatability)
     means = np.array([d.pretravel for d in directions])
@@ -361,12 +407,18 @@ def _touches_by_direction(touches: Sequence[RigTouch]) -> dict[str, list[RigTouc
     groups: dict[str, list[RigTouch]] = {}
     for touch in touches:
         groups.setdefault(direction_name(touch.trace), []).append(touch)
-    name_of: dict[float, str] = {}
+    name_of: dict[tuple[float, float], str] = {}
     for name, group in groups.items():
-        azimuth = azimuth_of(group[0].trace)
-        if name_of.setdefault(azimuth, name) != name and math.isfinite(azimuth):
+        azimuth, polar = angles_of(group[0].trace)
+        if polar > math.pi:
             raise PretravelError(
-                f"{name_of[azimuth]} and {name} are the same azimuth under two names: give the "
+                f"{name}: the polar angle is {math.degrees(polar):g}°; it lies between 0 (the rod "
+                "pushes the tip along the probe's axis, to the spindle) and 180°"
+            )
+        place = (round(azimuth, 9), round(polar, 9))
+        if name_of.setdefault(place, name) != name and math.isfinite(azimuth):
+            raise PretravelError(
+                f"{name_of[place]} and {name} are the same direction under two names: give the "
                 "traces of one probe at a time, with names of one form"
             )
     return groups
@@ -383,7 +435,7 @@ def _performance(
     spread = spread_from(float(np.sum((pretravel - pretravel.mean()) ** 2)), count - 1, probability)
     return DirectionPerformance(
         name=name,
-        azimuth=azimuth_of(touches[0].trace),
+        azimuth=angles_of(touches[0].trace)[0],
         count=count,
         pretravel=float(pretravel.mean()),
         u_pretravel=math.nan,  # needs the repeats of all directions
@@ -394,6 +446,7 @@ def _performance(
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
         u_hysteresis=math.nan,  # as above
         expanded_hysteresis=math.nan,
+        polar=angles_of(touches[0].trace)[1],
     )
 
 
@@ -465,8 +518,9 @@ def _pooled_repeatability(
     """The repeatability of single touches, pooled over the directions."""
     dof = sum(d.count - 1 for d in directions)
     if dof == 0:
-        means = np.array([d.pretravel for d in directions])
-        azimuths = np.array([d.azimuth for d in directions])
+        named = [d for d in directions if d.across or math.isnan(d.azimuth)]
+        means = np.array([d.pretravel for d in named])
+        azimuths = np.array([d.azimuth for d in named])
         squares, dof = scatter_about_lobes(means, azimuths)
         return replace(spread_from(squares, dof, probability), of_lobes=dof > 0)
     squares = math.fsum(

@@ -29,12 +29,12 @@ from pretravel.uncertainty.gum import COVERAGE_FACTOR, coverage_factor
 def rig_map(
     calibration: RigCalibration, components: Sequence[LengthComponent], tip_radius: float
 ) -> PretravelMap:
-    """A map for compensation from a calibration, in the plane of the rig.
+    """A map for compensation from a calibration: in the plane across the axis, or all around.
 
     Parameters
     ----------
     calibration : RigCalibration
-        Its azimuths are the directions in which the rod pushes the tip: those of surface normals.
+        Its directions are those in which the rod pushes the tip: those of surface normals.
     components : sequence of LengthComponent
         Of the rig.
     tip_radius : float
@@ -55,10 +55,11 @@ def rig_map(
     azimuths = np.array([d.azimuth for d in directions])
     if np.any(np.isnan(azimuths)):
         raise PretravelError(
-            "a map needs the azimuth of each direction; the names of the traces must end in "
-            "_AZIMUTH_REPEAT"
+            "a map needs the angles of each direction; the names of the traces must end in "
+            "_AZIMUTH_REPEAT (rig_030_1), _AZIMUTHpPOLAR_REPEAT (rig_030p45_1) or an axis "
+            "(rig_+Z_1)"
         )
-    support = DirectionSupport(from_angles(np.full(len(azimuths), 0.5 * math.pi), azimuths))
+    support = DirectionSupport(from_angles(np.array([d.polar for d in directions]), azimuths))
     common = length_budget(rig_sources(components), abs(calibration.pretravel)).combined
     own = [own_repeatability(calibration, d.count) for d in directions]
     # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.

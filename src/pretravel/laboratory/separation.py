@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -26,13 +26,19 @@ from pretravel.laboratory.separation_outliers import ReadingOutlier, outlying_re
 from pretravel.laboratory.separation_variances import (
     equally_shared,
     least_squares_variances,
+    literal_variances,
     pair_variance_of,
     restricted_likelihood_variances,
 )
 from pretravel.uncertainty.gum import COVERAGE, coverage_factor
 
-Method = Literal["reml", "least-squares"]
-METHODS: tuple[Method, ...] = ("reml", "least-squares")
+Method = Literal["reml", "least-squares", "paper"]
+METHODS: tuple[Method, ...] = ("reml", "least-squares", "paper")
+_ESTIMATES = {
+    "reml": restricted_likelihood_variances,
+    "least-squares": least_squares_variances,
+    "paper": literal_variances,
+}
 _FEWEST_DOF = 4.0
 _SQUARE_MICROMETRE = MICROMETRE**2
 
@@ -69,6 +75,10 @@ class Separation(ShownInNotebooks):
         Rows of the readings that the user left out.
     notes : tuple of str
         Sentences on the quantities that the readings do not determine.
+    machine_azimuth, probe_azimuth : (m,), (p,) float
+        Of the directions, of the probe in its own frame; nan where they are not known. [rad]
+    used : MultiStepReadings or None
+        The readings that were used, in the order of the residuals.
     """
 
     machines: IntArray
@@ -87,6 +97,9 @@ class Separation(ShownInNotebooks):
     outliers: tuple[ReadingOutlier, ...]
     excluded: tuple[int, ...]
     notes: tuple[str, ...]
+    machine_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    probe_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    used: MultiStepReadings | None = None
 
     def __repr__(self) -> str:
         out = len(self.outliers) + len(self.excluded)
@@ -195,8 +208,9 @@ def separate(
     readings : MultiStepReadings
         Complete, incomplete or repeated.
     method : str
-        ``reml``: restricted likelihood; ``least-squares``: the equations of the paper with the
-        degrees of freedom of the fit counted exactly.
+        ``reml``: restricted likelihood; ``least-squares``: sums of squared residuals, with the
+        degrees of freedom of the fit counted exactly; ``paper``: equations 3 to 10 as they are
+        printed, to compare with the paper: they scatter several times as much.
     repeated : RepeatedPair, optional
         A configuration whose variance was measured by repeats.
     exclude : sequence of pairs
@@ -228,9 +242,11 @@ def separate(
 
     References
     ----------
-    Nafi and Mayer 2011, equations 1 to 10. Equation 5 leaves out the degrees of freedom
-    of the systematic errors, so that its variances are too small by (n - 1)² / n² in a
-    complete n x n test.
+    Nafi and Mayer 2011, equations 1 to 10. Equation 5 takes the total less the explained sum of
+    squares of one direction for that of its residuals, which is right only over all directions
+    together (`pretravel.laboratory.separation_variances.literal_variances`). It also leaves out
+    the degrees of freedom of the systematic errors, so that its variances are too small by
+    (n - 1)² / n² in a complete n x n test.
 
     >>> m, p = np.divmod(np.arange(64), 8)
     >>> e = 1e-3 * (np.sin(m) - np.cos(p)) + 1e-4 * np.random.default_rng(1).normal(size=64)
@@ -251,8 +267,38 @@ def separate(
         used = np.setdiff1d(used, [outlier.row for outlier in outliers])
         design = multi_step_design(rows_of_readings(readings, used))
         _check_dof(design)
-    result = _separation(design, readings.errors[used], method, repeated)
-    return replace(result, outliers=tuple(outliers), excluded=tuple(int(row) for row in excluded))
+    result = _without_lost(_separation(design, readings.errors[used], method, repeated), readings)
+    return replace(
+        result,
+        outliers=tuple(outliers),
+        excluded=tuple(int(row) for row in excluded),
+        machine_azimuth=frozen(readings.azimuths_of(result.machines)),
+        probe_azimuth=frozen(readings.azimuths_of(result.probes)),
+        used=rows_of_readings(readings, used),
+    )
+
+
+def _without_lost(result: Separation, readings: MultiStepReadings) -> Separation:
+    """The separation with the degrees of freedom that were taken from its readings before."""
+    if not readings.lost:
+        return result
+    dof = result.dof - readings.lost
+    if dof < 1.0:
+        raise PretravelError(
+            f"{len(result.residuals)} readings, of which circles took {readings.lost} degrees of "
+            "freedom, leave none for a variance; touch more directions or orientations"
+        )
+    ratio = result.dof / dof
+    return replace(
+        result,
+        error_covariance=frozen(ratio * result.error_covariance),
+        machine_variance=frozen(ratio * result.machine_variance),
+        probe_variance=frozen(ratio * result.probe_variance),
+        # The variances scatter more by the root of the ratio, as their degrees of freedom.
+        variance_covariance=frozen(ratio**3 * result.variance_covariance),
+        movable=frozen(ratio * result.movable),
+        dof=dof,
+    )
 
 
 def _excluded_rows(readings: MultiStepReadings, exclude: Sequence[tuple[int, int]]) -> IntArray:
@@ -273,7 +319,12 @@ def rows_of_readings(readings: MultiStepReadings, rows: IntArray) -> MultiStepRe
     """Some of the readings."""
     if len(rows) == len(readings):
         return readings
-    return MultiStepReadings(readings.machine[rows], readings.probe[rows], readings.errors[rows])
+    return replace(
+        readings,
+        machine=readings.machine[rows],
+        probe=readings.probe[rows],
+        errors=readings.errors[rows],
+    )
 
 
 def _check_dof(design: MultiStepDesign) -> None:
@@ -290,10 +341,7 @@ def _separation(
 ) -> Separation:
     """The separation from the readings that are used."""
     pair = None if repeated is None else pair_variance_of(design, repeated)
-    estimate = (
-        least_squares_variances if method == "least-squares" else (restricted_likelihood_variances)
-    )
-    variances = estimate(design, errors, pair)
+    variances = _ESTIMATES[method](design, errors, pair)
     inverse = np.linalg.pinv(design.design)
     solution = inverse @ errors
     of_solution = (inverse * np.maximum(variances.of_readings, 0.0)) @ inverse.T
@@ -316,7 +364,7 @@ def _separation(
         repeated=repeated,
         outliers=(),
         excluded=(),
-        notes=tuple(_notes(design, shares, variances.values, repeated)),
+        notes=tuple(_notes(design, shares, variances.values, repeated, method)),
     )
 
 
@@ -368,6 +416,7 @@ def _notes(
     shares: _Shares,
     variances: FloatArray,
     repeated: RepeatedPair | None,
+    method: Method,
 ) -> list[str]:
     """Sentences on the quantities that the readings do not determine."""
     of_errors = (
@@ -387,6 +436,9 @@ def _notes(
         notes.append(
             "least squares gives some pairs a negative variance, which is impossible; use the "
             "method reml"
+            if method == "least-squares"
+            else "the paper's equations give some pairs a negative variance, which is impossible; "
+            "use the method reml"
         )
     if repeated is not None:
         i = design.machine_place(repeated.machine)

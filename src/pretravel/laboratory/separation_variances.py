@@ -113,8 +113,9 @@ def least_squares_variances(
 
     References
     ----------
-    Nafi and Mayer 2011, equations 7 and 8, here with the degrees of freedom that the fit takes
-    from each residual.
+    After Nafi and Mayer 2011, equations 7 and 8, with the squared residuals of a direction in the
+    place of equation 5 (see `literal_variances`), and with the degrees of freedom that the fit
+    takes from each residual.
     """
     values, covariance = _from_squared_residuals(design, errors)
     covariance = covariance * _scatter_of_squares(noise_of_readings(design, errors))
@@ -133,16 +134,71 @@ def _from_squared_residuals(
     inverse = np.linalg.pinv(matrix, rcond=1e-9)
     variances = inverse @ direction_sums(design, residuals**2)
     total = np.maximum(design.incidence @ variances, 0.05 * float(np.mean(residuals**2)))
-    # Cov(r_a², r_b²) = 2 (M V M)_ab² for normal noise, with M = 1 - H and H = S G S'.
-    signed = design.incidence * design.signs
-    cofactor = np.linalg.inv(normal_matrix(design, ones))
-    middle = cofactor @ (signed.T @ (total[:, None] * signed)) @ cofactor
-    scatter = signed @ (middle @ signed.T)
-    scatter -= (signed @ (cofactor @ signed.T)) * (total[:, None] + total)
-    scatter[np.diag_indices(len(errors))] += total
+    # Cov(r_a², r_b²) = 2 (M V M)_ab² for normal noise.
+    scatter = _residual_covariance(design, total)
     scatter *= scatter
     sums = 2.0 * design.incidence.T @ (scatter @ design.incidence)
     return np.asarray(variances), np.asarray(inverse @ sums @ inverse)
+
+
+def _residual_covariance(design: MultiStepDesign, total: FloatArray) -> FloatArray:
+    """M V M of ordinary least squares, (n, n), with M = 1 - H and H = S G S'. [mm²]"""
+    signed = design.incidence * design.signs
+    cofactor = np.linalg.inv(normal_matrix(design, np.ones(len(total))))
+    middle = cofactor @ (signed.T @ (total[:, None] * signed)) @ cofactor
+    scatter = signed @ (middle @ signed.T)
+    scatter -= (signed @ (cofactor @ signed.T)) * (total[:, None] + total)
+    scatter[np.diag_indices(len(total))] += total
+    return np.asarray(scatter)
+
+
+def literal_variances(
+    design: MultiStepDesign, errors: FloatArray, repeated: PairVariance | None
+) -> DirectionVariances:
+    """Variances from the paper's equations 3 to 10 as they are printed, to compare with it.
+
+    Of one direction with readings e, predicted p + mean and residuals r = e - p - mean, the total
+    less the explained sum of squares is Σr² + 2 Σ r·p. The paper takes it for Σr². The second sum
+    vanishes over all readings together, but not over one direction: it is noise in proportion to
+    the systematic errors of the other side, so that sums of squares become negative.
+
+    Parameters
+    ----------
+    design : MultiStepDesign
+    errors : (n,) float
+        [mm]
+    repeated : PairVariance or None
+        Its variance becomes that of the pair (equation 10).
+
+    Raises
+    ------
+    PretravelError
+        Too few readings of a direction.
+
+    References
+    ----------
+    Nafi and Mayer 2011, equations 3 to 10.
+    """
+    honest = least_squares_variances(design, errors, None)
+    residuals = weighted_residuals(design, errors, np.ones(len(errors)))
+    counts = design.incidence.sum(axis=0)
+    means = direction_sums(design, errors) / counts
+    deviation = design.incidence * (errors[:, None] - means)
+    explained = design.incidence * ((errors - residuals)[:, None] - means)
+    sums = np.sum(deviation**2 - explained**2, axis=0)
+    inverse = np.linalg.pinv(design.incidence.T @ design.incidence, rcond=1e-9)
+    values = inverse @ sums
+    scatter = _residual_covariance(design, np.maximum(honest.of_readings, 0.0))
+    of_sums = 2.0 * design.incidence.T @ (scatter**2 @ design.incidence)
+    of_sums += 4.0 * explained.T @ (scatter @ explained)
+    covariance = inverse @ of_sums @ inverse
+    if repeated is not None:
+        pick = np.zeros(design.size)
+        pick[[repeated.machine, repeated.probe]] = 1.0
+        values = values + 0.5 * (repeated.variance - pick @ values)
+        move = np.eye(design.size) - 0.5 * np.outer(np.ones(design.size), pick)
+        covariance = move @ covariance @ move.T + 0.5 * repeated.variance**2 / repeated.dof
+    return DirectionVariances(np.asarray(values), np.asarray(covariance), honest.of_readings)
 
 
 def _check_rank(design: MultiStepDesign, matrix: FloatArray) -> None:

@@ -55,6 +55,9 @@ _AMPLITUDES = 8
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
 _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
+_WIDEST = 1e9
+"""Standard deviation of terms without a prior, so that one that no touch shows has a covariance,
+though none that says anything: four touches on an equator do not show its height. [um]"""
 _MANY_ROWS = 2  # rows for each column from which equations for the columns are fewer
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
@@ -263,7 +266,9 @@ class _Problem:
         except np.linalg.LinAlgError:
             return 1e12, np.zeros(_AMPLITUDES)
         free = inverse @ self.small_free
-        normal = np.linalg.inv(free.T @ free)
+        information = free.T @ free
+        _diagonal(information)[:] += _WIDEST**-2
+        normal = np.linalg.inv(information)
         projected = inverse.T @ (inverse - free @ (normal @ (free.T @ inverse)))
         weighted = projected @ self.small_y
         cost = (
@@ -533,7 +538,9 @@ def _by_touches(problem: _Problem, h: FloatArray, own: FloatArray) -> tuple[Floa
     total = (design * prior) @ design.T
     _diagonal(total)[:] += own
     inverse = np.linalg.inv(total)
-    of_free = np.linalg.inv(problem.free.T @ inverse @ problem.free)
+    information = problem.free.T @ inverse @ problem.free
+    _diagonal(information)[:] += _WIDEST**-2
+    of_free = np.linalg.inv(information)
     free_of = of_free @ problem.free.T @ inverse
     projected = inverse - inverse @ problem.free @ free_of
     carried = prior[:, None] * design.T
@@ -554,10 +561,11 @@ def _by_terms(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]
     design = lighter * problem.turned(problem.design, h[_AZIMUTH])
     # By QR, which stays exact without noise, where normal equations lose all digits.
     count, split, size = len(design), problem.free.shape[1], design.shape[1]
-    stacked = np.zeros((count + size, split + size))
+    stacked = np.zeros((count + split + size, split + size))
     stacked[:count, :split] = lighter * problem.free
     stacked[:count, split:] = design * np.sqrt(prior)
-    stacked[count:, split:] = math.sqrt(variance) * np.eye(size)
+    scales = np.concatenate([np.full(split, 1.0 / _WIDEST), np.ones(size)])
+    stacked[count:] = np.diag(math.sqrt(variance) * scales)
     q, r = np.linalg.qr(stacked)
     inverse = np.linalg.inv(r)
     scale = np.concatenate([np.ones(split), np.sqrt(prior)])

@@ -46,6 +46,9 @@ _SAME_MOTION = 1e-6  # of a motion's size: less is rounding
 _TURN = 0.3  # largest turn in one step [rad]
 _ROUNDS = 6  # of naming gross touches
 _FEWEST_FREE = 3  # degrees of freedom from which gross touches are looked for
+_MANY_FREE = 20  # from which several are named at a time
+_SEEN = 0.05  # least share of a touch's error in its residual: below, it determines a motion alone
+_SMALLEST = 0.1 * MICROMETRE  # scatter that touches have at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -507,21 +510,31 @@ class _Fit:
             raise PretravelError(f"{count} touches are too few to determine {motions} motions")
 
     def gross(self, state: _State, taken: BoolArray) -> BoolArray:
-        """Used touches far from their faces, compared with the others."""
+        """Used touches far from their faces, compared with the others.
+
+        Among few touches one gross error moves all: the largest is compared with what is left
+        without it (externally studentized residuals). Among many, several are compared with the
+        median.
+        """
         mine = np.flatnonzero(state.used & taken)
         free = len(mine) - state.motions.shape[1]
         wrong = np.zeros(len(taken), dtype=bool)
         if free < _FEWEST_FREE:
             return wrong
         change = np.sum(state.slopes[mine] * state.response[:, mine].T, axis=1)
-        left = np.clip(1.0 + change, 0.05, 1.0)
-        size = np.abs(state.distance[mine]) / np.sqrt(left)
-        scale = max(1.4826 * float(np.median(size)), 0.1 * MICROMETRE)
-        limit = outlier_factor(len(mine), max(float(free), 4.0)) * scale
-        beyond = size > limit
-        if beyond.any():
-            # One at a time where many are conspicuous: a gross touch moves the others.
-            wrong[mine[size >= max(limit, 0.5 * size.max())]] = True
+        left = 1.0 + change  # share of a touch's error that is in its own residual
+        size = np.where(left > _SEEN, np.abs(state.distance[mine]), 0.0)
+        size = size / np.sqrt(np.maximum(left, _SEEN))
+        worst = int(np.argmax(size))
+        others = max(float(np.sum(state.distance[mine] ** 2)) - float(size[worst]) ** 2, 0.0)
+        scale = max(math.sqrt(others / (free - 1)), _SMALLEST)
+        if size[worst] > outlier_factor(len(mine), free - 1) * scale:
+            wrong[mine[worst]] = True
+        if free >= _MANY_FREE:
+            scale = max(1.4826 * float(np.median(size)), _SMALLEST)
+            limit = outlier_factor(len(mine), free) * scale
+            # Smaller ones may only have been moved by the larger.
+            wrong[mine[(size > limit) & (size > 0.5 * size[worst])]] = True
         return wrong
 
     def alignment(self, state: _State, gross: BoolArray, *, extrapolate: bool) -> Alignment:

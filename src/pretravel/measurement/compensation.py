@@ -17,11 +17,19 @@ from pretravel.maps.provenance import Origin
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
+from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification.qualification import Qualification
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach
 from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import ContactProblem, ContactSearch
+from pretravel.surface.search import (
+    ContactProblem,
+    ContactSearch,
+    PartContacts,
+    apexes_of,
+    faces_to_touch,
+)
+from pretravel.surface.undetermined import LEAST_PLAY, distance_from_apexes, play_of_ball
 from pretravel.touches import Touches, at_rest, refuse_glancing
 
 OBLIQUE = 10.0 * DEGREE
@@ -35,6 +43,7 @@ def apply(
     nominal: Surface | Part | None = None,
     extrapolate: bool = False,
     shared: bool = True,
+    scatter: TouchScatter | None = None,
 ) -> Points:
     """Compensate touches: from the latched spindle points to the surface.
 
@@ -58,6 +67,9 @@ def apply(
         Also for normals outside the directions of the map.
     shared : bool
         The points state which errors they have in common (`Points.shared`). It takes time.
+    scatter : TouchScatter, optional
+        Of single touches by direction, from a separation of machine and probe, in the place of
+        the repeatability of the map.
 
     Returns
     -------
@@ -104,7 +116,7 @@ def apply(
             f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
             f"({len(lost)} such touches). Do the normals point out of the part?"
         )
-    errors = errors_of_points(touches, normals, pretravel_map)
+    errors = errors_of_points(touches, normals, pretravel_map, scatter)
     if nominal is None:
         travel = pretravel / errors.closing
         positions = (
@@ -164,7 +176,36 @@ def _on_nominal(
             + f": {names}{'…' if len(lost) > 5 else ''}. Is the nominal where the part is, in the "
             "touches' frame and in mm?"
         )
+    _refuse_undetermined(touches, found, radius, nominal)
     return found.local, found.length
+
+
+def _refuse_undetermined(
+    touches: Touches, found: PartContacts, radius: float, nominal: Surface | Part
+) -> None:
+    """Refuse contacts near apexes and in hollows with the radius of the tip.
+
+    At half the distances that a simulation keeps, so that a part with deviations passes too.
+    """
+    tight = play_of_ball(radius, found.local.principal_curvatures) < 0.5 * LEAST_PLAY
+    pointed = np.zeros(len(touches), dtype=bool)
+    for index, face in faces_to_touch(nominal):
+        mine = np.flatnonzero(found.face == index)
+        if len(mine) and len(places := apexes_of(face)):
+            pointed[mine] = distance_from_apexes(found.local.point[mine], places) < 0.5 * radius
+    for which, where in (
+        (tight, f"in a hollow with the radius of the tip ({radius:g} mm) or less"),
+        (pointed, "at the tip of a cone, where the surface has no definite normal"),
+    ):
+        rows = np.flatnonzero(which)
+        if len(rows):
+            names = ", ".join(touches.where(int(row)) for row in rows[:5])
+            raise PretravelError(
+                f"{len(rows)} of {len(touches)} touches lie {where}: which point was touched is "
+                f"not determined: {names}{'…' if len(rows) > 5 else ''}. Leave them out, or touch "
+                "there with a smaller tip",
+                inputs=("exclude",),
+            )
 
 
 def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
@@ -232,7 +273,8 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
             f"({pretravel_map.tip_radius:g} mm): are the readings tip-centre positions in "
             "mm, do the normals point out of the part, is the nominal where the part is?"
         )
-    return warnings
+    elsewhere = "" if touches.movement is None else touches.movement.sentence()
+    return [*warnings, elsewhere] if elsewhere else warnings
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.measurement.point_errors import REPEATABILITY, PointErrors
 from pretravel.measurement.points import FIXED_SCATTER
+from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART
 from pretravel.uncertainty.gum import Budget, Component
 
 
@@ -29,7 +30,7 @@ def variances_along_normals(errors: PointErrors) -> dict[str, FloatArray]:
     made, closing = errors.pretravel_map, errors.closing
     of_map = made.standard_uncertainty(errors.normals) ** 2 - errors.by_delay**2
     return {
-        REPEATABILITY: (made.repeatability * closing) ** 2,
+        **{name: own * closing**2 for name, own in errors.of_touches.items()},
         FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
         "map": np.maximum(of_map, 0.0),
         "tip radius": np.full(len(closing), made.u_tip_radius**2),
@@ -99,7 +100,7 @@ def budget_of_variances(variances: Mapping[str, float], dof: float, which: str) 
     components = tuple(
         Component(
             name,
-            "A" if name == REPEATABILITY else "B",
+            "A" if name in (REPEATABILITY, MACHINE_PART, PROBE_PART) else "B",
             math.sqrt(variance),
             dof=dof if name == REPEATABILITY and dof > 0.0 else math.inf,
         )

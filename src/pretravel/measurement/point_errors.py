@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.units import delay_travel
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.points import FIXED_SCATTER, Points
+from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART, TouchScatter
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Correlation, Covariance
 
@@ -39,6 +40,9 @@ class PointErrors:
         Change of the map's pretravel for a delay longer by one standard uncertainty. [mm]
     delay_along_approach : (n,) float
         Movement of each point for a delay longer by one standard uncertainty. [mm]
+    separated : mapping of str to (n,) float
+        Variance of each touch along its approach, in the parts of machine and probe, where a
+        separation takes the place of the map's repeatability. [mm²]
     """
 
     pretravel_map: PretravelMap
@@ -47,6 +51,7 @@ class PointErrors:
     closing: FloatArray
     by_delay: FloatArray
     delay_along_approach: FloatArray
+    separated: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def at(self, rows: IntArray) -> PointErrors:
         """Of some of the points, (k,) rows."""
@@ -57,7 +62,20 @@ class PointErrors:
             closing=self.closing[rows],
             by_delay=self.by_delay[rows],
             delay_along_approach=self.delay_along_approach[rows],
+            separated={name: variance[rows] for name, variance in self.separated.items()},
         )
+
+    @property
+    def of_touches(self) -> Mapping[str, FloatArray]:
+        """Variance of each touch along its approach, by source, without fixed scatter. [mm²]"""
+        own = np.full(len(self.closing), self.pretravel_map.repeatability**2)
+        return self.separated or {REPEATABILITY: own}
+
+    @property
+    def single_touch(self) -> FloatArray:
+        """Variance of each touch about the map, along its approach, (n,). [mm²]"""
+        own = np.sum(list(self.of_touches.values()), axis=0)
+        return np.asarray(own + self.pretravel_map.fixed_scatter**2)
 
     @property
     def _delay_matters(self) -> bool:
@@ -78,7 +96,7 @@ class PointErrors:
         """
         a, n = self.approaches, self.normals
         of_map = np.maximum(u_map**2 - self.by_delay**2, 0.0) / self.closing**2
-        along = self.pretravel_map.single_touch**2 + of_map + self.delay_along_approach**2
+        along = self.single_touch + of_map + self.delay_along_approach**2
         found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
         found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
         return np.asarray(found)
@@ -88,9 +106,7 @@ class PointErrors:
         count = len(self.closing)
         of_map = self.pretravel_map.value_covariance(self.normals)
         sources = {
-            REPEATABILITY: Covariance.independent(
-                (self.pretravel_map.single_touch * self.closing) ** 2
-            ),
+            REPEATABILITY: Covariance.independent(self.single_touch * self.closing**2),
             "map": Covariance(Correlation.FULL, of_map - np.outer(self.by_delay, self.by_delay)),
             "tip radius": Covariance.fully_shared(
                 np.full(count, self.pretravel_map.u_tip_radius**2)
@@ -126,7 +142,7 @@ class PointErrors:
         design = self.pretravel_map.basis.design(directions) @ covariance.root
         parts, sizes, _ = np.linalg.svd(design, full_matrices=False)
         factors = (parts * sizes).T
-        own = (self.pretravel_map.repeatability * self.closing) ** 2
+        own = np.sum(list(self.of_touches.values()), axis=0) * self.closing**2
         total = own + sum(part**2 for part in shared.values()) + np.sum(factors**2, axis=0)
         left = np.flip(np.cumsum(np.flip(factors**2, axis=0), axis=0), axis=0)
         # One at least: without any, the map would seem to state no uncertainty.
@@ -176,7 +192,10 @@ def unknown_delay_travel(touches: Touches, pretravel_map: PretravelMap) -> Float
 
 
 def errors_of_points(
-    touches: Touches, normals: FloatArray, pretravel_map: PretravelMap
+    touches: Touches,
+    normals: FloatArray,
+    pretravel_map: PretravelMap,
+    scatter: TouchScatter | None = None,
 ) -> PointErrors:
     """The sources of error of touches that are compensated with a map.
 
@@ -186,6 +205,8 @@ def errors_of_points(
     normals : (n, 3) float
         That the compensation used.
     pretravel_map : PretravelMap
+    scatter : TouchScatter, optional
+        Of single touches by direction, in the place of the map's repeatability.
 
     Returns
     -------
@@ -198,8 +219,15 @@ def errors_of_points(
         moved = moved + unknown_delay_travel(touches, pretravel_map)
     else:
         moved = moved + delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
+    parts = () if scatter is None else scatter.variances(normals, pretravel_map)
     return PointErrors(
-        pretravel_map, normals, touches.approach_directions, closing, by_delay, moved
+        pretravel_map,
+        normals,
+        touches.approach_directions,
+        closing,
+        by_delay,
+        moved,
+        dict(zip((MACHINE_PART, PROBE_PART), parts, strict=False)),
     )
 
 

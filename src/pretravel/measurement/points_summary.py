@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.points import Points
+from pretravel.measurement.rigid_movement import MovementSums
 from pretravel.touches import Touches
 
 
@@ -148,6 +149,8 @@ class TouchSummary:
         Median of the deviations; of joined summaries the mean of their medians. [mm]
     outside : int
         Normals outside the map.
+    movement : MovementSums or None
+        Of the deviations, from which it is seen whether the part lies elsewhere.
     """
 
     count: int
@@ -155,6 +158,7 @@ class TouchSummary:
     feeds: tuple[float, float] | None = None
     middle: float | None = None
     outside: int = 0
+    movement: MovementSums | None = field(default=None, compare=False)
 
     @staticmethod
     def of(touches: Touches, points: Points, pretravel_map: PretravelMap) -> TouchSummary:
@@ -175,12 +179,17 @@ class TouchSummary:
             None if feeds is None else (float(feeds.min()), float(feeds.max())),
             None if deviation is None else float(np.median(deviation)),
             int(np.sum(~inside)),
+            None
+            if deviation is None
+            else MovementSums.of(points.positions, points.normals, deviation),
         )
 
     def joined(self, other: TouchSummary) -> TouchSummary:
         """Of both sets of touches, of which both state the same."""
         count = self.count + other.count
-        feeds = middle = None
+        feeds = middle = movement = None
+        if self.movement is not None and other.movement is not None:
+            movement = self.movement.joined(other.movement)
         if self.feeds is not None and other.feeds is not None:
             feeds = min(self.feeds[0], other.feeds[0]), max(self.feeds[1], other.feeds[1])
         if self.middle is not None and other.middle is not None:
@@ -191,4 +200,5 @@ class TouchSummary:
             feeds,
             middle,
             self.outside + other.outside,
+            movement,
         )

@@ -30,6 +30,7 @@ _HINT = "pretravel probes omp40-2 prints a whole description"
 @dataclass(frozen=True)
 class _Spring:
     preload: float
+    offset: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -239,6 +240,7 @@ def described_probe(document: TomlDocument, folder: Path = Path()) -> Probe:
             orientation=description.orientation,
             criterion=description.trigger.criterion,
             threshold=description.trigger.threshold,
+            spring_offset=description.spring.offset,
         )
 
 
@@ -247,10 +249,19 @@ def _structure(own: tuple[tuple[str, Material], ...]) -> TomlStructure:
     """The keys of a description; materials go by name, those of the description first."""
     structure = TomlStructure(hint=_HINT)
     structure.table(
-        Tripod, radius="radius_mm", rod_azimuths="rod_azimuths_deg", rod_radius="rod_radius_mm"
+        Tripod,
+        radius="radius_mm",
+        rod_azimuths="rod_azimuths_deg",
+        rod_radius="rod_radius_mm",
+        radius_deviations="radius_deviations_mm",
     )
-    structure.table(Seats, support_angle="support_angle_deg", ball_radius="ball_radius_mm")
-    structure.table(_Spring, preload="preload_N")
+    structure.table(
+        Seats,
+        support_angle="support_angle_deg",
+        ball_radius="ball_radius_mm",
+        right_less_left="right_less_left_deg",
+    )
+    structure.table(_Spring, preload="preload_N", offset="offset_mm")
     structure.table(
         _HubTable,
         offset="offset_mm",

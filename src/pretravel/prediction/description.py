@@ -52,12 +52,15 @@ class Tripod:
         [mm]
     material : Material
         Of rods and seat balls.
+    radius_deviations : three floats
+        Of the rods from the radius: Ren's m, g, s less their common value. [mm]
     """
 
     radius: float
     rod_azimuths: tuple[float, float, float]
     rod_radius: float
     material: Material
+    radius_deviations: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         _positive(self.radius, "the tripod radius")
@@ -68,6 +71,16 @@ class Tripod:
             )
         if not all(math.isfinite(azimuth) for azimuth in self.rod_azimuths):
             raise DescriptionError("the rod azimuths must be finite numbers")
+        if len(self.radius_deviations) != 3:
+            raise DescriptionError(
+                f"three rods have three deviations of the radius, got {len(self.radius_deviations)}"
+            )
+        largest = max(abs(deviation) for deviation in self.radius_deviations)
+        if not largest <= 0.5 * self.radius:
+            raise DescriptionError(
+                f"a rod's radius deviates by {largest:g} mm from {self.radius:g} mm; half of it is "
+                "the most"
+            )
         if self.rod_radius >= 0.5 * self.radius:
             raise DescriptionError(
                 f"rods of radius {self.rod_radius:g} mm do not fit at a tripod radius of "
@@ -92,6 +105,8 @@ class Seats:
         with coarse contact elements or none.
     friction : float
         Coulomb's coefficient between rods and balls; 0 for statics without history.
+    right_less_left : float
+        Support angle of the right seats less that of the left: Ren's beta less alpha. [rad]
     """
 
     support_angle: float
@@ -99,10 +114,17 @@ class Seats:
     material: Material
     contact: str = "hertz"
     friction: float = 0.0
+    right_less_left: float = 0.0
 
     def __post_init__(self) -> None:
         _positive(self.ball_radius, "the seat ball radius")
+        half = abs(self.right_less_left) / DEGREE / 2.0
         degrees = self.support_angle / DEGREE
+        if 1.0 <= degrees <= 89.0 and not half <= min(degrees - 1.0, 89.0 - degrees):
+            raise DescriptionError(
+                f"the support angles of left and right seats differ by {2.0 * half:g}°: with a "
+                f"mean of {degrees:g}° one is not between 1° and 89°"
+            )
         if not 1.0 <= degrees <= 89.0:
             raise DescriptionError(
                 f"the support angle is {degrees:g}°; seats hold a rod only with an angle "
@@ -289,6 +311,8 @@ class Probe:
     threshold : float
         Seat reaction (first_contact), or sum of a rod's two (arm_lift), at
         which the circuit opens. [N]
+    spring_offset : two floats
+        x and y of the line of the spring's force: Ren's t cos δ₁ and t sin δ₁. [mm]
 
     Raises
     ------
@@ -313,6 +337,7 @@ class Probe:
     orientation: Orientation = field(default_factory=Orientation)
     criterion: str = "first_contact"
     threshold: float = 0.0
+    spring_offset: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         _positive(self.preload, "the spring preload", "N", STRONGEST)
@@ -346,7 +371,32 @@ class Probe:
             raise DescriptionError(
                 f"the trigger threshold is {self.threshold:g} N; it cannot be negative"
             )
+        if not all(abs(value) <= LONGEST for value in self.spring_offset):
+            raise DescriptionError(
+                f"the spring's offset {self.spring_offset} is not two lengths below {LONGEST:g} mm"
+            )
         self._check_seating()
+
+    @property
+    def uneven(self) -> bool:
+        """Whether rods or seats differ from each other, or the spring acts beside the axis."""
+        return any(
+            (*self.tripod.radius_deviations, self.seats.right_less_left, *self.spring_offset)
+        )
+
+    def refuse_uneven(self, what: str) -> None:
+        """Refuse an uneven probe for what is made for even ones.
+
+        Raises
+        ------
+        DescriptionError
+        """
+        if self.uneven:
+            raise DescriptionError(
+                f"{what} needs three equal rods, equal seats and a spring on the axis: leave "
+                "radius_deviations_mm, right_less_left_deg and the spring's offset_mm out, or use "
+                "the model analytic"
+            )
 
     def _check_seating(self) -> None:
         azimuths = np.sort(np.mod(self.tripod.rod_azimuths, 2.0 * math.pi))

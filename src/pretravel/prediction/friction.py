@@ -253,6 +253,7 @@ def check_conditions(
             f"{MOST_STEPS} of all together (1 GB). After the first few a cycle repeats itself",
             inputs=("cycles", "steps"),
         )
+    probe.refuse_uneven("a cycle with friction")
     if probe.criterion != "first_contact":
         raise PretravelError(
             f"cycles with friction determine when the first seat opens; the criterion "

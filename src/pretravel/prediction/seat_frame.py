@@ -50,8 +50,10 @@ def seat_frame(probe: Probe) -> SeatFrame:
     >>> frame.points[0].tolist(), frame.normals[0].round(3).tolist()
     ([16.34, 0.0, 0.0], [0.0, -0.889, 0.458])
     """
-    tripod = probe.tripod
-    return seat_triads(tripod.rod_azimuths, tripod.radius, probe.seats.support_angle)
+    tripod, seats = probe.tripod, probe.seats
+    radii = tripod.radius + np.array(tripod.radius_deviations)
+    angles = seats.support_angle + 0.5 * seats.right_less_left * SEAT_SIDES
+    return seat_triads(tripod.rod_azimuths, radii, angles)
 
 
 def seat_triads(

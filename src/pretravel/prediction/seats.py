@@ -134,7 +134,8 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     """
     frame = seat_frame(probe)
     wrenches = frame.wrenches
-    load = np.array([0.0, 0.0, -probe.preload, 0.0, 0.0, 0.0])
+    x, y = probe.spring_offset
+    load = probe.preload * np.array([0.0, 0.0, -1.0, -y, x, 0.0])
     if gravity is not None:
         if probe.moving.mass == 0.0:
             raise DescriptionError(
@@ -145,7 +146,7 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
         weight = probe.moving.mass * STANDARD_GRAVITY * down
         arm = np.array([0.0, 0.0, probe.moving.height])
         load = load + np.concatenate([weight, np.cross(arm, weight)])
-    rest = np.linalg.solve(wrenches, -load)
+    rest = np.asarray(np.linalg.solve(wrenches, -load), dtype=np.float64)
     worst = int(np.argmin(rest))
     # No seat may pull, and the loads that the criterion watches must be above its threshold.
     watched = watched_loads(rest[None], probe.criterion)

@@ -22,7 +22,9 @@ from pretravel.base.quantities import (
 )
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
-from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.local_geometry import LocalGeometry, Surface, at_open_end
+from pretravel.surface.search import apexes_of
+from pretravel.surface.undetermined import distance_from_apexes
 
 _FINE = 200
 """Points along each parameter by which lengths are measured."""
@@ -30,8 +32,15 @@ _MOST = 1_000_000
 """Largest number of points of a grid or of rows."""
 _MOST_CANDIDATES = 400_000
 """Largest number of points among which those by curvature are chosen."""
-_OFF_FACE = "off the face or nearer to an edge than the margin"
+_MOST_OF_AN_END = 20_000
+"""Largest number of points along an end of the parameters by which distances are measured."""
+_OFF_FACE = "off the face or nearer to an edge or apex than the margin"
+_SAME = "at the same place as another one"
 _TURNED_AWAY = "turned away"
+_AT_APEX = 1e-3
+"""Distance from an apex that is always kept: it has no normal. [mm]"""
+_SAME_PLACE = 1e-6
+"""[mm]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,12 +194,15 @@ def plan_inspection(
     _check_one_way(grid, spacing, chord)
     region = region or InspectionRegion()
     chosen: list[tuple[int, FloatArray, LocalGeometry]] = []
-    left_out = {_OFF_FACE: 0, _TURNED_AWAY: 0}
+    left_out = {_OFF_FACE: 0, _SAME: 0, _TURNED_AWAY: 0}
     for number, piece in _pieces(surface):
         if grid is not None:
             uv, usable = _grid_on(piece, region, grid)
             left_out[_OFF_FACE] += int(np.sum(~usable))
             uv = uv[usable]
+            again = _repeated(piece.derivatives(uv)[0])
+            left_out[_SAME] += int(np.sum(again))
+            uv = uv[~again]
         elif chord is not None:
             uv = _by_curvature(piece, region, chord, spacing)
         else:
@@ -281,11 +293,49 @@ def _usable(surface: Surface, uv: FloatArray, margin: float) -> BoolArray:
     from scipy.spatial import cKDTree
 
     inside = surface.inside(uv)
-    if margin > 0.0 and isinstance(surface, Face) and surface.borders:
-        edges = surface.derivatives(surface.edge_samples(0.2 * margin))[0]
-        distance, _ = cKDTree(edges).query(surface.derivatives(uv)[0])
+    if isinstance(surface, Face):
+        ends = surface.edge_samples(0.2 * margin) if margin > 0.0 and surface.borders else None
+    else:
+        # A touch slides: on an end of the parameters it may leave the surface.
+        inside &= ~at_open_end(surface, uv)
+        ends = _samples_of_ends(surface, 0.2 * margin) if margin > 0.0 else None
+    if ends is not None and len(ends):
+        distance, _ = cKDTree(surface.derivatives(ends)[0]).query(surface.derivatives(uv)[0])
         inside &= distance >= margin * (1.0 - 1e-9)
+    places = apexes_of(surface)
+    if len(places):
+        distance = distance_from_apexes(surface.derivatives(uv)[0], places)
+        inside &= distance >= max(margin * (1.0 - 1e-9), _AT_APEX)
     return np.asarray(inside)
+
+
+def _repeated(points: FloatArray) -> BoolArray:
+    """Which points are at the place of an earlier one, as those of a pole are."""
+    _, first = np.unique(np.round(points / _SAME_PLACE), axis=0, return_index=True)
+    repeated = np.ones(len(points), dtype=bool)
+    repeated[first] = False
+    return repeated
+
+
+def _samples_of_ends(surface: Surface, spacing: float) -> FloatArray:
+    """Parameters along the ends of a bounded surface that are edges, (n, 2)."""
+    low, high = np.array(surface.domain.lower), np.array(surface.domain.upper)
+    lines = []
+    for axis in (0, 1):
+        other = 1 - axis
+        if not (np.isfinite(low[other]) and np.isfinite(high[other])):
+            continue  # an edge of infinite length: only shapes without ends have it
+        for end in (low[axis], high[axis]):
+            if not np.isfinite(end):
+                continue
+            line = np.full((_FINE, 2), end)
+            line[:, other] = np.linspace(low[other], high[other], _FINE)
+            steps = np.linalg.norm(np.diff(surface.derivatives(line)[0], axis=0), axis=1)
+            count = int(min(np.ceil(_FINE * steps.max() / spacing) + _FINE, _MOST_OF_AN_END))
+            line = np.full((count, 2), end)
+            line[:, other] = np.linspace(low[other], high[other], count)
+            lines.append(line[at_open_end(surface, line)])
+    return np.concatenate(lines) if lines else np.zeros((0, 2))
 
 
 def _rows(
@@ -325,7 +375,8 @@ def _by_curvature(
     from scipy.spatial import cKDTree
 
     samples = _grid(*region.box(surface), (60, 60), [False, False])
-    local = surface.local(samples[surface.inside(samples)])
+    kept = _usable(surface, samples, region.margin)  # not at an apex, whose curvature has no end
+    local = surface.local(samples[kept if kept.any() else surface.inside(samples)])
     size = float(np.linalg.norm(np.ptp(local.point, axis=0)))
     widest = 0.1 * size if widest is None else widest
     wanted = _distance(local, chord, widest)

@@ -9,13 +9,15 @@ import numpy as np
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.prediction.description import Probe
 from pretravel.surface.cad.face import Face
-from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.part import Cloud, Part
 from pretravel.surface.local_geometry import Surface
 
 _CLOSE = 1e-4
 """Depth above which a ball is considered to meet a face: CAD faces join no better. [mm]"""
 _LEAST_STEP = 0.02
 """Smallest step of a ball along its way, as a share of its radius."""
+_STEP = 0.25
+"""Its step, as a share of its radius, where the distance to the faces is computed."""
 _EDGE_RESOLUTION = 0.02
 """Distance between samples of edges, as a share of the ball's radius: the error of the
 distance from an edge is below 5e-5 of the radius."""
@@ -106,10 +108,8 @@ def first_obstacle(
     others: there only the end is checked.
     """
     cloud = part.cloud_of_spacing(0.5 * radius)
-    # Upper bound of the distance from any point of a face to a sample, with its curvature.
-    bends = np.array([face.largest_convex_curvature for face in part.faces])
-    slack = float(np.max(cloud.gaps * np.sqrt(1.0 + radius * np.minimum(bends, 4.0 / radius))))
-    least = _LEAST_STEP * radius
+    slack = float(np.max(cloud.slacks(radius)))
+    least, ahead = _LEAST_STEP * radius, _STEP * radius
     last = min(slack**2 / radius + least, 0.5 * radius)
     met = np.full(len(centers), -1)
     to_go = np.full(len(centers), float(clearance))
@@ -122,12 +122,12 @@ def first_obstacle(
         free = np.sqrt(np.maximum(distance**2 - slack**2, 0.0)) - radius
         doubtful = np.flatnonzero(~inside & (free < least))
         if len(doubtful):
-            exact, face = _distance(part, at[doubtful], radius, None)
+            exact, face = _distance(part, cloud, at[doubtful], radius, None, ahead)
             hit = exact < radius - _CLOSE
             met[active[doubtful[hit]]] = face[hit]
             inside[doubtful[hit]] = True
-            # Where no face was near, the ball can move by at least one step.
-            free[doubtful] = np.minimum(exact - radius, least)
+            # Faces farther away than the ball and this step were not looked at.
+            free[doubtful] = np.minimum(exact - radius, ahead)
         to_go[active] -= np.maximum(free, least)
         active = active[~inside & (to_go[active] > last)]
     left = np.flatnonzero(met < 0)
@@ -135,7 +135,7 @@ def first_obstacle(
     inside = distance < radius - _CLOSE
     met[left[inside]] = cloud.face[nearest[inside]]
     left = left[~inside]
-    exact, face = _distance(part, centers[left], radius, touched[left])
+    exact, face = _distance(part, cloud, centers[left], radius, touched[left])
     hit = exact < radius - _CLOSE
     met[left[hit]] = face[hit]
     return met
@@ -143,17 +143,19 @@ def first_obstacle(
 
 def _distance(
     part: Part,
+    cloud: Cloud,
     centers: FloatArray,
     radius: float,
     excluded: IntArray | None,
+    ahead: float = 0.0,
 ) -> tuple[FloatArray, IntArray]:
     """Distance of the balls' centres from the nearest face, and the index of this face.
 
-    The distance is infinite where no face is within the radius. One face can be excluded for each
-    ball.
+    The distance is infinite where no face is within the radius and a piece ahead of it. One face
+    can be excluded for each ball.
     """
-    within = np.full(len(centers), (1.0 + _LEAST_STEP) * radius + _CLOSE)
-    pairs, faces = part.boxes.within(centers, within)
+    within = np.full(len(centers), radius + max(ahead, _LEAST_STEP * radius) + _CLOSE)
+    pairs, faces = part.near(centers, within, cloud, part.boxes)
     nearest, which = np.full(len(centers), np.inf), np.full(len(centers), -1)
     for index in np.unique(faces):
         rows = pairs[faces == index]

@@ -260,6 +260,11 @@ def _advice(outcomes: SurfaceTouches, targets: Targets, surface: Surface | Part)
     failed = np.flatnonzero(~outcomes.converged)
     if np.all(outcomes.status[failed] == TouchStatus.NOT_CONVERGED):
         return "The targets may be correct; this is a limit of the solver: rotate them by 0.001°"
+    if np.all(outcomes.status[failed] == TouchStatus.EDGE) and not isinstance(surface, Part):
+        return (
+            "The surface ends there: leave these targets out, or plan with a margin (the range of "
+            "the parameters is the whole of this surface)"
+        )
     search = ContactSearch(surface, len(targets))
     nearest = ball_center(0.0)
     search.solve(targets.points, ContactProblem(Lines(targets.points), lambda _rows: nearest))

@@ -11,6 +11,7 @@ from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
+from pretravel.surface.undetermined import LEAST_PLAY
 
 
 class TouchStatus(IntEnum):
@@ -25,6 +26,8 @@ class TouchStatus(IntEnum):
     DOES_NOT_FIT = 6
     NOT_CONVERGED = 7
     OUTSIDE_MAP = 8
+    NOT_DETERMINED = 9
+    APEX = 10
 
 
 MEANING = {
@@ -37,6 +40,10 @@ MEANING = {
     TouchStatus.DOES_NOT_FIT: "does not fit: the ball is larger than the hollow at the target",
     TouchStatus.NOT_CONVERGED: "not converged: no solution was found",
     TouchStatus.OUTSIDE_MAP: "outside the map: no touch or prediction supports this direction",
+    TouchStatus.NOT_DETERMINED: "not determined: the hollow has the radius of the ball "
+    f"(up to {LEAST_PLAY:g} mm more), which touches it at no definite point",
+    TouchStatus.APEX: "apex: nearer to the tip of a cone than the ball's radius; there the surface "
+    "has no definite normal",
 }
 """The outcomes in words, for messages."""
 

@@ -28,9 +28,18 @@ from pretravel.probing.tip import TipBehaviour, TipState, tip_of
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Lines, Reach, ball_center
 from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import ContactProblem, ContactSearch, PartContacts
+from pretravel.surface.search import (
+    ContactProblem,
+    ContactSearch,
+    PartContacts,
+    apexes_of,
+    faces_to_touch,
+)
 from pretravel.surface.specification import surface_of
+from pretravel.surface.undetermined import LEAST_PLAY, distance_from_apexes, play_of_ball
 
+_ROUNDING = 1e-6
+"""Share of the radius by which a hollow of the radius of the ball can seem to be smaller."""
 _SMALLEST_SLIP = 1e-5
 """Displacement before slip of a contact that has none of its own. [mm]"""
 _SOFTER = (1000.0, 300.0, 100.0, 50.0, 25.0, 12.0, 6.0, 4.0, 2.8, 2.0, 1.6, 1.3, 1.1, 1.0)
@@ -133,6 +142,7 @@ class _Solution:
     direction of the force on it at the trigger.
     """
 
+    targets: FloatArray
     lines: Lines
     approach: FloatArray
     first: PartContacts
@@ -167,7 +177,9 @@ def _solve(
             search.solve(first.local.point, ContactProblem(lines, equilibrium.reach))
     last = search.contacts()
     state, direction = _at_contacts(equilibrium, np.flatnonzero(last.solved), last.local)
-    return _Solution(lines, approach, first, last, fits, state, direction)
+    return _Solution(
+        np.asarray(targets.points), lines, approach, first, last, fits, state, direction
+    )
 
 
 class _TriggerEquilibrium:
@@ -249,11 +261,36 @@ def _status(tip: TipBehaviour, surface: Surface | Part, solution: _Solution) -> 
     triggered = np.flatnonzero(last.solved)
     outside = ~tip.supports(solution.direction[triggered])
     status[triggered[outside]] = TouchStatus.OUTSIDE_MAP
+    _undetermined(tip.radius, surface, solution, status)
     lost = np.flatnonzero(~first.solved)
     start, approach = solution.lines.anchor[lost], solution.approach[lost]
     meets = sweeps_surface(surface, start, approach, tip.radius)
     status[lost] = np.where(meets, TouchStatus.EDGE, TouchStatus.MISSED)
     return status
+
+
+def _undetermined(
+    radius: float, surface: Surface | Part, solution: _Solution, status: IntArray
+) -> None:
+    """Mark touches near apexes, and in hollows with the radius of the ball, in place."""
+    first, last = solution.first, solution.last
+    for contacts in (first, last):
+        met = np.flatnonzero(contacts.solved)
+        play = play_of_ball(radius, contacts.local.take(met).principal_curvatures)
+        tight = (play > -_ROUNDING * radius) & (play < LEAST_PLAY)
+        status[met[tight]] = TouchStatus.NOT_DETERMINED
+    for index, face in faces_to_touch(surface):
+        places = apexes_of(face)
+        if len(places) == 0:
+            continue
+        target = solution.targets
+        for points, where in (
+            (target, np.ones(len(status), dtype=bool)),
+            (first.local.point, first.solved & (first.face == index)),
+            (last.local.point, last.solved & (last.face == index)),
+        ):
+            near = where & (distance_from_apexes(points, places) < radius)
+            status[near] = TouchStatus.APEX
 
 
 def _ball_obstacles(

@@ -167,6 +167,16 @@ class Qualification(ShownInNotebooks):
     warnings: tuple[str, ...]
     scores: tuple[KindScore, ...] = ()
 
+    @property
+    def explained_share(self) -> float:
+        """R²: share of the touches' variance of pretravel that the map explains.
+
+        Negative where the map is worse than their mean; nan where all touches are alike.
+        """
+        observed, left = self.observed[self.used], self.residuals[self.used]
+        total = float(np.sum((observed - observed.mean()) ** 2))
+        return 1.0 - float(np.sum(left**2)) / total if total > 0.0 else math.nan
+
     def __repr__(self) -> str:
         out = int((~self.used).sum())
         return (

@@ -8,7 +8,7 @@ on the parametrisation.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -171,8 +171,40 @@ def solve_contact(surface: Surface, start: FloatArray, lines: Lines, reach: Reac
     >>> touch.length.round(9).tolist(), bool(touch.solved[0])
     ([7.0], True)
     """
+    return _solve(surface, start, lines, reach, _DIFFERENCES)
+
+
+def nearest_contact(surface: Surface, start: FloatArray, points: FloatArray) -> Contact:
+    """Points of a surface at which its normal leads through given points.
+
+    As `solve_contact` with a reach of zero, whose slopes are exact: other differences would repeat
+    the same steps where the nearest point lies on the border of the parameters.
+
+    Parameters
+    ----------
+    surface : Surface
+    start : (n, 2) float
+        Parameters to start from.
+    points : (n, 3) float
+        [mm]
+
+    Returns
+    -------
+    Contact
+        Its length is that against the normal, from the point to the surface. [mm]
+    """
+    return _solve(surface, start, Lines(points), ball_center(0.0), _DIFFERENCES[:1])
+
+
+def _solve(
+    surface: Surface,
+    start: FloatArray,
+    lines: Lines,
+    reach: Reach,
+    differences: Sequence[_Difference],
+) -> Contact:
     iteration = _Iteration(surface, np.asarray(start, dtype=np.float64), lines, reach)
-    for difference in _DIFFERENCES:
+    for difference in differences:
         first = difference is _DIFFERENCES[0]
         active = np.flatnonzero(iteration.size > (iteration.goal if first else TANGENCY))
         for _ in range(_MOST_ITERATIONS):
@@ -221,6 +253,11 @@ class _Iteration:
             trial = rows[waiting]
             displacement = fraction[waiting, None] * shift[waiting]
             uv = _moved(self.surface, self.uv[trial], here.take(waiting), displacement)
+            moves = np.any(uv != self.uv[trial], axis=1)  # not over the border of the parameters
+            if not moves.all():
+                waiting, trial, uv = waiting[moves], trial[moves], uv[moves]
+                if len(waiting) == 0:
+                    break
             local, length, residual = self._at(trial, uv)
             size = np.linalg.norm(residual, axis=1)
             with np.errstate(invalid="ignore"):

@@ -13,7 +13,7 @@ import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.base.errors import PretravelError
-from pretravel.surface.contact import Lines, ball_center, solve_contact
+from pretravel.surface.contact import nearest_contact
 from pretravel.surface.local_geometry import (
     Domain,
     LocalGeometry,
@@ -105,7 +105,7 @@ class Parametric(ABC):
     def nearest(self, points: FloatArray) -> FloatArray:
         seeds, tree = self._seeds
         _, index = tree.query(points, k=1)
-        return solve_contact(self, seeds[index], Lines(points), ball_center(0.0)).uv
+        return nearest_contact(self, seeds[index], points).uv
 
     @cached_property
     def _seeds(self) -> tuple[FloatArray, Any]:

@@ -12,7 +12,8 @@ from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Contact, Lines, Reach, solve_contact
-from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface.local_geometry import LocalGeometry, Surface, at_open_end
+from pretravel.surface.undetermined import apexes
 
 _EDGE_SHARE = 1e-3
 """Distance between samples of an edge, as a share of the face's size, where faces are compared."""
@@ -72,7 +73,8 @@ class PartContacts:
         Index of the face.
     solved : (n,) bool
     beyond_edge : (n,) bool
-        Where the only contact lies on the continuation of a face beyond its edges.
+        Where the only contact lies on the continuation of a face beyond its edges, or would lie
+        beyond the ends of the parameters.
     iterations : (n,) int
     """
 
@@ -152,12 +154,13 @@ class ContactSearch:
         distance, at = cloud.tree.query(points, workers=-1)
         best, uv = cloud.face[at].copy(), cloud.uv[at].copy()
         # A face with a distant sample can be the nearest one where boxes are as near as the sample.
-        rows, faces = self.part.boxes_of_chosen.within(points, distance)
+        boxes = self.part.boxes_of_chosen
+        rows, faces = self.part.near(points, distance, cloud, boxes)
         several = np.flatnonzero(np.bincount(rows) > 1)
         for face in np.unique(best[several]):
             mine = several[best[several] == face]
             distance[mine], uv[mine] = self._distance(int(face), points[mine])
-        rows, faces = self.part.boxes_of_chosen.within(points[several], distance[several])
+        rows, faces = self.part.near(points[several], distance[several], cloud, boxes)
         rows = several[rows]
         for face in np.unique(faces):
             mine = rows[(faces == face) & (best[rows] != face)]
@@ -223,8 +226,12 @@ class ContactSearch:
         # An almost solved contact is a better start for the next search.
         near = inside & (contact.residual < _NEARLY)
         self.uv[rows[near]] = contact.uv[near]
-        facing = contact.solved & problem.faces_approach(rows, contact.local.normal)
-        self.beyond_edge[rows] = facing & ~inside
+        facing = problem.faces_approach(rows, contact.local.normal)
+        beyond = contact.solved & ~inside
+        if not isinstance(surface, Face):
+            # It has no continuation where its parameters end: the search stops there.
+            beyond |= ~contact.solved & at_open_end(surface, contact.uv)
+        self.beyond_edge[rows] = facing & beyond
         self.iterations[rows] += contact.iterations
         self._put(face, rows[good], contact.take(np.flatnonzero(good)))
 
@@ -246,6 +253,20 @@ class ContactSearch:
         self.length[rows], self.residual[rows] = contact.length, contact.residual
         self.solved[rows] = True
         self.beyond_edge[rows] = False
+
+
+def faces_to_touch(surface: Surface | Part) -> list[tuple[int, Surface]]:
+    """The faces that can be touched, with their indices as in `PartContacts.face`."""
+    if isinstance(surface, Part):
+        return [(index, surface.faces[index]) for index in surface.chosen]
+    return [(0, surface)]
+
+
+def apexes_of(surface: Surface) -> FloatArray:
+    """Points of a surface that have no normal, within its edges, (k, 3). [mm]"""
+    if isinstance(surface, Face):
+        return surface.apexes
+    return apexes(surface, np.array(surface.domain.lower), np.array(surface.domain.upper))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,9 @@ from pretravel.base.quantities import COORDINATE, REAL, checked_values
 from pretravel.surface.local_geometry import Domain
 from pretravel.surface.parametric import Parametric, SecondOrder
 
+_SECOND = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+"""Orders of the derivatives by u and v, to the second."""
+
 
 @dataclass(frozen=True, eq=False)
 class SplineSurface(Parametric):
@@ -83,12 +86,13 @@ class SplineSurface(Parametric):
 
     def second_order(self, uv: FloatArray) -> SecondOrder:
         uv = self.domain.confined(uv)
-        point, du, dv = self.first_order(uv)
-        uu, mixed, vv = (self._homogeneous(uv, order) for order in ((2, 0), (1, 1), (0, 2)))
+        s, u, v, uu, mixed, vv = (self._homogeneous(uv, order) for order in _SECOND)
+        w, wu, wv = s[:, 3:], u[:, 3:], v[:, 3:]
+        point = s[:, :3] / w
+        du, dv = (u[:, :3] - wu * point) / w, (v[:, :3] - wv * point) / w
         if not self._rational:  # type: ignore[attr-defined]
             weight = self.weights[0, 0]
             return point, du, dv, uu[:, :3] / weight, mixed[:, :3] / weight, vv[:, :3] / weight
-        w, wu, wv = (self._homogeneous(uv, order)[:, 3:] for order in ((0, 0), (1, 0), (0, 1)))
         duu = (uu[:, :3] - 2.0 * wu * du - uu[:, 3:] * point) / w
         duv = (mixed[:, :3] - wu * dv - wv * du - mixed[:, 3:] * point) / w
         dvv = (vv[:, :3] - 2.0 * wv * dv - vv[:, 3:] * point) / w

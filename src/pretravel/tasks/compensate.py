@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pretravel.measurement.point_errors import PointErrors
     from pretravel.measurement.points import Points
     from pretravel.measurement.points_summary import PointsSummary, TouchSummary
+    from pretravel.measurement.touch_scatter import TouchScatter
     from pretravel.show.document import Document
     from pretravel.surface.cad.part import Part
     from pretravel.surface.local_geometry import Surface
@@ -75,6 +76,16 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             "the contact is computed on it. Without it, the normals are those of the touches, and "
             "deviations refer to the columns nominal_x_mm…, where these exist.",
             reads=surface_files,
+        ),
+    ] = None
+    machine: Annotated[
+        Path | None,
+        Field(
+            help="Separation of machine and probe on this machine, from separate: .json or .csv. "
+            "Its variances in the direction of each touch take the place of the map's "
+            "repeatability.",
+            label="Separation of machine and probe",
+            reads=True,
         ),
     ] = None
     tip_diameter: Annotated[
@@ -150,6 +161,12 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
 
         return map_or_prediction(self.map_file, self.model, tip_diameter=self.tip_diameter)
 
+    def touch_scatter(self) -> TouchScatter | None:
+        """The scatter of single touches by direction, where a separation is given."""
+        from pretravel.files.separation_csv import read_touch_scatter
+
+        return None if self.machine is None else read_touch_scatter(self.machine)
+
     def nominal_surface(self) -> Surface | Part | None:
         """The surface on which contacts are computed; a Python file that has it is executed."""
         from pretravel.surface.specification import parse_surface
@@ -195,14 +212,18 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         if in_machine:
             measured = moved(measured, placement.inverse)
         seen = pretravel_map.seen_from(placement)
+        scatter = self.touch_scatter()
+        if scatter is not None:
+            scatter = scatter.seen_from(placement)
         points = apply(
             measured,
             seen,
             nominal=nominal,
             extrapolate=self.extrapolate,
             shared=shared,
+            scatter=scatter,
         )
-        errors = errors_of_points(measured, points.normals, seen)
+        errors = errors_of_points(measured, points.normals, seen, scatter)
         summary = TouchSummary.of(measured, points, seen)
         if in_machine:
             points = placed(points, placement)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -50,13 +50,23 @@ class Measure(LaboratoryReport):
         ),
     ]
     feature: Annotated[
-        str,
+        str | None,
         Field(
             help="circle, bore, boss, sphere, plane, line, cylinder or cone.",
             names=_features,
             metavar="FEATURE",
         ),
-    ]
+    ] = None
+    features: Annotated[
+        Path | None,
+        Field(
+            help="Instead of --feature: all features of a drawing with their tolerances, .toml; a "
+            "table [[feature]] for each, with kind, select, label, axis, at_mm, tolerance, "
+            "nominal_mm, position_tolerance_mm, form_tolerance_mm.",
+            label="Features of a drawing",
+            reads=True,
+        ),
+    ] = None
     select: Annotated[
         tuple[str, ...],
         Field(
@@ -182,10 +192,49 @@ class Measure(LaboratoryReport):
         """Read the points and measure their features."""
         from pretravel.files.points_reading import read_points
 
-        self.tolerances()
+        if (self.feature is None) == (self.features is None):
+            raise PretravelError(
+                "state the feature of the points, or the file with all features of the drawing",
+                inputs=("feature", "features"),
+            )
+        self.drawn()
         points = read_points(self.points, units=self.units)
         with progress.working(f"measuring the features of {len(points)} points"):
             return self.measured(points)
+
+    def drawn(self) -> dict[str, Measure]:
+        """A task for each feature of the drawing by its name, or this one alone.
+
+        Raises
+        ------
+        PretravelError
+            Tolerances that contradict each other, with the name of the feature.
+        """
+        from pretravel.files.features_file import read_features
+
+        if self.features is None:
+            self.tolerances()
+            return {"": self}
+        tasks = {}
+        for row in read_features(self.features):
+            name = row.label or row.select
+            try:
+                tasks[name] = replace(
+                    self,
+                    feature=row.kind,
+                    features=None,
+                    select=(row.select,),
+                    axis=None if row.axis is None else unit_vector(_typed(row.axis)),
+                    at=None if row.at is None else vector(_typed(row.at)),
+                    size_tolerance=None if row.tolerance is None else tolerance(row.tolerance),
+                    nominal=row.nominal,
+                    position_tolerance=row.position_tolerance,
+                    form_tolerance=row.form_tolerance,
+                )
+                tasks[name].tolerances()
+            except PretravelError as error:
+                raise PretravelError(f"{self.features}: {name}: {error}") from None
+        return tasks
 
     def tolerances(self) -> FeatureTolerances:
         """The tolerances of each feature.
@@ -243,10 +292,16 @@ class Measure(LaboratoryReport):
         """
         from pretravel.measurement.selection import points_of_features
 
-        chosen = points_of_features(points, self.select, by_prefix=self.by_prefix)
-        _refuse_one_place_for_many(self, list(chosen))
-        found = tuple(_measured(label, mine, self) for label, mine in chosen.items())
-        return _result(self, found)
+        found = []
+        for name, task in self.drawn().items():
+            chosen = points_of_features(points, task.select, by_prefix=task.by_prefix)
+            _refuse_one_place_for_many(task, list(chosen))
+            found += [_measured(name or label, mine, task) for label, mine in chosen.items()]
+        return _result(self, tuple(found))
+
+
+def _typed(numbers: tuple[float, float, float]) -> str:
+    return ",".join(map(repr, numbers))
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,7 +330,7 @@ class MeasuredFeatures(Result):
 
         task = self.task
         warnings = []
-        if task.tolerances().any_stated and not task.u_machine_um:
+        if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
                 "u contains the errors of probing alone; a verdict also needs those of the "
                 "machine's geometry, of temperature and clamping: --u-machine"
@@ -324,7 +379,7 @@ def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
     try:
         measured = measure_feature(
             points,
-            task.feature,
+            str(task.feature),
             axis=task.axis,
             at=task.at,
             u_machine=task.u_machine_um * MICROMETRE,

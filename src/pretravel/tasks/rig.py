@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,15 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL
-from pretravel.tasks.fields import LaboratoryReport, output
+from pretravel.tasks.fields import LaboratoryReport, existing, output
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
-from pretravel.tasks.values import MovedMark, trace_mark
+from pretravel.tasks.values import MovedMark, Pair, pair, trace_mark
 
 if TYPE_CHECKING:
     from pretravel.laboratory.laboratory_statements import LaboratoryStatements
     from pretravel.laboratory.rig import RigTouch, RigTrace
     from pretravel.laboratory.rig_budget import LengthComponent
     from pretravel.laboratory.rig_calibration import RigCalibration
+    from pretravel.laboratory.rig_scale import ScaleCheck
+    from pretravel.prediction.compliance.ren import RenTerms
     from pretravel.show.document import Document
     from pretravel.uncertainty.gum import Budget
 
@@ -40,8 +43,8 @@ class Rig(LaboratoryReport):
     traces: Annotated[
         tuple[Path, ...],
         Field(
-            help="Traces rig_AZIMUTH_REPEAT.csv: time_s,ruler_mm,laser_mm,contact,trigger; files, "
-            "a folder or a name with *.",
+            help="Traces rig_AZIMUTH_REPEAT.csv (rig_030p45_1.csv: polar angle 45°; rig_+Z_1.csv: "
+            "an axis): time_s,ruler_mm,laser_mm,contact,trigger; files, a folder or a name with *.",
             positional=True,
             reads=_traces_meant,
         ),
@@ -93,6 +96,54 @@ class Rig(LaboratoryReport):
             label="Thermal expansion of the ruler",
         ),
     ] = 8.0
+    u_temperature: Annotated[
+        float | None,
+        Field(
+            help="Standard uncertainty of that temperature, in K; with --u-expansion it takes the "
+            "place of the budget's (Ren 2020, equation 17).",
+            range=(0.0, 50.0),
+            unit="K",
+            label="Standard uncertainty of the temperature",
+        ),
+    ] = None
+    u_expansion: Annotated[
+        float | None,
+        Field(
+            help="Standard uncertainty of the expansion coefficient, in 1e-6/K.",
+            range=(0.0, 100.0),
+            unit="1e-6/K",
+            label="Standard uncertainty of the expansion",
+        ),
+    ] = None
+    abbe: Annotated[
+        Pair | None,
+        Field(
+            help="Distance of the ruler from the line of measurement, in mm, and standard "
+            "uncertainty of the guide's tilt over the pretravel, in µrad: a line of the budget.",
+            label="Abbé offset and tilt",
+            hint="10,2",
+            parse=pair,
+            metavar="MM,URAD",
+        ),
+    ] = None
+    scale: Annotated[
+        Path | None,
+        Field(
+            help="Check of the ruler against a reference, .csv: scale_mm,reference_mm and, for "
+            "several runs, run. Its slope, periodic part and scatter take the place of the "
+            "budget's 'grating scale'.",
+            label="Check of the ruler against a reference",
+            reads=True,
+        ),
+    ] = None
+    probe: Annotated[
+        str | None,
+        Field(
+            help="Description of the probe, .toml or a name of the catalogue: trigger force of "
+            "each touch from its pretravel (Ren 2020, equation 14), in the column force_N.",
+            reads=existing,
+        ),
+    ] = None
     exclude: Annotated[
         tuple[str, ...],
         Field(
@@ -120,7 +171,7 @@ class Rig(LaboratoryReport):
             A trace that is given twice or cannot be evaluated; marks of a trace that is not there;
             a map without the diameter of the tip; as `calibrate_rig`.
         """
-        from pretravel.files.rig_csv import read_budget
+        from pretravel.files.rig_csv import read_budget, read_scale_check
         from pretravel.laboratory.rig_budget import REN_BUDGET
         from pretravel.laboratory.rig_calibration import calibrate_rig
 
@@ -129,14 +180,58 @@ class Rig(LaboratoryReport):
                 "a map needs the diameter of the tip, in mm", inputs=("tip_diameter",)
             )
         statements = self.statements()
-        components = REN_BUDGET if self.budget is None else read_budget(self.budget)
+        terms = self._terms()
+        checked = None if self.scale is None else read_scale_check(self.scale)
+        components = self._components(
+            REN_BUDGET if self.budget is None else read_budget(self.budget), checked
+        )
         paths = _traces_meant(self.traces)
         with progress.working(f"reading {len(paths)} traces"):
             traces, touches = self._read(paths)
         if self.output is not None and self.output.suffix.lower() == ".csv":
-            _write_touches(self.output, touches)  # single touches need no calibration
+            # Single touches need no calibration.
+            _write_touches(self.output, touches, forces=_forces(touches, terms))
         calibration = calibrate_rig(touches, exclude=self.exclude)
-        return CalibratedRig(self, traces, touches, calibration, tuple(components), statements)
+        return CalibratedRig(
+            self, traces, touches, calibration, tuple(components), statements, terms, checked
+        )
+
+    def _terms(self) -> RenTerms | None:
+        """What determines a force from a pretravel; None without a description."""
+        from pretravel.prediction.catalogue import load_probe
+        from pretravel.prediction.compliance.ren import ren_terms_of
+
+        return None if self.probe is None else ren_terms_of(load_probe(self.probe))
+
+    def _components(
+        self, components: Sequence[LengthComponent], checked: ScaleCheck | None
+    ) -> list[LengthComponent]:
+        """The budget with the lines that are stated here."""
+        from pretravel.laboratory.rig import REFERENCE_TEMPERATURE
+        from pretravel.laboratory.rig_budget import abbe_component, thermal_components
+        from pretravel.laboratory.rig_scale import SCALE_SOURCE
+
+        found = list(components)
+        if (self.u_temperature is None) != (self.u_expansion is None):
+            raise PretravelError(
+                "the temperature and the expansion of the ruler have their uncertainties together: "
+                "state both",
+                inputs=("u_temperature", "u_expansion"),
+            )
+        if self.u_temperature is not None and self.u_expansion is not None:
+            found = [c for c in found if not c.thermal]
+            found += thermal_components(
+                expansion=self.expansion * 1e-6,
+                deviation=self.temperature - REFERENCE_TEMPERATURE,
+                u_expansion=self.u_expansion * 1e-6,
+                u_temperature=self.u_temperature,
+            )
+        if checked is not None:
+            found = [c for c in found if not c.source.startswith(SCALE_SOURCE)]
+            found += checked.components()
+        if self.abbe is not None:
+            found.append(abbe_component(self.abbe.first, self.abbe.second * 1e-6))
+        return found
 
     def _read(self, paths: Sequence[Path]) -> tuple[tuple[RigTrace, ...], tuple[RigTouch, ...]]:
         """Traces, with the ruler at its reference temperature, and their events."""
@@ -167,14 +262,29 @@ class Rig(LaboratoryReport):
         )
 
 
+def _forces(touches: Sequence[RigTouch], terms: RenTerms | None) -> list[float] | None:
+    """Trigger force of each touch across the axis; nan where it does not follow. [N]"""
+    from pretravel.laboratory.rig_calibration import angles_of
+
+    if terms is None:
+        return None
+    found = terms.force([touch.pretravel for touch in touches], sensed="rod")
+    polar = [angles_of(touch.trace)[1] for touch in touches]
+    across = [math.isnan(angle) or abs(angle - 0.5 * math.pi) < 1e-3 for angle in polar]
+    return [float(force) if used else math.nan for force, used in zip(found, across, strict=True)]
+
+
 def _write_touches(
-    path: Path, touches: Sequence[RigTouch], calibration: RigCalibration | None = None
+    path: Path,
+    touches: Sequence[RigTouch],
+    calibration: RigCalibration | None = None,
+    forces: Sequence[float] | None = None,
 ) -> None:
     from pretravel.files.csv_table import write_csv_table
     from pretravel.files.rig_csv import rig_table
 
     not_used = None if calibration is None else calibration.not_used or None
-    write_csv_table(path, rig_table(touches, not_used))
+    write_csv_table(path, rig_table(touches, not_used, forces))
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,6 +300,10 @@ class CalibratedRig(Result):
     components : tuple of LengthComponent
         Uncertainty budget of the rig.
     statements : LaboratoryStatements or None
+    terms : RenTerms or None
+        What determines a force from a pretravel.
+    checked : ScaleCheck or None
+        Of the ruler.
     """
 
     task: Rig
@@ -198,6 +312,8 @@ class CalibratedRig(Result):
     calibration: RigCalibration
     components: tuple[LengthComponent, ...]
     statements: LaboratoryStatements | None = None
+    terms: RenTerms | None = None
+    checked: ScaleCheck | None = None
     template = "certificate.html"
     """It prints on A4 (to PDF from any browser)."""
 
@@ -210,13 +326,20 @@ class CalibratedRig(Result):
         return length_budget(calibration_budget(found, self.components), abs(found.pretravel))
 
     @property
+    def forces(self) -> list[float] | None:
+        """Trigger force of each touch; None without a description of the probe. [N]"""
+        return _forces(self.touches, self.terms)
+
+    @property
     def notes(self) -> list[str]:
         """Irregularities of the traces, and doubts about the budget."""
         from pretravel.laboratory.rig_budget import budget_doubts, repeatability_doubts
+        from pretravel.laboratory.rig_scale import scale_doubts
 
         return [
             *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
             *budget_doubts(self.components),
+            *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
         ]
 
@@ -229,16 +352,19 @@ class CalibratedRig(Result):
         """The calibration certificate, with what keeps it from being one to hand out."""
         from pretravel.tasks.reports.rig_report import rig_data
 
-        data = rig_data(self.calibration, self.touches, self.budget)
+        data = rig_data(self.calibration, self.touches, self.budget, self.forces)
         return replace(self.certificate([*self._lacking()]), data=data)
 
     def report(self, warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
         from pretravel.tasks.reports.laboratory_report import with_laboratory
-        from pretravel.tasks.reports.rig_report import rig_document
+        from pretravel.tasks.reports.rig_report import rig_document, with_scale_check
 
         stated = [*self.notes, *warnings]
-        report = rig_document(self.calibration, self.budget, self.traces, warnings=stated)
+        report = rig_document(
+            self.calibration, self.budget, self.traces, warnings=stated, forces=self.forces
+        )
+        report = with_scale_check(report, self.checked)
         return with_laboratory(report, self.statements)
 
     def certificate(self, warnings: Sequence[str] = ()) -> Document:
@@ -266,7 +392,7 @@ class CalibratedRig(Result):
             tip_radius = 0.5 * (self.task.tip_diameter or 0.0)
             write_map(path, rig_map(self.calibration, self.components, tip_radius))
         else:
-            _write_touches(path, self.touches, self.calibration)
+            _write_touches(path, self.touches, self.calibration, self.forces)
 
     def _lacking(self) -> Iterator[str]:
         """Statements that the laboratory did not make, as warnings."""

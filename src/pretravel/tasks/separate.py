@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -36,7 +36,13 @@ class Separate(LaboratoryReport):
     example = "pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv"
 
     readings: Annotated[
-        Path, Field(help="CSV: machine_index,probe_index,error_um.", positional=True, reads=True)
+        Path,
+        Field(
+            help="CSV: machine_index,probe_index,error_um; or touches of the reference's equator "
+            "at each orientation of the probe: x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg.",
+            positional=True,
+            reads=True,
+        ),
     ]
     repeat_variance: Annotated[
         float | None,
@@ -66,13 +72,15 @@ class Separate(LaboratoryReport):
         ),
     ] = 10
     method: Annotated[
-        Literal["reml", "least-squares"],
+        Literal["reml", "least-squares", "paper"],
         Field(
-            help="Restricted maximum likelihood, or the paper's least squares.",
+            help="Restricted maximum likelihood; least squares; or the equations of Nafi and Mayer "
+            "2011 as printed, to compare with the paper.",
             label="Method of the variances",
             words={
                 "reml": "restricted maximum likelihood",
-                "least-squares": "the paper's least squares",
+                "least-squares": "least squares",
+                "paper": "the paper's equations as printed",
             },
         ),
     ] = "reml"
@@ -115,14 +123,15 @@ class Separate(LaboratoryReport):
         PretravelError
             A variance of repeats without its configuration, or the reverse; as `separate`.
         """
-        from pretravel.files.separation_csv import read_multi_step_readings
+        from pretravel.files.separation_csv import read_multi_step_test
         from pretravel.laboratory.separation import separate
 
         statements = self.statements()
         repeated = self._repeated()
-        measured = read_multi_step_readings(self.readings)
+        measured, notes = read_multi_step_test(self.readings)
         with progress.working(f"separating {len(measured)} readings"):
             found = separate(measured, method=self.method, repeated=repeated, exclude=self.exclude)
+        found = replace(found, notes=(*notes, *found.notes))
         return SeparatedErrors(self, found, statements)
 
     def _repeated(self) -> RepeatedPair | None:

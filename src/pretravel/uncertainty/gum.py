@@ -157,5 +157,6 @@ def coverage_factor(
         )
     if math.isinf(dof):
         return float(ndtri(0.5 + 0.5 * probability))
-    used = max(math.floor(dof + 1e-9), 1) if whole_dof else dof
+    # As a float: some versions of scipy take no whole number beyond 64 bits.
+    used = float(max(math.floor(dof + 1e-9), 1)) if whole_dof else dof
     return float(stdtrit(used, 0.5 + 0.5 * probability))

@@ -68,7 +68,7 @@ class TestFacesAndPlan:
             "dome = FunctionSurface(lambda u, v: (u, v, 5 * np.cos(0.1 * u)), (-9, 9), (-9, 9))\n"
         )
         out = tmp_path / "plan.csv"
-        run("plan", f"{mine}#dome", "--grid", "3x3", "-o", out)
+        run("plan", f"{mine}#dome", "--grid", "5x5", "-o", out)
         assert len(rows(out)) == 9
         assert "does not define 'surface'" in run("plan", mine, "--grid", "3x3", "-o", out, code=2)
         mine.write_text("surface = 1 / 0")

@@ -21,6 +21,7 @@ class TestSeparate:
         found = rows(tmp_path / "s.csv")
         assert list(found[0]) == [
             "kind", "index", "systematic_um", "u_systematic_um", "variance_um2", "u_variance_um2",
+            "azimuth_deg",
         ]  # fmt: skip
         assert [row["kind"] for row in found] == ["machine"] * 24 + ["probe"] * 24
         assert [int(row["index"]) for row in found] == [*range(1, 25)] * 2

@@ -62,6 +62,9 @@ def test_names_with_blanks_and_titles(text: str) -> None:
         # A title with the names of three columns among other words.
         (_table("Measured X Y Z of part", " "), "line 1",
          ["--exclude", 1, "--columns", "x=1,y=2,z=3"]),
+        # A header that lacks a name: not each row is at fault, but the header.
+        (_table("X,Y,Z", ",", labels=True), "x=2,y=3,z=4",
+         ["--exclude", 1, "--columns", "x=2,y=3,z=4"]),
         # Rows of a database without a header: the coordinates are those with decimals.
         ("".join(f"{i};{9 + i};{i} plain;1;{x};{y};{z};;0.0\n" for i, (x, y, z) in enumerate(ROWS)),
          "x=5,y=6,z=7", ["--columns", "x=5,y=6,z=7"]),

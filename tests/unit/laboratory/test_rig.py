@@ -21,7 +21,7 @@ from pretravel.laboratory.rig_budget import (
     constant_and_slope,
     length_budget,
 )
-from pretravel.laboratory.rig_calibration import azimuth_of, calibrate_rig, spread_from
+from pretravel.laboratory.rig_calibration import angles_of, calibrate_rig, spread_from
 from pretravel.laboratory.rig_events import rig_touch
 from pretravel.laboratory.rig_marks import with_marks
 from pretravel.laboratory.rig_signals import laser_at_edge, rod_motion
@@ -427,8 +427,8 @@ class TestCalibration:
         assert spread.high == pytest.approx(math.sqrt(16 / 6.908), rel=1e-4)
 
     def test_names(self) -> None:
-        assert azimuth_of("rig_330_5") == pytest.approx(math.radians(330.0))
-        assert math.isnan(azimuth_of("trace"))
+        assert angles_of("rig_330_5")[0] == pytest.approx(math.radians(330.0))
+        assert math.isnan(angles_of("trace")[0])
 
     def test_nothing_that_triggers(self) -> None:
         touches = [replace(t, r1=math.nan) for t in self._touches(np.random.default_rng(1))[:2]]

@@ -353,7 +353,7 @@ class TestCalibration:
             calibrate_rig([first, second])
 
     def test_two_names_of_one_azimuth(self) -> None:
-        with pytest.raises(PretravelError, match="p_030 and p_30 are the same azimuth"):
+        with pytest.raises(PretravelError, match="p_030 and p_30 are the same direction"):
             calibrate_rig(_made({"p_030": [3.0], "p_30": [3.1]}))
         assert len(calibrate_rig(_made({"left": [3.0], "right": [3.1]})).directions) == 2
 

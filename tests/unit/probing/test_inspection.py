@@ -13,8 +13,12 @@ from scipy.spatial import cKDTree
 
 from pretravel.base.errors import PretravelError
 from pretravel.probing.inspection import InspectionRegion, _grid, plan_inspection
+from pretravel.probing.simulation import simulate, simulate_some
+from pretravel.probing.surface_touches import TouchStatus
+from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Domain
+from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Sphere
 from pretravel.surface.shapes_of_revolution import Cylinder, Torus
 from tests.support.examples import EXAMPLES
@@ -74,7 +78,8 @@ def test_what_looks_away_is_left_out() -> None:
     ball = Sphere([0, 0, 0], 10.0)
     plan = plan_inspection(ball, grid=(12, 9), region=WHOLE)
     assert plan.normal[:, 2].min() >= -1e-9
-    assert plan.left_out["turned away"] == 12 * 4
+    # The 12 points of each pole are one place.
+    assert plan.left_out == {"at the same place as another one": 22, "turned away": 12 * 3 + 1}
     sideways = plan_inspection(
         ball, grid=(12, 9), region=InspectionRegion(margin=0.0, axis=(1.0, 0.0, 0.0))
     )
@@ -255,3 +260,44 @@ def test_a_face_without_points_leaves_those_of_others(tmp_path: Path) -> None:
     assert plan.left_out == {"turned away": 30}
     (number,) = set(plan.face.tolist())
     assert plan.labels == tuple(f"face{number}-{n}" for n in range(1, 7))
+
+
+@pytest.mark.parametrize(("counts", "left"), [((6, 6), 16), ((3, 3), 1), ((5, 5), 9)])
+@pytest.mark.parametrize("margin", [0.0, 1.0])
+def test_points_on_the_ends_of_the_parameters_are_not_planned(
+    counts: tuple[int, int], left: int, margin: float
+) -> None:
+    """The convex surface ends at u, v = ±1: a touch there slides off. All that is planned can be
+    touched."""
+    region = InspectionRegion(margin=margin)
+    plan = plan_inspection(Convex(), grid=counts, region=region)
+    assert len(plan) == left
+    assert np.abs(plan.uv).max() < 1.0
+    assert sum(plan.left_out.values()) == counts[0] * counts[1] - left
+    touched = simulate_some("omp40-2", Convex(), Targets.of(plan)).outcomes
+    assert touched.converged.all()
+
+
+def test_margin_of_a_surface_with_ends_is_a_distance() -> None:
+    """A strip of 40 x 2 mm with a margin of 0.5 mm, by hand: what is left lies in 39 x 1 mm. A
+    sphere ends nowhere: its pole is kept, once, beside the four points of the equator."""
+    strip = FunctionSurface(lambda u, v: (40.0 * u, 2.0 * v, 0.0 * u), (0.0, 1.0), (0.0, 1.0))
+    region = InspectionRegion(margin=0.5)
+    plan = plan_inspection(strip, grid=(81, 9), region=region)
+    assert len(plan) == 79 * 5
+    assert plan.point[:, 0].min() == pytest.approx(0.5)
+    assert plan.point[:, 1].max() == pytest.approx(1.5)
+    ball = plan_inspection(Sphere([0, 0, 0], 10.0), grid=(4, 3), region=region)
+    assert len(ball) == 5
+
+
+def test_a_target_on_the_end_of_the_parameters_is_said_to_lie_on_an_edge() -> None:
+    end = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 0.0]])
+    local = Convex().local(end)
+    outcome = simulate_some("omp40-2", Convex(), Targets(local.point, local.normal)).outcomes
+    status = [TouchStatus(value) for value in outcome.status.tolist()]
+    assert status == [TouchStatus.EDGE, TouchStatus.EDGE, TouchStatus.CONVERGED]
+    with pytest.raises(PretravelError, match="slides to one") as told:
+        simulate("omp40-2", Convex(), Targets(local.point, local.normal))
+    assert "limit of the solver" not in str(told.value)
+    assert "margin" in str(told.value)

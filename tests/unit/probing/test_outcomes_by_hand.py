@@ -65,10 +65,11 @@ def test_pretravel_and_slide_are_from_first_contact_to_trigger() -> None:
 
 
 def test_outcomes_have_numbers_of_their_own() -> None:
-    """Nine of them, as files and other programs know them."""
+    """Eleven of them, as files and other programs know them."""
     assert {status.name: int(status) for status in TouchStatus} == {
         "CONVERGED": 0, "MISSED": 1, "EDGE": 2, "OTHER_FACE": 3, "STEM": 4, "NEVER_TRIGGERS": 5,
         "DOES_NOT_FIT": 6, "NOT_CONVERGED": 7, "OUTSIDE_MAP": 8,
+        "NOT_DETERMINED": 9, "APEX": 10,
     }  # fmt: skip
     assert set(MEANING) == set(TouchStatus)
 

@@ -14,6 +14,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification import observe as observing
 from pretravel.qualification.observe import _numbered_cells, observe
+from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 
 SETUP = QualificationSetup(25.0, tip_diameter=6.0)
@@ -417,3 +418,16 @@ class TestInches:
         words = "were taken as inches; state the unit mm" if factor > 1.0 else "state the unit inch"
         assert (words in told) == exists
         assert told
+
+
+def test_five_exact_touches_of_which_the_pole_is_left_out() -> None:
+    """Without the pole, four touches on the equator do not show the height of the centre; touches
+    without noise left a column of exact zeros there. Lobes of 1 µm, positions to nine decimals."""
+    n = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]])
+    lobes = 1e-3 * np.array([1.0, 0.0, -1.0, 0.0, 1.0])
+    positions = np.round(n * (15.495 - lobes)[:, None], 9)
+    found = qualify(Touches(positions, n), 25.0, tip_diameter=6.0)
+    assert np.abs(found.center[:2]).max() < 2e-3
+    value, u = found.pretravel_map.pretravel_and_uncertainty(n)
+    assert np.isfinite(value).all()
+    assert np.all(u < 0.1)

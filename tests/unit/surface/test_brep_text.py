@@ -158,13 +158,17 @@ def test_a_bounded_surface_is_the_one_within_its_bounds() -> None:
 
 
 def test_placements_are_products_of_powers_of_those_before() -> None:
-    """A shift by (1, 2, 3); a quarter turn about z; twice the shift after the turn back."""
+    """A shift by (1, 2, 3); a quarter turn about z; twice the shift after the turn back.
+
+    The order is that of OpenCASCADE's reader (TopTools_LocationSet: L = L1.Powered(p) * L), and
+    the kernel itself agrees in test_step_roots.py.
+    """
     text = "3 1 1 0 0 1 0 1 0 2 0 0 1 3 1 0 -1 0 0 1 0 0 0 0 0 1 0 2 2 -1 1 2 0"
     shift, turn, both = _placements(_tokens(text))
     assert shift[:3, 3].tolist() == [1.0, 2.0, 3.0]
     point = np.array([1.0, 0.0, 0.0, 1.0])
     assert (turn @ point)[:3] == pytest.approx([0.0, 1.0, 0.0])
-    expected = np.linalg.inv(turn) @ shift @ shift
+    expected = shift @ shift @ np.linalg.inv(turn)
     assert both == pytest.approx(expected)
 
 

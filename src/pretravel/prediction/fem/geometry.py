@@ -147,6 +147,7 @@ def probe_body(probe: Probe, patch_radius: float | None = None) -> ProbeSolids:
 
 
 def _checked_patch(probe: Probe, patch_radius: float | None) -> float:
+    probe.refuse_uneven("a finite-element model")
     patch = PATCH * probe.tripod.rod_radius if patch_radius is None else patch_radius
     if not 0.0 < patch <= 0.5 * probe.tripod.rod_radius:
         raise DescriptionError(

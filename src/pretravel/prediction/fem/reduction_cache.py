@@ -71,7 +71,9 @@ def reduction_key(probe: Probe, settings: MeshSettings) -> str:
     >>> reduction_key(probe, MeshSettings()) == reduction_key(same, MeshSettings())
     True
     """
+    probe.refuse_uneven("a finite-element model")
     tripod = asdict(probe.tripod)
+    del tripod["radius_deviations"]
     content: dict[str, Any] = {
         "format": CACHE_FORMAT,
         "interface": INTERFACE,

@@ -134,7 +134,8 @@ def _placements(tokens: Tokens) -> Iterator[FloatArray]:
             placement = np.eye(4)
             while (index := tokens.integer()) != 0:
                 power = tokens.integer()
-                placement = placement @ np.linalg.matrix_power(known[index - 1], power)
+                # The last one is the outermost: OpenCASCADE's TopTools_LocationSet reads it so.
+                placement = np.linalg.matrix_power(known[index - 1], power) @ placement
         known.append(placement)
         yield placement
 

@@ -11,10 +11,12 @@ import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.trim import Trim
-from pretravel.surface.contact import Lines, ball_center, solve_contact
+from pretravel.surface.contact import nearest_contact
+from pretravel.surface.foot_points import foot_points
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface
 from pretravel.surface.parametric import Parametric
 from pretravel.surface.swept import Placed
+from pretravel.surface.undetermined import apexes
 
 _MOST_SAMPLES = 250_000
 """Largest number of samples of one face."""
@@ -70,6 +72,9 @@ class Face:
         Whether the part's outside is opposite to the surface's own normal.
     borders : tuple of (m, 2) float
         Its edges in the surface's parameters, without seams and poles.
+    part : str
+        Of the file's parts the one that it belongs to, as the path of its assemblies; empty where
+        there is only one.
     """
 
     number: int
@@ -79,6 +84,7 @@ class Face:
     trim: Trim | None
     flips: bool
     borders: tuple[FloatArray, ...] = ()
+    part: str = ""
 
     @cached_property
     def domain(self) -> Domain:
@@ -101,8 +107,19 @@ class Face:
         if not _has_no_closed_form(self.base):
             return self.domain.confined(self.base.nearest(points))
         uv, tree = self._seeds
-        _, index = tree.query(points)
-        return solve_contact(self, uv[index], Lines(points), ball_center(0.0)).uv
+        start = uv[tree.query(points)[1]]
+        base: Surface = self.base
+        there = points
+        while isinstance(base, Placed):
+            there = (there - base.shift) @ base.rotation
+            base = base.surface
+        if not isinstance(base, Parametric):
+            return nearest_contact(self, start, points).uv
+        found, solved = foot_points(base, self.domain, start, there)
+        left = np.flatnonzero(~solved)
+        if len(left):
+            found[left] = nearest_contact(self, start[left], points[left]).uv
+        return found
 
     @cached_property
     def has_poles(self) -> bool:
@@ -119,6 +136,11 @@ class Face:
                 if np.ptp(points, axis=0).max() < 1e-9 * max(1.0, float(np.abs(points).max())):
                     return True
         return False
+
+    @cached_property
+    def apexes(self) -> FloatArray:
+        """Points of the face that have no normal, such as the tip of a cone, (k, 3). [mm]"""
+        return apexes(self, *self.box)
 
     def starts_near(self, points: FloatArray, count: int) -> Iterator[FloatArray]:
         """Yield parameters (n, 2) of the samples nearest to points, in the order of distance."""
@@ -229,7 +251,7 @@ class Face:
             [mm]
         """
         uv = self.nearest(points)
-        foot = np.linalg.norm(self.local(uv).point - points, axis=1)
+        foot = np.linalg.norm(self.derivatives(uv)[0] - points, axis=1)
         result = np.where(self.inside(uv), foot, np.inf)
         if self.borders:
             result = np.minimum(result, self._edge_tree(resolution).query(points)[0])

@@ -10,20 +10,26 @@ from pathlib import Path
 def convert(file: Path, folder: Path) -> None:
     """Write ``part.brep`` and ``content.json`` (names of faces, number of bodies) into a folder.
 
+    The names are those of the faces themselves, and those of the parts that they belong to.
+
     Parameters
     ----------
     file : Path
         Its name ends with ``.step`` or ``.iges``, in lower case: the kernel requires it.
     folder : Path
     """
-    from netgen.occ import OCCGeometry
-
-    shape = OCCGeometry(str(file)).shape
     content: dict[str, object] = {}
     if file.suffix == ".iges":
+        from netgen.occ import OCCGeometry
+
         from pretravel.surface.cad.iges_bodies import joined
 
-        shape, content["closed"], content["open"] = joined(shape)
+        shape, content["closed"], content["open"] = joined(OCCGeometry(str(file)).shape)
+    else:
+        from pretravel.surface.cad.step_roots import whole_shape
+
+        shape, part_of = whole_shape(file)
+        content["parts"] = [part_of.get(face, "") for face in shape.faces]
     shape.WriteBrep(str(folder / "part.brep"), withTriangles=False)
     content["names"] = [str(face.name or "") for face in shape.faces]
     (folder / "content.json").write_text(json.dumps(content), encoding="utf-8")

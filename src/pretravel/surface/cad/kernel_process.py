@@ -57,12 +57,15 @@ class CadContent:
     closed, open : int
         Number of groups of joined faces that enclose a volume, and that do not. Counted for
         files whose faces are joined after reading (IGES), else zero.
+    part_names : tuple of str
+        The part of each face, as the path of its assemblies; empty for a file of one part.
     """
 
     brep: Brep
     face_names: tuple[str, ...]
     closed: int = 0
     open: int = 0
+    part_names: tuple[str, ...] = ()
 
 
 def run_kernel(copy: Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -141,6 +144,7 @@ def kernel_content(folder: Path, path: Path) -> CadContent:
         tuple(content["names"]),
         int(content.get("closed", 0)),
         int(content.get("open", 0)),
+        tuple(content.get("parts", ())),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -20,8 +21,16 @@ _logger = logging.getLogger("pretravel")
 
 _MOST_POINTS = 2_000_000
 """Approximate largest number of points on all faces."""
+_FEW = 3
+"""Faces for each point that are taken by their boxes alone."""
+_TOGETHER = 2_000
+"""Points whose nearby samples are looked for together."""
+_NEAR_EDGE = 1.5
+"""Distance of a point near an edge from the samples, as a multiple of their distance: one step to
+the edge, and half a step along it."""
 
-
+_INSTANCE = re.compile(r" \(\d+\)(?=/|$)")
+"""What `whole_shape` adds to the second and later ones of parts with one name."""
 _MOST_DIGITS = 18
 """A longer number is that of no face; Python reads none of more than 4300."""
 
@@ -47,7 +56,13 @@ class Part:
     unreadable: dict[int, str] = field(default_factory=dict)
 
     def select(self, word: str) -> Part:
-        """The part with only one face to touch, by number, or the faces of one name.
+        """The part with only some faces to touch.
+
+        Parameters
+        ----------
+        word : str
+            The number of a face; the name of faces; the name of a part or of an assembly in the
+            file, or a piece of its path (``pump/lid``), which chooses each part of this name.
 
         Raises
         ------
@@ -68,9 +83,13 @@ class Part:
                 )
             return replace(self, chosen=(numbers.index(number),))
         found = [i for i, face in enumerate(self.faces) if face.name and face.name == word]
+        if not found and word:
+            found = [i for i, face in enumerate(self.faces) if _is_in(word, face.part)]
         if not found:
+            several = any(face.part for face in self.faces)
             raise PretravelError(
-                f"{self.name} has no face named '{word}' (pretravel faces {self.name} lists them)"
+                f"{self.name} has no face{' or part' if several else ''} named '{word}' "
+                f"(pretravel faces {self.name} lists them)"
             )
         return replace(self, chosen=tuple(found))
 
@@ -124,12 +143,48 @@ class Part:
         """Boxes around the faces to touch."""
         return FaceBoxes.around(self.faces, self.chosen)
 
+    def near(
+        self, points: FloatArray, reach: FloatArray, cloud: Cloud, boxes: FaceBoxes
+    ) -> tuple[IntArray, IntArray]:
+        """Pairs of a point and a face that can be as near as its reach: rows and indices of faces.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            [mm]
+        reach : (n,) float
+            [mm]
+        cloud, boxes : Cloud and FaceBoxes
+            Of the faces that count.
+
+        Returns
+        -------
+        rows, faces : (m,) int
+            Ordered by rows.
+        """
+        rows, faces = boxes.within(points, reach)
+        if len(rows) <= _FEW * len(points):
+            return rows, faces
+        count = len(self.faces)
+        row, face = cloud.within(points, reach)
+        both = np.intersect1d(rows * count + faces, row * count + face, assume_unique=True)
+        return both // count, both % count
+
     @cached_property
     def cloud_of_chosen(self) -> Cloud:
         """Points on the faces to touch."""
         if len(self.chosen) == len(self.faces):
             return self.cloud
         return self.cloud.on(self.chosen)
+
+
+def _is_in(word: str, path: str) -> bool:
+    """Whether a word is a piece of the path of a part, with or without the numbers of instances.
+
+    >>> _is_in("pin", "pump/pin (2)"), _is_in("pump/pin (2)", "pump/pin (2)"), _is_in("p", "p1")
+    (True, True, False)
+    """
+    return any(f"/{word}/" in f"/{p}/" for p in (path, _INSTANCE.sub("", path)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +200,8 @@ class Cloud:
     uv : (m, 2) float
     gaps : (k,) float
         Distance between neighbours on each face. [mm]
+    bends : (k,) float
+        Largest convex curvature of each face. [1/mm]
     tree : KD-tree of the points
     """
 
@@ -152,6 +209,7 @@ class Cloud:
     face: IntArray
     uv: FloatArray
     gaps: FloatArray
+    bends: FloatArray
     tree: Any
 
     def on(self, faces: Sequence[int]) -> Cloud:
@@ -160,7 +218,52 @@ class Cloud:
 
         mine = np.isin(self.face, faces)
         points = self.points[mine]
-        return Cloud(points, self.face[mine], self.uv[mine], self.gaps, cKDTree(points))
+        bends = self.bends
+        return Cloud(points, self.face[mine], self.uv[mine], self.gaps, bends, cKDTree(points))
+
+    def slacks(self, reach: float) -> FloatArray:
+        """How far the samples of each face miss it, for points up to reach away from it, (k,).
+
+        A point at the distance d from a face has a sample of it within the root of d² plus the
+        square of this. [mm]
+        """
+        return np.asarray(
+            self.gaps * np.sqrt(1.0 + reach * np.minimum(self.bends, 4.0 / max(reach, 1e-9)))
+        )
+
+    def within(self, points: FloatArray, reach: FloatArray) -> tuple[IntArray, IntArray]:
+        """Pairs of a point and a face that can be as near as its reach.
+
+        Boxes around faces tell little where faces are long and curved; samples do.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            [mm]
+        reach : (n,) float
+            [mm]
+
+        Returns
+        -------
+        rows, faces : (m,) int
+            Ordered by rows.
+        """
+        count = len(self.gaps)
+        found = [np.empty(0, dtype=np.int64)]
+        for begin in range(0, len(points), _TOGETHER):
+            some, far = points[begin : begin + _TOGETHER], reach[begin : begin + _TOGETHER]
+            # Near an edge the neighbours of a point can lie off the face.
+            slacks = _NEAR_EDGE * self.slacks(float(far.max()))
+            widest = np.sqrt(far**2 + slacks.max() ** 2)
+            near = self.tree.query_ball_point(some, widest, workers=-1)
+            owner = np.repeat(np.arange(len(some)), [len(one) for one in near])
+            samples = np.concatenate([np.asarray(one, dtype=np.int64) for one in near])
+            face = self.face[samples]
+            squared = np.sum((self.points[samples] - some[owner]) ** 2, axis=1)
+            close = squared <= far[owner] ** 2 + slacks[face] ** 2
+            found.append(np.unique((begin + owner[close]) * count + face[close]))
+        pairs = np.concatenate(found)
+        return pairs // count, pairs % count
 
     @classmethod
     def of(cls, faces: Sequence[Face], spacing: float) -> Cloud:
@@ -176,4 +279,5 @@ class Cloud:
         usable = np.isfinite(cloud).all(axis=1)
         cloud, index, parameters = cloud[usable], index[usable], parameters[usable]
         gaps = np.array([max(gap, spacing) for _, gap in sampled])
-        return cls(cloud, index, parameters, gaps, cKDTree(cloud))
+        bends = np.array([face.largest_convex_curvature for face in faces])
+        return cls(cloud, index, parameters, gaps, bends, cKDTree(cloud))

@@ -29,7 +29,7 @@ _PROGRESS = 50
 
 
 def read_step_part(path: str | Path) -> Part:
-    """All faces of a STEP file.
+    """All faces of a STEP file, of all its parts in their places.
 
     Parameters
     ----------
@@ -75,13 +75,17 @@ def part_from_content(content: CadContent, path: Path) -> Part:
             "or surface (AP214 or AP242 with exact geometry)",
             path=path,
         )
-    names = content.face_names if len(content.face_names) == len(uses) else ("",) * len(uses)
+    names, parts = (
+        words if len(words) == len(uses) else ("",) * len(uses)
+        for words in (content.face_names, content.part_names)
+    )
     faces, unreadable = [], {}
-    for number, (use, name) in enumerate(zip(uses, names, strict=True), start=1):
+    named = zip(uses, names, parts, strict=True)
+    for number, (use, name, part) in enumerate(named, start=1):
         if number % _PROGRESS == 0:
             _logger.info("face %d of %d", number, len(uses))
         try:
-            faces.append(_face(content, use, number, name))
+            faces.append(replace(_face(content, use, number, name), part=part))
         except (PretravelError, ValueError, FloatingPointError) as error:
             unreadable[number] = str(error)
     if not faces:

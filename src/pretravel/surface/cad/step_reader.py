@@ -18,7 +18,7 @@ from pretravel.surface.cad.kernel_process import (
     kernel_message,
     run_kernel,
 )
-from pretravel.surface.cad.step_text import with_names
+from pretravel.surface.cad.step_text import faces_in_text, with_names
 
 _logger = logging.getLogger("pretravel")
 
@@ -39,6 +39,7 @@ def read_step(path: str | Path) -> CadContent:
     Returns
     -------
     CadContent
+        Of all roots of the file. A warning says how many faces of its text are absent.
 
     Raises
     ------
@@ -52,7 +53,17 @@ def read_step(path: str | Path) -> CadContent:
     path = Path(path)
     with temporary_folder() as folder:
         _convert(path, folder)
-        return kernel_content(folder, path)
+        content = kernel_content(folder, path)
+        stated = faces_in_text((folder / "part.step").read_bytes())
+    read = sum(shape.kind == "Fa" for shape in content.brep.shapes.values())
+    if read < stated:
+        warnings.warn(
+            f"{path.name} defines {stated} faces, and {read} of them were read: {stated - read} "
+            "belong to no part, or the CAD kernel could not translate them. They are neither "
+            "touched nor obstacles. If the part lacks some, export it again (AP214 or AP242)",
+            stacklevel=2,
+        )
+    return content
 
 
 def read_step_solids(path: str | Path) -> list[Any]:
@@ -78,12 +89,12 @@ def read_step_solids(path: str | Path) -> list[Any]:
     and with them the mesh changes. Therefore a process of its own reads the file first, as a trial:
     a file that makes the kernel fail or crash is refused there. Then this process reads it.
     """
-    from netgen.occ import OCCGeometry
+    from pretravel.surface.cad.step_roots import whole_shape
 
     path = Path(path)
     with temporary_folder() as folder:
         _convert(path, folder)
-        solids = list(OCCGeometry(str(folder / "part.step")).shape.solids)
+        solids = list(whole_shape(folder / "part.step")[0].solids)
     if not solids:
         raise InputError("contains no solid; surfaces alone cannot be meshed", path=path)
     return solids

@@ -46,6 +46,11 @@ _TOKENS = re.compile(
     rb"|(?P<nameless>" + _NAMELESS + rb")",
     re.DOTALL,
 )
+_FACES = re.compile(
+    rb"'[^']*(?:'|\Z)|/\*.*?(?:\*/|\Z)"
+    rb"|(?P<face>=" + _SPACE + rb"(?:ADVANCED_FACE|FACE_SURFACE)" + _SPACE + rb"\()",
+    re.DOTALL,
+)
 _ASIDE = re.compile(rb"'[^']*(?:'|\Z)|/\*.*?(?:\*/|\Z)", re.DOTALL)
 """Strings and comments."""
 
@@ -84,6 +89,16 @@ def with_names(text: bytes) -> tuple[bytes, int]:
         return token.group()[:-1] + b"''"
 
     return _TOKENS.sub(mended, text[:end]) + text[end:], count
+
+
+def faces_in_text(text: bytes) -> int:
+    """Number of faces that the text of a STEP file defines; an instance of a part is no new one.
+
+    >>> faces_in_text(b"#1=ADVANCED_FACE('=FACE_SURFACE(',#2); #3 = FACE_SURFACE ($,#4);")
+    2
+    """
+    found = _FACES.finditer(text[: _begin_of_open_comment(text)])
+    return sum(token.group("face") is not None for token in found)
 
 
 def _begin_of_open_comment(text: bytes) -> int:

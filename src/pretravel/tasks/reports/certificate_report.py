@@ -141,7 +141,10 @@ def _results_table(certificate: CalibrationCertificate) -> Table:
 def _direction_name(direction: DirectionPerformance) -> str:
     if math.isnan(direction.azimuth):
         return direction.name
-    return f"azimuth {value_text(direction.azimuth / DEGREE, '°', significant(6))}"
+    name = f"azimuth {value_text(direction.azimuth / DEGREE, '°', significant(6))}"
+    if direction.across:
+        return name
+    return f"{name}, polar {value_text(direction.polar / DEGREE, '°', significant(6))}"
 
 
 def _uncertainty_section(certificate: CalibrationCertificate) -> Section:

@@ -42,7 +42,9 @@ def part_view(part: Part, title: str = "") -> View:
         if shown[index :: len(SERIES)]:
             marks.append(_mesh(shown[index :: len(SERIES)], colour, 1.0))
     labels = tuple(
-        f"face {face.number}: {face.kind}" + (f", {face.name}" if face.name else "")
+        ", ".join(
+            word for word in (f"face {face.number}: {face.kind}", face.name, face.part) if word
+        )
         for face in part.faces
     )
     marks += [_edges(shown), SpacePoints(middles, colour="ink", size=3.0, labels=labels)]

@@ -73,6 +73,7 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
         (
             Column.of("face", [str(face) for face in values["face"]]),
             Column.of("name", values["name"]),
+            *((Column.of("part", values["part"]),) if "part" in values else ()),
             Column.of("type", values["type"]),
             *(Column.of(axis, values[f"{axis}_mm"], "mm") for axis in "xyz"),
             *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),

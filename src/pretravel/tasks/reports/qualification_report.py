@@ -172,6 +172,10 @@ def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
             f"{number_text(result.degrees_of_freedom, decimals(1))} degrees of freedom",
             detail=True,
         ),
+        KeyFigure(
+            "R²", result.explained_share, "", decimals(4),
+            remark="share of the touches' variance that the map explains", detail=True,
+        ),
     )  # fmt: skip
 
 

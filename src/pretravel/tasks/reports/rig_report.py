@@ -19,6 +19,7 @@ from pretravel.laboratory.rig_calibration import (
     direction_name,
 )
 from pretravel.laboratory.rig_left_out import left_out_sentences
+from pretravel.laboratory.rig_scale import ScaleCheck
 from pretravel.show.budget_picture import budget_picture
 from pretravel.show.chart import Axis, Chart, PlaneChart, PolarChart, View
 from pretravel.show.chart_marks import Bars, Dots, LineMark, Mark, Note, Rule, Symbol
@@ -49,6 +50,7 @@ def rig_document(
     traces: Sequence[RigTrace],
     *,
     warnings: Sequence[str] = (),
+    forces: Sequence[float] | None = None,
 ) -> Document:
     """The report of a calibration on the rig, overall and by direction.
 
@@ -60,6 +62,8 @@ def rig_document(
     traces : sequence of RigTrace
         Of the touches of the calibration, in their order.
     warnings : sequence of str
+    forces : n floats, optional
+        Trigger force of each touch, where a description of the probe determines it. [N]
 
     Returns
     -------
@@ -77,10 +81,11 @@ def rig_document(
         ),
         figures=(
             *performance_figures(calibration),
+            *_force_figures(calibration, forces),
             expanded_figure("expanded U", budget, "of a direction's mean pretravel"),
             *(KeyFigure("LEFT OUT", sentence) for sentence in left_out_sentences(calibration)),
         ),
-        tables=(direction_table(calibration),),
+        tables=(direction_table(calibration, forces),),
         sections=(Section(tables=(budget_table(budget, title=BUDGET_TITLE),), detail=True),),
         pictures=(
             *rig_pictures(calibration, traces, title),
@@ -129,6 +134,90 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "largest hysteresis", calibration.largest_hysteresis / MICROMETRE, "µm", digits
         ),
+        KeyFigure(
+            "anisotropy of hysteresis", calibration.hysteresis_anisotropy / MICROMETRE, "µm",
+            digits, remark="largest less smallest mean of a direction", detail=True,
+        ),
+        KeyFigure(
+            "anisotropy of repeatability", calibration.repeatability_anisotropy / MICROMETRE, "µm",
+            digits, remark="largest less smallest of a direction; few repeats differ by chance",
+            detail=True,
+        ),
+    )  # fmt: skip
+
+
+def with_scale_check(document: Document, checked: ScaleCheck | None) -> Document:
+    """A report with the check of the ruler, where there is one (Ren 2020, Figure 9)."""
+    if checked is None:
+        return document
+    periodic = (
+        KeyFigure(
+            "periodic part of the ruler",
+            1e3 * checked.amplitude / MICROMETRE,
+            "nm",
+            decimals(1),
+            remark=f"amplitude; period {number_text(checked.period)} mm",
+        )
+        if checked.amplitude > 0.0
+        else KeyFigure("periodic part of the ruler", "none above chance")
+    )
+    figures = (
+        KeyFigure("ruler against reference", 1e3 * checked.largest_error / MICROMETRE, "nm",
+                  decimals(1), remark="largest error, each run with its own zero"),
+        periodic,
+        KeyFigure("slope of the ruler", 1e6 * checked.slope, "µm/m", decimals(2),
+                  1e6 * checked.u_slope, detail=True),
+        KeyFigure("scatter of the ruler", 1e3 * checked.scatter / MICROMETRE, "nm", decimals(2),
+                  detail=True),
+    )  # fmt: skip
+    picture = Picture("Ruler against reference", lambda: scale_view(checked))
+    return replace(
+        document,
+        figures=(*document.figures, *figures),
+        pictures=(*document.pictures, picture),
+    )
+
+
+def scale_view(checked: ScaleCheck) -> View:
+    """Errors of the ruler over its reading, run by run."""
+    marks = []
+    for place, number in enumerate(np.unique(checked.run)):
+        rows = np.flatnonzero(checked.run == number)
+        rows = rows[np.argsort(checked.position[rows], kind="stable")]
+        error = 1e3 * checked.error[rows] / MICROMETRE
+        marks.append(LineMark(checked.position[rows], error, f"run {number}", series(place)))
+    return View(
+        "Ruler against reference",
+        (PlaneChart("error of the ruler", Axis("ruler", "mm"), Axis("error", "nm"),
+                    (Rule(0.0, colour="ink"), *marks)),),
+    )  # fmt: skip
+
+
+def direction_forces(
+    calibration: RigCalibration, forces: Sequence[float] | None
+) -> list[float] | None:
+    """Mean trigger force of the touches of each direction that are in the results. [N]"""
+    if forces is None:
+        return None
+    groups: dict[str, list[float]] = {d.name: [] for d in calibration.directions}
+    for touch, force in zip(calibration.touches, forces, strict=True):
+        if touch.trace not in calibration.not_used and math.isfinite(force):
+            groups[direction_name(touch.trace)].append(force)
+    return [float(np.mean(group)) if group else math.nan for group in groups.values()]
+
+
+def _force_figures(
+    calibration: RigCalibration, forces: Sequence[float] | None
+) -> tuple[KeyFigure, ...]:
+    """The trigger force over all directions (Ren 2020, Figure 8c)."""
+    found = [f for f in direction_forces(calibration, forces) or () if math.isfinite(f)]
+    if not found:
+        return ()
+    return (
+        KeyFigure("trigger force", float(np.mean(found)), "N", decimals(4),
+                  remark="from pretravel and description; mean of the directions across the axis"),
+        KeyFigure("anisotropy of force", max(found) - min(found), "N", decimals(4),
+                  remark="largest less smallest", detail=True),
     )  # fmt: skip
 
 
@@ -146,7 +235,7 @@ def _repeatability_figure(spread: Spread) -> KeyFigure:
     )
 
 
-def direction_table(calibration: RigCalibration) -> Table:
+def direction_table(calibration: RigCalibration, forces: Sequence[float] | None = None) -> Table:
     """The performance of a probe in each direction."""
 
     def column(name: str, values: Sequence[float]) -> Column:
@@ -161,6 +250,7 @@ def direction_table(calibration: RigCalibration) -> Table:
                 "°",
                 significant(6),
             ),
+            *_polar_column(directions),
             Column.of("n", [float(d.count) for d in directions], digits=decimals(0)),
             column("pretravel", [d.pretravel for d in directions]),
             column("u", [d.u_pretravel for d in directions]),
@@ -170,6 +260,7 @@ def direction_table(calibration: RigCalibration) -> Table:
             column("hysteresis", [d.hysteresis for d in directions]),
             column("u of hysteresis", [d.u_hysteresis for d in directions]),
             column("U of hysteresis", [d.expanded_hysteresis for d in directions]),
+            *_force_column(calibration, forces),
         ),
         title="Performance by direction",
         explanation="n: touches; u: standard uncertainty of the mean, from the repeats of all "
@@ -180,8 +271,26 @@ def direction_table(calibration: RigCalibration) -> Table:
     )
 
 
+def _polar_column(directions: Sequence[DirectionPerformance]) -> tuple[Column, ...]:
+    """The polar angle, where a direction is not across the axis."""
+    if all(d.across or math.isnan(d.azimuth) for d in directions):
+        return ()
+    polar = [d.polar / DEGREE if math.isfinite(d.polar) else "" for d in directions]
+    return (Column.of("polar", polar, "°", significant(6)),)
+
+
+def _force_column(
+    calibration: RigCalibration, forces: Sequence[float] | None
+) -> tuple[Column, ...]:
+    found = direction_forces(calibration, forces)
+    return () if found is None else (Column.of("force", found, "N", decimals(4)),)
+
+
 def rig_data(
-    calibration: RigCalibration, touches: Sequence[RigTouch], budget: Budget
+    calibration: RigCalibration,
+    touches: Sequence[RigTouch],
+    budget: Budget,
+    forces: Sequence[float] | None = None,
 ) -> tuple[Table, ...]:
     """All values of a calibration, for programs.
 
@@ -192,6 +301,8 @@ def rig_data(
         Those too that are not in the results.
     budget : Budget
         Of the mean pretravel of the direction touched least often.
+    forces : n floats, optional
+        As in `rig_document`.
 
     Returns
     -------
@@ -211,11 +322,14 @@ def rig_data(
         **_spread_columns([r.repeatability for r in results]),
         "hysteresis_um": _um([r.hysteresis for r in results]),
         "largest_hysteresis_um": _um([r.largest_hysteresis for r in results]),
+        "hysteresis_anisotropy_um": _um([r.hysteresis_anisotropy for r in results]),
+        "repeatability_anisotropy_um": _um([r.repeatability_anisotropy for r in results]),
         "coverage_probability": [r.probability for r in results],
     }
     each = {
         "name": [d.name for d in directions],
         "azimuth_deg": [d.azimuth / DEGREE for d in directions],
+        "polar_deg": [d.polar / DEGREE for d in directions],
         "count": [d.count for d in directions],
         "pretravel_um": _um([d.pretravel for d in directions]),
         "u_pretravel_um": _um([d.u_pretravel for d in directions]),
@@ -227,6 +341,8 @@ def rig_data(
         "u_hysteresis_um": _um([d.u_hysteresis for d in directions]),
         "expanded_hysteresis_um": _um([d.expanded_hysteresis for d in directions]),
     }
+    by_direction = direction_forces(calibration, forces)
+    each |= {} if by_direction is None else {"force_N": by_direction}
     left_out = {
         "trace": [outlier.trace for outlier in outliers],
         "distance_um": _um([outlier.distance for outlier in outliers]),
@@ -237,7 +353,7 @@ def rig_data(
         Table.of(overall, "Performance"),
         Table.of(each, "Directions"),
         Table.of(left_out, "Outliers"),
-        Table.of(rig_table(touches, calibration.not_used), "Touches"),
+        Table.of(rig_table(touches, calibration.not_used, forces), "Touches"),
         budgets_data([replace(budget, result="mean pretravel")]),
     )
 
@@ -291,7 +407,7 @@ def rig_view(calibration: RigCalibration, title: str = "") -> View:
     View
     """
     directions = calibration.directions
-    around = all(math.isfinite(d.azimuth) for d in directions)
+    around = all(d.across for d in directions)
     if around:
         places = np.array([d.azimuth for d in directions]) / DEGREE
         axis = Axis("azimuth", "°", -10.0, 370.0, ticks=tuple(45.0 * k for k in range(9)))

@@ -13,13 +13,16 @@ from pretravel.files.separation_csv import separation_table
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
 from pretravel.show.chart import Axis, PlaneChart, View
-from pretravel.show.chart_marks import Dots, Rule
+from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import Colour
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.show.whiskers import interval_lines
 
 _SQUARE = MICROMETRE**2
+_SHOWN_SETUPS = 4
+_FEWEST_SHOWN = 4
+"""Directions of the machine from which on a picture shows the model."""
 
 
 def separation_document(
@@ -59,7 +62,10 @@ def separation_document(
             *_excluded_figure(result),
         ),
         tables=(_direction_table(result),),
-        pictures=(Picture("Errors and variances", lambda: separation_view(result, title)),),
+        pictures=(
+            Picture("Errors and variances", lambda: separation_view(result, title)),
+            *_model_picture(result, title),
+        ),
         notes=result.notes,
         warnings=tuple(warnings),
         data=_data(result),
@@ -183,6 +189,56 @@ def separation_plan_document(plan: SeparationPlan) -> Document:
                       "of the variance of a direction of machine or probe"),
         ),
     )  # fmt: skip
+
+
+def _model_picture(result: Separation, title: str) -> tuple[Picture, ...]:
+    if result.used is None or len(np.unique(result.used.machine)) < _FEWEST_SHOWN:
+        return ()
+    return (Picture("Measured and modelled errors", lambda: model_view(result, title)),)
+
+
+def model_view(result: Separation, title: str = "") -> View:
+    """Measured and modelled errors at some of the orientations of the probe.
+
+    An orientation has one difference between the numbers of machine and probe. Shown are those
+    with the most readings, spread over all of them.
+
+    Parameters
+    ----------
+    result : Separation
+    title : str
+
+    Returns
+    -------
+    View
+
+    References
+    ----------
+    Nafi and Mayer 2011, Figure 3.
+    """
+    assert result.used is not None
+    machine, probe = result.used.machine, result.used.probe
+    count = max(len(result.machines), len(result.probes))
+    setup = np.mod(machine - probe, count)
+    turns, readings = np.unique(setup, return_counts=True)
+    full = turns[readings == readings.max()]
+    shown = full[np.unique(np.linspace(0, len(full) - 1, _SHOWN_SETUPS).round().astype(int))]
+    modelled = result.used.errors - result.residuals
+    charts = []
+    for turn in shown:
+        rows = np.flatnonzero(setup == turn)
+        rows = rows[np.argsort(machine[rows], kind="stable")]
+        at = machine[rows].astype(np.float64)
+        charts.append(
+            PlaneChart(
+                f"probe turned by {turn} of {count} steps",
+                Axis("direction of the machine, its number"),
+                Axis("error", "µm"),
+                (LineMark(at, modelled[rows] / MICROMETRE, "modelled", "series2"),
+                 Dots(at, result.used.errors[rows] / MICROMETRE, "measured")),
+            )
+        )  # fmt: skip
+    return View(title or "Measured and modelled errors", tuple(charts), columns=2)
 
 
 def separation_view(result: Separation, title: str = "") -> View:

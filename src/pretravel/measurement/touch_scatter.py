@@ -1,0 +1,115 @@
+"""The scatter of single touches by direction, from a separation of machine and probe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.directions import azimuth_angle
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement, probe_rotation
+from pretravel.maps.pretravel_map import PretravelMap
+
+MACHINE_PART, PROBE_PART = "machine, separated", "probe, separated"
+"""Names of the two parts in budgets. Their sum is measured, their shares are a convention."""
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class TouchScatter:
+    """Variances of machine and probe around the probe's axis.
+
+    Parameters
+    ----------
+    machine_azimuth, machine_variance : (m,) float
+        Of normals in the machine's frame. [rad], [mm²]
+    probe_azimuth, probe_variance : (p,) float
+        Of normals in the probe's frame. [rad], [mm²]
+    to_machine : (3, 3) float
+        Rotation from the frame of the touches to that of the machine.
+
+    Raises
+    ------
+    PretravelError
+        Azimuths that are not known; variances that are not finite, or negative for a pair.
+
+    >>> from pretravel.maps.kinds.mean import MeanBasis
+    >>> from pretravel.maps.support import DirectionSupport
+    >>> from pretravel.uncertainty.covariance import Covariance
+    >>> x, around = np.array([[1.0, 0.0, 0.0]]), np.arange(4) * 0.5 * np.pi
+    >>> mean = PretravelMap(MeanBasis(), np.array([0.010]), Covariance.independent([1e-8]),
+    ...                     DirectionSupport(x), tip_radius=3.0)
+    >>> even = TouchScatter(around, np.full(4, 2e-7), around, np.full(4, 1e-7))
+    >>> [round(float(part[0]), 12) for part in even.variances(x, mean)]
+    [2e-07, 1e-07]
+    """
+
+    machine_azimuth: FloatArray
+    machine_variance: FloatArray
+    probe_azimuth: FloatArray
+    probe_variance: FloatArray
+    to_machine: FloatArray = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        for side in ("machine", "probe"):
+            azimuth, variance = (
+                getattr(self, f"{side}_{name}") for name in ("azimuth", "variance")
+            )
+            if len(azimuth) == 0 or not np.all(np.isfinite(azimuth)):
+                raise PretravelError(
+                    f"the separation does not state the azimuths of its {side} directions. "
+                    "Separate touches with their orientations, or number the directions of machine "
+                    "and probe 1 to n around the circle, as separation-plan does",
+                    inputs=("machine",),
+                )
+            if not np.all(np.isfinite(variance)):
+                raise PretravelError(f"a variance of the {side} is not finite", inputs=("machine",))
+            order = np.argsort(np.mod(azimuth, _TURN))
+            object.__setattr__(self, f"{side}_azimuth", frozen(np.mod(azimuth, _TURN)[order]))
+            object.__setattr__(self, f"{side}_variance", frozen(np.asarray(variance)[order]))
+        if self.machine_variance.min() + self.probe_variance.min() < 0.0:
+            raise PretravelError(
+                "the separation gives a pair of directions a negative variance: separate with the "
+                "method reml",
+                inputs=("machine",),
+            )
+
+    def seen_from(self, part: Placement) -> TouchScatter:
+        """The scatter for touches in the frame of a part."""
+        return replace(self, to_machine=np.asarray(part.rotation))
+
+    def variances(
+        self, normals: FloatArray, pretravel_map: PretravelMap
+    ) -> tuple[FloatArray, FloatArray]:
+        """Parts of machine and probe in the variance of one touch.
+
+        Parameters
+        ----------
+        normals : (n, 3) float
+            Frame of the touches.
+        pretravel_map : PretravelMap
+            In the same frame. Its orientation is that in which the separation's probe had the
+            orientation 0.
+
+        Returns
+        -------
+        machine, probe : (n,) float
+            Between the directions linear. The separation knows directions across the axis: what
+            a normal has along it scatters as the repeatability of the map, which is in both parts
+            as they are. [mm²]
+        """
+        seen = pretravel_map.probe_directions(normals)
+        # The machine's directions are counted about the axis of a probe that is not turned.
+        unturned = probe_rotation(self.to_machine @ pretravel_map.rotation[:, 2], 0.0)
+        of_machine = azimuth_angle(normals @ self.to_machine.T @ unturned)
+        machine = np.interp(of_machine, self.machine_azimuth, self.machine_variance, period=_TURN)
+        of_probe = azimuth_angle(seen)
+        probe = np.interp(of_probe, self.probe_azimuth, self.probe_variance, period=_TURN)
+        along = seen[:, 2] ** 2
+        pair = machine + probe
+        share = np.where(pair > 0.0, machine / np.where(pair > 0.0, pair, 1.0), 0.5)
+        total = (1.0 - along) * pair + along * pretravel_map.repeatability**2
+        return np.asarray(share * total), np.asarray((1.0 - share) * total)

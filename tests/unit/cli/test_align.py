@@ -1,0 +1,180 @@
+"""pretravel align: from touches anywhere to the frame of the part, and what goes on from there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.base.frames import parse_placement
+from pretravel.files.map_file import write_map
+from pretravel.files.placement_file import read_placement
+from pretravel.files.points_reading import read_points
+from tests.support.commands import both_outputs, rows, run
+from tests.support.example_maps import example_map
+from tests.support.examples import EXAMPLES
+
+PART, TOUCHES = EXAMPLES / "bracket.step", EXAMPLES / "bracket_touches.csv"
+TRUE = parse_placement("212,-48,-210,0.4,-0.3,33")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With the map, and the placement and points that the first command makes."""
+    made = tmp_path_factory.mktemp("aligned")
+    write_map(made / "map.json", example_map("physical"))
+    run("align", TOUCHES, "--part", PART, "--map", made / "map.json",
+        "-o", made / "place.json", "--points", made / "points.csv")  # fmt: skip
+    return made
+
+
+def test_the_placement_is_found_from_nothing(folder: Path) -> None:
+    """That of the simulation, within U of the six motions."""
+    found = read_placement(folder / "place.json")
+    corners = np.array([[0, 0, 0], [80, 0, 0], [0, 50, 0], [0, 0, 32.0]])
+    apart = found.points(corners) - TRUE.points(corners)
+    assert found.errors is not None
+    factors = found.errors.factors(found.points(corners))
+    u = np.sqrt(np.sum(factors**2, axis=0))
+    assert np.abs(apart / u).max() < 3.0
+    assert 0.1e-3 < u.min() < u.max() < 2e-3
+
+
+def test_points_in_the_part_are_measured_as_the_drawing_asks(folder: Path) -> None:
+    points = read_points(folder / "points.csv")
+    assert points.shared is not None
+    assert "alignment 1" in points.shared
+    (folder / "features.toml").write_text(
+        '[[feature]]\nkind = "cylinder"\nselect = "bore1-*"\nat_mm = [12.0, 12.0, 10.0]\n'
+        'axis = [0.0, 0.0, 1.0]\ntolerance = "11.95..12.05"\nposition_tolerance_mm = 0.05\n'
+        '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\nlabel = "boss"\nnominal_mm = 14.0\n'
+        'tolerance = "±0.02"\n'
+    )
+    text = run("measure", folder / "points.csv", "--features", folder / "features.toml")
+    assert "boss" in text
+    assert "position" in text
+    assert "does not conform" not in text
+
+
+def test_compensate_reads_the_placement_and_takes_normals_of_the_part(folder: Path) -> None:
+    _, text = both_outputs("compensate", TOUCHES, "--map", folder / "map.json", "--nominal", PART,
+               "--place", folder / "place.json", "-o", folder / "machine.csv")  # fmt: skip
+    assert "the touches have no normals: those of the nearest" in text
+    points = read_points(folder / "machine.csv")
+    assert points.deviation is not None
+    # The form of the part is 1 µm; the points stay in the machine's frame.
+    assert np.std(points.deviation) < 2e-3
+    assert points.positions[:, 2].max() < -170.0
+
+
+def test_datums_and_what_they_do_not_determine(folder: Path) -> None:
+    text = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json",
+               "--datum", "A=3", "--datum", "B=12,14", "-o", folder / "datums.json",
+               "--verbose")  # fmt: skip
+    assert "datums A=3, B=12,14" in text
+    assert "not determined" not in text
+    text, warned = both_outputs(
+        "align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3"
+    )
+    assert "3 of 6 motions are not determined" in text
+    assert "shift along x; shift along y; turn about z" in warned
+
+
+def test_a_start_and_a_page(folder: Path) -> None:
+    start = "212.3,-48.2,-210,0,0,33.5"
+    run("align", TOUCHES, "--part", PART, "--tip-diameter", 6, "--start", start,
+        "-o", folder / "page.html", "--plot", folder / "part.png")  # fmt: skip
+    assert "Deviations by face" in (folder / "page.html").read_text(encoding="utf-8")
+    assert (folder / "part.png").stat().st_size > 10_000
+    again = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json",
+                "--start", folder / "place.json")  # fmt: skip
+    assert "79 of 79 touches" in again or "touches, best fit" in again
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ((), "the map, or the tip's diameter, is needed"),
+        (("--tip-diameter", 6, "--datum", "A"), "expected a name and its faces"),
+        (("--tip-diameter", 6, "--datum", "A=99", "--start", "0,0,0"), "has no face 99"),
+        (("--tip-diameter", 6, "--free", "x,q", "--start", "0,0,0"), "they are some of x,y,z"),
+        (("--tip-diameter", 6, "--start", "1,2"), "expected x,y,z in mm"),
+    ],
+)
+def test_errors_teach(options: tuple[object, ...], words: str) -> None:
+    assert words in " ".join(run("align", TOUCHES, "--part", PART, *options, code=2).split())
+
+
+def test_several_answers_are_listed_and_nothing_is_written(tmp_path: Path) -> None:
+    """Four touches of one face leave nearly all open."""
+    few = tmp_path / "few.csv"
+    lines = TOUCHES.read_text().splitlines()
+    few.write_text("\n".join([lines[0], *lines[11:16], *lines[21:23]]) + "\n")
+    out = tmp_path / "place.json"
+    text = run("align", few, "--part", PART, "--tip-diameter", 6, "-o", out, code=2)
+    assert "placements explain the touches" in text
+    assert "State the right one as the start" in text
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"schema": "x"}, "this is not a placement"),
+        ({"version": 9}, "the version is 9"),
+        ({"rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 2]]}, "not perpendicular unit vectors"),
+        ({"shift_mm": [1, 2]}, "the key shift_mm has the shape"),
+        ({"shift_mm": ["a", 2, 3]}, "something that is no number"),
+        ({"covariance": None}, "the key covariance"),
+    ],
+)
+def test_a_damaged_placement_is_refused(
+    folder: Path, tmp_path: Path, change: dict[str, object], words: str
+) -> None:
+    content = json.loads((folder / "place.json").read_text()) | change
+    damaged = tmp_path / "place.json"
+    damaged.write_text(json.dumps(content))
+    text = run("align", TOUCHES, "--part", PART, "--tip-diameter", 6, "--start", damaged, code=2)
+    assert words in " ".join(text.split())
+
+
+def test_a_bore_without_normals_has_the_diameter_of_that_with_normals(tmp_path: Path) -> None:
+    """To 0.05 µm, the probe's lobes included."""
+    write_map(tmp_path / "map.json", example_map("physical"))
+    lines = (EXAMPLES / "bore_touches.csv").read_text().splitlines()
+    bores = [line for line in lines if line.startswith(("label", "bore"))]
+    (tmp_path / "with.csv").write_text("\n".join(bores) + "\n")
+    plain = [",".join(line.split(",")[:4]) for line in bores]
+    (tmp_path / "without.csv").write_text("\n".join(plain) + "\n")
+    diameters = []
+    for name, option in (("with", ()), ("without", ("--feature", "bore"))):
+        run("compensate", tmp_path / f"{name}.csv", "--map", tmp_path / "map.json", *option,
+            "-o", tmp_path / "points.csv")  # fmt: skip
+        run("measure", tmp_path / "points.csv", "--feature", "bore", "--group",
+            "-o", tmp_path / "features.csv")  # fmt: skip
+        diameters.append(
+            [
+                float(row["value"])
+                for row in rows(tmp_path / "features.csv")
+                if row["quantity"] == "diameter"
+            ]
+        )
+    assert len(diameters[0]) == 2
+    assert diameters[1] == pytest.approx(diameters[0], abs=5e-5)
+
+
+def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Path) -> None:
+    angle = np.arange(8) * np.pi / 4
+    noise = 1e-3 * np.array([1, -1, 1, -1, 1, -1, 1, -1])
+    rows = [f"{(10 + e) * np.cos(a):.6f},{(10 + e) * np.sin(a):.6f},0"
+            for a, e in zip(angle, noise, strict=True)]  # fmt: skip
+    (tmp_path / "plain.csv").write_text("x_mm,y_mm,z_mm\n" + "\n".join(rows) + "\n")
+    text, warned = both_outputs(
+        "measure", tmp_path / "plain.csv", "--feature", "bore", "--tolerance", "19..21"
+    )
+    assert "20.00000" in text
+    assert "cannot be decided" in text
+    assert "the points state no uncertainty" in warned
+    assert "roundness" not in text.split("Conformity")[0]

@@ -1,0 +1,318 @@
+"""Where a part lies: placements that are known, motions that touches cannot tell, searches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement
+from pretravel.measurement.alignment import (
+    MOTIONS,
+    Alignment,
+    Datum,
+    TipCentres,
+    align,
+    placement_onto,
+    points_in_part,
+    radius_alone,
+)
+from pretravel.measurement.alignment_search import found_placements
+from pretravel.surface.cad.part import Part
+from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import lobes
+from tests.support.touched_bracket import (
+    beside,
+    bracket,
+    faces_of_kind,
+    random_placement,
+    random_targets,
+    tip_centres,
+)
+
+UM = 1e-3
+RADIUS = 2.0
+
+
+def _corners(part: Part) -> FloatArray:
+    x, y, z = np.meshgrid(*part.box.T)
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+
+
+def _apart(part: Part, one: Placement, other: Placement) -> float:
+    corners = _corners(part)
+    return float(np.linalg.norm(one.points(corners) - other.points(corners), axis=1).max())
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_placement_and_pretravel_are_solved_together(seed: int) -> None:
+    """A probe with lobes of some micrometres, exact touches: the placement is exact, and with the
+    tip's radius alone it is off by the lobes."""
+    rng, part, large = np.random.default_rng(seed), bracket(), lobes(3)
+    made = replace(large, coefficients=4e-3 * large.coefficients, tip_radius=RADIUS)
+    points, normals, faces = random_targets(part, 40, rng, made.tip_radius)
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    start = beside(placement, rng, 0.005, 0.2)
+    found = align(tips, part, made, start, extrapolate=True)
+    assert _apart(part, found.placement, placement) < 1e-6
+    assert np.all(found.feet.face == faces)
+    assert np.abs(found.residuals).max() < 1e-6
+    assert not found.gross.any()
+    plain = align(tips, part, radius_alone(made.tip_radius), start, extrapolate=True)
+    assert _apart(part, plain.placement, placement) > 1.0 * UM
+
+
+def test_placements_are_covered_by_their_covariance() -> None:
+    """The change of the placement with one touch, by alignments with that touch moved."""
+    rng, part, made = np.random.default_rng(5), bracket(), radius_alone(RADIUS)
+    made = replace(
+        made,
+        repeatability=1.0 * UM,
+        u_tip_radius=0.5 * UM,
+        covariance=Covariance.independent([0.0]),
+    )
+    points, normals, _ = random_targets(part, 14, rng)
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    found = align(tips, part, made, placement, extrapolate=True)
+    step, changes = 0.2 * UM, []
+    for row in range(14):
+        moved = np.array(tips.positions)
+        moved[row] += step * placement.vectors(normals[row : row + 1])[0]
+        other = align(TipCentres(moved), part, made, placement, extrapolate=True).placement
+        turn = other.rotation @ found.placement.rotation.T
+        shift = other.shift - (turn @ (found.placement.shift - found.about) + found.about)
+        changes.append(np.concatenate([shift, Rotation.from_matrix(turn).as_rotvec()]) / step)
+    response = np.array(changes).T
+    # Each touch repeats to 1 µm; the tip's radius is the same in all.
+    wanted = UM**2 * (response @ response.T + 0.25 * np.outer(response.sum(1), response.sum(1)))
+    assert found.covariance == pytest.approx(wanted, rel=1e-3, abs=1e-3 * np.abs(wanted).min())
+
+
+def _on_faces(part: Part, faces: list[int], count: int = 12) -> tuple[FloatArray, FloatArray]:
+    rng = np.random.default_rng(3)
+    points, normals, _ = random_targets(part, count, rng, on=faces)
+    return points, normals
+
+
+def test_motions_that_touches_do_not_determine_are_named() -> None:
+    part, made = bracket(), radius_alone(RADIUS)
+    placement = random_placement(np.random.default_rng(7))
+    bore = next(
+        index
+        for index in faces_of_kind(part, "cylinder")
+        if np.allclose(part.faces[index].local(part.faces[index].middle[None]).point[0, :2],
+                       [12.0, 12.0], atol=6.01)
+    )  # fmt: skip
+    points, normals = _on_faces(part, [bore])
+    found = align(tip_centres(placement, points, normals, made), part, made, placement,
+                  extrapolate=True)  # fmt: skip
+    assert found.undetermined_motions == ("shift along z", "turn about z through (12, 12, 0) mm")
+    assert found.motions.shape == (6, 4)
+    floor = next(
+        index
+        for index in faces_of_kind(part, "plane")
+        if part.faces[index].local(part.faces[index].middle[None]).normal[0, 2] < -0.9
+    )
+    points, normals = _on_faces(part, [floor])
+    found = align(tip_centres(placement, points, normals, made), part, made, placement,
+                  extrapolate=True)  # fmt: skip
+    assert found.undetermined_motions == ("shift along x", "shift along y", "turn about z")
+
+
+def test_undetermined_motions_stay_as_at_the_start() -> None:
+    part, made = bracket(), radius_alone(RADIUS)
+    placement = random_placement(np.random.default_rng(8))
+    floor = next(
+        index
+        for index in faces_of_kind(part, "plane")
+        if part.faces[index].local(part.faces[index].middle[None]).normal[0, 2] < -0.9
+    )
+    points, normals = _on_faces(part, [floor])
+    tips = tip_centres(placement, points, normals, made)
+    start = replace(placement, shift=placement.shift + placement.rotation @ [0.3, -0.2, 0.4])
+    found = align(tips, part, made, start, extrapolate=True).placement
+    moved = placement.rotation.T @ (found.shift - placement.shift)
+    assert moved == pytest.approx([0.3, -0.2, 0.0], abs=1e-6)
+
+
+def test_only_free_motions_change() -> None:
+    rng, part, made = np.random.default_rng(9), bracket(), radius_alone(RADIUS)
+    points, normals, _ = random_targets(part, 30, rng)
+    placement = Placement(shift=np.array([10.0, 20.0, 30.0]))
+    tips = tip_centres(placement, points, normals, made)
+    start = replace(placement, shift=placement.shift + 0.1)
+    found = align(tips, part, made, start, free=("x", "y"), extrapolate=True).placement
+    assert found.rotation == pytest.approx(np.eye(3), abs=1e-12)
+    assert found.shift == pytest.approx([10.0, 20.0, 30.1], abs=0.02)
+    assert found.shift[2] == pytest.approx(30.1, abs=1e-12)
+    with pytest.raises(PretravelError, match="the motions are x, y, z, about x"):
+        align(tips, part, made, start, free=("along x",))
+
+
+@pytest.mark.parametrize("count", [12, 40, 120])
+def test_gross_touches_are_named_and_left_out(count: int) -> None:
+    rng, part, made = np.random.default_rng(count), bracket(), radius_alone(RADIUS)
+    points, normals, _ = random_targets(part, count, rng)
+    points = points + normals * (2.0 * UM * rng.standard_normal((count, 1)))
+    wrong = count // 3
+    points[wrong] += 0.2 * normals[wrong]
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    found = align(tips, part, made, beside(placement, rng, 0.002, 0.1), extrapolate=True)
+    assert np.flatnonzero(found.gross).tolist() == [wrong]
+    assert found.residuals[wrong] == pytest.approx(0.2, abs=0.02)
+    assert _apart(part, found.placement, placement) < 0.03
+
+
+def _box_faces(part: Part) -> dict[str, int]:
+    """The outer planes of the bracket, by their side."""
+    found = {}
+    for index in faces_of_kind(part, "plane"):
+        local = part.faces[index].local(part.faces[index].middle[None])
+        point, normal = local.point[0], local.normal[0]
+        for axis, name in enumerate("xyz"):
+            if normal[axis] < -0.99 and abs(point[axis]) < 1e-9:
+                found[name] = index
+    return found
+
+
+def test_datums_take_motions_in_their_order() -> None:
+    """3-2-1 on planes that are not square to each other: the first is fitted whole, the second
+    takes one turn and a shift, the third a shift. Calculated here with planes, lines and a mean."""
+    rng, part, made = np.random.default_rng(11), bracket(), radius_alone(RADIUS)
+    side = _box_faces(part)
+    points, normals, faces = random_targets(part, 40, rng, on=list(side.values()))
+    points, normals, faces = (
+        np.concatenate(pair)
+        for pair in zip((points, normals, faces), random_targets(part, 20, rng), strict=True)
+    )
+    skew = {"z": 0.0, "y": 2e-3, "x": -3e-3}
+    for name, angle in skew.items():
+        mine = faces == side[name]
+        points[mine] += normals[mine] * (angle * points[mine][:, [2]])
+    placement = Placement(shift=np.array([5.0, 6.0, 7.0]))
+    tips = tip_centres(placement, points, normals, made)
+    datums = [Datum(letter, (side[name],)) for letter, name in zip("ABC", "zyx", strict=True)]
+    found = align(tips, part, made, placement, datums=datums, extrapolate=True)
+    assert set(found.feet.face[found.used]) == {side[name] for name in "xyz"}
+    here = found.placement.inverse.points(placement.points(points))
+    on = {name: here[faces == side[name]] for name in "xyz"}
+    # A: the plane of least squares through its points is z = 0.
+    design = np.column_stack([np.ones(len(on["z"])), on["z"][:, :2]])
+    assert np.linalg.lstsq(design, on["z"][:, 2], rcond=None)[0] == pytest.approx(0.0, abs=1e-6)
+    # B: the line y(x) of least squares is zero; its tilt in z is not.
+    design = np.column_stack([np.ones(len(on["y"])), on["y"][:, 0]])
+    assert np.linalg.lstsq(design, on["y"][:, 1], rcond=None)[0] == pytest.approx(0.0, abs=1e-6)
+    # C: the mean of x is zero.
+    assert on["x"][:, 0].mean() == pytest.approx(0.0, abs=1e-6)
+    everything = align(tips, part, made, placement, extrapolate=True)
+    assert _apart(part, everything.placement, found.placement) > 1.0 * UM
+
+
+def test_the_sizes_of_bores_are_free_as_datums() -> None:
+    """Bores that are 30 µm too large, touched on one half: their axes are found all the same."""
+    part, made = bracket(), radius_alone(RADIUS)
+    side, bores = _box_faces(part), faces_of_kind(part, "cylinder")
+    rng = np.random.default_rng(12)
+    points, normals, faces = random_targets(part, 80, rng, on=[side["z"], *bores])
+    kept = ~np.isin(faces, bores) | (normals[:, 0] > -0.3)
+    points, normals, faces = points[kept], normals[kept], faces[kept]
+    points = points - 0.015 * normals * np.isin(faces, bores)[:, None]
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    datums = [Datum("A", (side["z"],)), Datum("B", tuple(bores))]
+    found = align(tips, part, made, placement, datums=datums, extrapolate=True)
+    assert _apart(part, found.placement, placement) < 1e-6
+
+
+def test_a_datum_that_was_not_touched_is_refused() -> None:
+    part, made = bracket(), radius_alone(RADIUS)
+    points, normals = _on_faces(part, [_box_faces(part)["z"]])
+    tips = tip_centres(Placement(), points, normals, made)
+    untouched = [Datum("B", (_box_faces(part)["x"],))]
+    with pytest.raises(PretravelError, match="no touch lies on the faces of datum B"):
+        align(tips, part, made, Placement(), datums=untouched, extrapolate=True)
+
+
+@pytest.mark.parametrize("count", [15, 40])
+def test_a_placement_is_found_from_nothing(count: int) -> None:
+    """Tip centres alone, without normals, anywhere: one answer, the right one."""
+    rng, part, made = np.random.default_rng(count), bracket(), radius_alone(RADIUS)
+    for _ in range(3):
+        points, normals, _ = random_targets(part, count, rng)
+        points = points + normals * (2.0 * UM * rng.standard_normal((count, 1)))
+        placement = random_placement(rng)
+        tips = tip_centres(placement, points, normals, made)
+        found = found_placements(tips, part, made, extrapolate=True)
+        assert len(found) == 1
+        assert _apart(part, found[0].placement, placement) < 0.05
+
+
+def test_a_symmetric_part_has_several_answers() -> None:
+    """Half turns about the axes of a box leave it as it is: four placements."""
+    from tests.unit.surface.test_faces_of_a_box import _box
+
+    rng, part, made = np.random.default_rng(4), _box(), radius_alone(1.0)
+    points, normals, _ = random_targets(part, 30, rng, 1.0)
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    found = found_placements(tips, part, made, extrapolate=True)
+    assert len(found) == 4
+    turns = [each.placement.rotation.T @ placement.rotation for each in found]
+    assert all(np.allclose(np.abs(turn), np.eye(3), atol=1e-6) for turn in turns)
+
+
+def test_points_in_the_part_share_the_error_of_the_alignment() -> None:
+    """Their variance along the normal grows by that of the placement there."""
+    rng, part = np.random.default_rng(6), bracket()
+    made = replace(radius_alone(RADIUS), repeatability=1.0 * UM)
+    points, normals, _ = random_targets(part, 25, rng)
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    found = align(tips, part, made, placement, extrapolate=True)
+    inside = points_in_part(found)
+    assert inside.positions == pytest.approx(points, abs=1e-6)
+    foot = found.points.positions - found.about
+    n = found.points.normals
+    rows = np.column_stack([n, np.cross(foot, n)])
+    by_placement = np.einsum("ni,ij,nj->n", rows, found.covariance, rows)
+    grown = inside.standard_uncertainty**2 - found.points.standard_uncertainty**2
+    assert grown == pytest.approx(by_placement, rel=1e-6)
+    assert inside.shared is not None
+    common = sum(v**2 for k, v in inside.shared.items() if k.startswith("alignment"))
+    assert common == pytest.approx(by_placement, rel=1e-6)
+
+
+def test_points_onto_points() -> None:
+    rng = np.random.default_rng(2)
+    placement, points = random_placement(rng), rng.normal(size=(5, 3))
+    found = placement_onto(points, placement.points(points))
+    assert found.rotation == pytest.approx(placement.rotation, abs=1e-12)
+    assert found.shift == pytest.approx(placement.shift, abs=1e-9)
+
+
+def test_faces_that_are_known_are_kept() -> None:
+    """A start between two faces: with known faces the answer is right."""
+    rng, part, made = np.random.default_rng(13), bracket(), radius_alone(RADIUS)
+    points, normals, faces = random_targets(part, 60, rng)
+    placement = Placement()
+    tips = replace(tip_centres(placement, points, normals, made), faces=faces)
+    far = beside(placement, rng, 0.05, 6.0)
+    found: Alignment = align(tips, part, made, far, extrapolate=True)
+    assert _apart(part, found.placement, placement) < 1e-5
+    assert len(MOTIONS) == found.motions.shape[1]
+
+
+def test_three_touches_determine_three_motions() -> None:
+    rng, part, made = np.random.default_rng(14), bracket(), radius_alone(RADIUS)
+    points, normals, _ = random_targets(part, 40, rng)
+    tips = tip_centres(Placement(), points[:3], normals[:3], made)
+    found = align(tips, part, made, Placement(), extrapolate=True)
+    assert found.undetermined.shape[1] == 3
+    assert found.scatter == 0.0

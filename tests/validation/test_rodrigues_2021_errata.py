@@ -1,0 +1,155 @@
+"""Rodrigues 2021: statements and equations of the thesis that are not right, in numpy.
+
+What each should read is on docs/validation.md; the functions of the package are used only where
+the page gives a number of ours.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+REFERENCE = Path(__file__).parent / "reference"
+RNG = np.random.default_rng(318)
+
+
+@pytest.fixture(scope="module")
+def table() -> np.ndarray:
+    return np.genfromtxt(REFERENCE / "rodrigues_trigger_50mm.csv", delimiter=",", names=True)
+
+
+def test_section_5_1_the_existing_method_never_underestimates(table: np.ndarray) -> None:
+    """It is said to underestimate at lower polar angles; it is larger in all 63 rows, most of all
+    relative at small forces: by 20 % and more at polar 10°."""
+    more = table["sensing_distance_existing_mm"] - table["sensing_distance_fea_mm"]
+    assert np.all(more > 0.0)
+    assert len(more) == 63
+    low = table["polar_deg"] == 10.0
+    assert np.all(more[low] / table["sensing_distance_fea_mm"][low] > 0.19)
+
+
+def test_section_4_4_the_difference_is_not_always_above_a_micrometre(table: np.ndarray) -> None:
+    """ "The error is greater than 1 micron": in 17 rows it is below (printed to 0.1 µm)."""
+    more = table["sensing_distance_existing_mm"] - table["sensing_distance_fea_mm"]
+    tenths = np.round(1e4 * more).astype(int)
+    assert np.sum(tenths < 10) == 17
+    assert tenths.min() == 5
+    assert tenths.max() == 19
+
+
+def _ball(center: np.ndarray, radius: float, u: float, v: float) -> np.ndarray:
+    """Equation 3.11."""
+    return center + radius * np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+
+
+def test_equation_3_18_leaves_out_the_centre_of_the_ball() -> None:
+    """At a point that both surfaces share the distance must be zero: as printed it is the distance
+    of the ball's centre from the origin."""
+    center, angles = np.array([3.0, -2.0, 7.0]), RNG.uniform(0.1, 1.4, 2)
+    common = _ball(center, 3.0, *angles)
+    printed = np.linalg.norm(common - _ball(np.zeros(3), 3.0, *angles))
+    assert printed == pytest.approx(np.linalg.norm(center))
+    assert np.linalg.norm(common - _ball(center, 3.0, *angles)) == pytest.approx(0.0)
+
+
+def test_equations_3_20_to_3_22_lose_a_sign() -> None:
+    """x - S_kx + V t + r cos u sin v: subtracting all of 3.17 gives - V t - r cos u sin v. At a
+    common point the printed left sides are twice these terms, not zero."""
+    spindle, toward, t, length, radius = (
+        np.array([1.0, 2.0, 60.0]),
+        np.array([0.6, 0.8, 0.0]),
+        0.3,
+        50.0,
+        3.0,
+    )
+    angles = (0.7, 1.1)
+    center = spindle - [0.0, 0.0, length] + toward * t
+    common = _ball(center, radius, *angles)
+    offset = _ball(np.zeros(3), radius, *angles)
+    printed = common - (spindle - [0.0, 0.0, length]) + toward * t + offset
+    assert printed == pytest.approx(2.0 * (toward * t + offset))
+    assert np.abs(printed).min() > 1.0
+    right = common - (spindle - [0.0, 0.0, length]) - toward * t - offset
+    assert right == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+def test_equation_3_27_is_no_projection() -> None:
+    """n less the number k·n (taken off every component) is not perpendicular to k; n less
+    (k·n) k is."""
+    axis, normal = np.array([0.0, 0.0, 1.0]), np.array([0.48, 0.36, 0.8])
+    printed = normal - axis @ normal
+    assert printed[:2] == pytest.approx([-0.32, -0.44])
+    projected = normal - (axis @ normal) * axis
+    assert axis @ projected == pytest.approx(0.0)
+    assert projected[:2] == pytest.approx(normal[:2])
+
+
+def _derivatives(u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
+    """Of (u + 0.2 v², v - 0.1 u², sin u cos v): both parameters are in every component."""
+    du = np.array([1.0, -0.2 * u, np.cos(u) * np.cos(v)])
+    dv = np.array([0.4 * v, 1.0, -np.sin(u) * np.sin(v)])
+    return du, dv
+
+
+def test_equation_3_31_is_no_general_cross_product() -> None:
+    """One product for each component, where a cross product has two. It holds where x depends on
+    u alone and y on v alone; 3.33 to 3.35 follow it."""
+    du, dv = _derivatives(0.4, 0.7)
+    printed = np.array([-dv[1] * du[2], dv[0] * du[2], -dv[1] * du[0]])
+    exact = np.cross(dv, du)
+    assert np.abs(printed - exact).min() > 1e-3
+    along = printed / np.linalg.norm(printed) @ (exact / np.linalg.norm(exact))
+    assert np.degrees(np.arccos(abs(along))) > 1.0
+
+
+def test_equation_4_18_holds_for_a_ball_and_4_26_for_equal_half_axes() -> None:
+    """The cross product of 4.14 has b·c, a·c and a·b, not a², b² and c². The true normal at
+    v = 40° of a = 10, c = 6 mm is 26.7° from the axis; that of 4.18 is 66.8°."""
+    a, b, c, u, v = 10.0, 8.0, 6.0, 0.5, np.radians(40.0)
+
+    def normals(a: float, b: float, c: float) -> tuple[np.ndarray, np.ndarray]:
+        du = np.array([-a * np.sin(u) * np.sin(v), b * np.cos(u) * np.sin(v), 0.0])
+        dv = np.array([a * np.cos(u) * np.cos(v), b * np.sin(u) * np.cos(v), -c * np.sin(v)])
+        shape = np.sin(v) * np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+        return np.cross(dv, du), np.array([a**2, b**2, c**2]) * shape
+
+    exact, printed = normals(a, b, c)
+    assert exact == pytest.approx(
+        [
+            b * c * np.cos(u) * np.sin(v) ** 2,
+            a * c * np.sin(u) * np.sin(v) ** 2,
+            a * b * np.sin(v) * np.cos(v),
+        ]
+    )
+    assert np.linalg.norm(np.cross(exact, printed)) > 1.0
+    ball, same = normals(7.0, 7.0, 7.0)
+    assert np.cross(ball, same) == pytest.approx(np.zeros(3), abs=1e-9)
+    # Equation 4.26: the direction of the deflection is (cos u, sin u) only where a = b.
+    across = exact[:2] / np.linalg.norm(exact[:2])
+    assert np.abs(across - [np.cos(u), np.sin(u)]).max() > 0.05
+    round_one, as_printed = normals(a, a, c)
+    across = round_one[:2] / np.linalg.norm(round_one[:2])
+    assert across == pytest.approx([np.cos(u), np.sin(u)])
+    polar = [np.degrees(np.arctan2(np.hypot(*n[:2]), n[2])) for n in (round_one, as_printed)]
+    assert polar == pytest.approx([26.7, 66.8], abs=0.05)
+
+
+def test_equation_4_7_is_rounded() -> None:
+    """4.7 printed to two digits, for a = 20, b = 10: 2.92 and 17.05 should read 2.93 and 17.07.
+    Its direction is within 0.04° of the cross product of 4.3 with 0.1464 in its first row."""
+    u = v = 0.5
+    printed = np.array(
+        [
+            (17.07 * u - 2.92) * (10 * v + 14.142) - (17.07 * v - 10) * (10 * u + 10),
+            (17.07 * u - 2.92) * (2.92 * v + 10) - (17.07 * v - 10) * (2.92 * u - 17.05),
+            (10 * u + 10) * (2.92 * v + 10) - (2.92 * u - 17.05) * (10 * v + 14.142),
+        ]
+    )
+    k, h, q = 0.5 + np.sqrt(0.125), 0.5, 0.5 - np.sqrt(0.125)  # 0.8536, 0.5, 0.1464
+    du = 20.0 * np.array([k, h, q]) + 20.0 * u * np.array([-q, h, -k])
+    dv = 20.0 * np.array([-h, np.sqrt(0.5), h]) + 20.0 * v * np.array([-q, h, -k])
+    exact = np.cross(du, dv)
+    cosine = printed @ exact / np.linalg.norm(printed) / np.linalg.norm(exact)
+    assert np.degrees(np.arccos(cosine)) < 0.04
