@@ -15,9 +15,9 @@ pin out bit tripped;
 pin out float depth "of the straight tip in the surface, mm";
 pin out float largest_depth "the largest depth so far, mm";
 
-param rw s32 fault = 0 "0 none, 1 never trips, 2 stays tripped after a touch, 3 trips early, 4 is tripped always, 5 bounces, 6 trips late, 7 trips early for 2 ms";
+param rw s32 fault = 0 "0 none, 1 never trips, 2 stays tripped after a touch, 3 trips early, 4 is tripped always, 5 bounces, 6 trips late, 7 trips early for 2 ms, 8 chatters in contact, 9 opens for good in contact, 10 closes for good after the way back, 11 is knocked in the air for 20 ms, 12 loses one touch";
 param rw s32 fault_after = 0 "touches before the fault";
-param rw float fault_size = 1.7 "faults 3, 6, 7: distance from the place of the trigger, mm";
+param rw float fault_size = 1.7 "faults 3, 6, 7: distance from the place of the trigger, mm; 11: at least so far from everything";
 
 param rw float tip_radius = 3.0;
 param rw float length = 0.0 "from the spindle's reference point down to the tip's centre, mm";
@@ -51,6 +51,7 @@ variable double scatter;
 variable int touches;
 variable int bounces;
 variable int cycles;
+variable int broken;
 
 option extra_setup no;
 function _ fp;
@@ -155,6 +156,27 @@ static int signalled(struct __comp_state *__comp_inst, double now)
     case 7:
         if (touches == fault_after && now >= -fault_size && cycles < 2) { cycles++; return 1; }
         return closed;
+    case 8:
+        /* 2 ms closed, 2 ms open. */
+        if (!closed && now < 0.0) return 0;
+        return (cycles++ / 2) % 2 == 0;
+    case 9:
+        if (broken || !closed) return 0;
+        if (++cycles > 6) broken = 1;
+        return 1;
+    case 10:
+        if (broken) return 1;
+        if (closed) cycles = 1;
+        else if (cycles && ++cycles > 8) broken = 1;
+        return closed;
+    case 11:
+        if (touches == fault_after && now < -fault_size && cycles < 20) { cycles++; return 1; }
+        return closed;
+    case 12:
+        if (touches > fault_after) return closed;
+        if (now >= 0.0) broken = 1;
+        else if (broken && now < -0.0005) touches++;
+        return 0;
     }
     return closed;
 }

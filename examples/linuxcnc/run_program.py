@@ -196,7 +196,10 @@ def main():
     else:
         active = sorted({code for code in status.gcodes[1:] if code > 0})
         modes = " ".join(f"G{code / 10:g}" for code in active)
-        print(f"modes at the end: {modes}", file=sys.stderr)
+        override = "on" if status.feed_override_enabled else "OFF"
+        length = " ".join(f"{value:g}" for value in status.tool_offset[:3])
+        state = f"feed override {override}, tool length {length} mm"
+        print(f"modes at the end: {modes}, {state}", file=sys.stderr)
         print(
             f"largest depth of the straight tip: {largest_depth()} mm", file=sys.stderr, flush=True
         )

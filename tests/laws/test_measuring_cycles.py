@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from pretravel.controls.linuxcnc_cycles import sphere_subroutines
-from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
+from pretravel.controls.linuxcnc_subroutines import NO_RESULT, linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from tests.support.commands import run as run_command
-from tests.support.machine_model.coordinates import WorkOffset
+from tests.support.machine_model.control import Tool
+from tests.support.machine_model.coordinates import Frame, WorkOffset
 from tests.support.machine_model.judgement import Plan, state_is_restored
 from tests.support.machine_model.machine import Machine, Trace, run
-from tests.support.machine_model.modes import Vector
+from tests.support.machine_model.modes import Modes, Vector
 from tests.support.machine_model.probe import Fault, Probe
 from tests.support.machine_model.world import Ball, Box, Ring, Thing, World
 from tests.support.simulated_probe import simulated_map, simulated_pretravel
@@ -29,9 +30,14 @@ CYCLES: dict[str, tuple[str, Vector, Thing, int]] = {
     "pocket": ("[40] [40] [100] [1]", (0.0, 0.0, 0.0), Ring((0.0, 0.0, 0.0), 25.0, 5.0), 4),
     "web": ("[80] [60] [14] [100] [1]", (0.5, -0.5, 8.0), Box((0, 0, -10), (40, 30, 10)), 4),
     "edge": ("[90] [3.7] [100] [1]", (3.0, -37.0, -6.0), Box((0, 0, -10), (40, 30, 10)), 1),
+    "surface": ("[3.8] [100] [1]", (3.0, -7.0, 7.0), Box((0, 0, -10), (40, 30, 10)), 1),
+    "angle": ("[90] [3.7] [-10] [100] [1]", (3.0, -37.0, -6.0), Box((0, 0, -10), (40, 30, 10)), 2),
+    "corner": ("[1] [-1] [8] [14] [100] [1]", (-39.5, 29.6, 8.0),
+               Box((0, 0, -10), (40, 30, 10)), 2),
     "sphere": ("[0.3] [0] [0] [25] [6] [100] [6] [3] [1]", (9.0, 2.0, 50.0),
                Ball((0.0, 0.0, 0.0), 12.5), 11),
 }  # fmt: skip
+RESULTS = ("_x", "_y", "_diameter", "_edge", "_surface", "_angle")
 FAULTS = ("dead", "stuck", "early", "late")
 
 
@@ -84,6 +90,84 @@ class TestHealthy:
         check_harmless(trace, name)
 
 
+class TestResults:
+    """Places, an angle, and the work offset that an argument sets."""
+
+    OFFSET = WorkOffset((100.0, -50.0, 20.0), 30.0)
+
+    def measured(self, name: str, call: str, thing: Box, place: Vector, unit: float = 1.0) -> Trace:
+        """In turned work coordinates; places are those of the work coordinates."""
+        frame = Frame(self.OFFSET)
+        moved = replace(
+            thing, center=frame.to_machine(thing.center), turn_deg=thing.turn_deg + 30.0
+        )
+        machine = Machine(
+            World((moved,)), position=frame.to_machine(place), acceleration=2000.0,
+            offsets={"G54": self.OFFSET}, modes=Modes(units="G20" if unit > 1.0 else "G21"),
+        )  # fmt: skip
+        text = f"G90 G94 G54\no<pretravel_{name}> call {call}\nM2\n"
+        probe = Probe(lambda normal: pretravel_along(normal))
+        trace = run(machine, text, probe=probe, subroutines=subroutines())
+        assert trace.error == ""
+        return trace
+
+    BLOCK = Box((0.3, -0.2, -10.1), (40.0, 30.0, 10.0))
+
+    @pytest.mark.parametrize("zero", [0, 1])
+    @pytest.mark.parametrize("unit", [1.0, 25.4])
+    def test_a_face(self, zero: int, unit: float) -> None:
+        call = f"[3.8/{unit}] [100/{unit}] [0] [0] [{zero}]"
+        trace = self.measured("surface", call, self.BLOCK, (3.0, -7.0, 7.0), unit)
+        assert trace.parameters["_pretravel_surface"] * unit == pytest.approx(-0.1, abs=3e-6)
+        raw = trace.parameters["_pretravel_raw_surface"] * unit
+        assert raw == pytest.approx(-0.1 - pretravel_along((0.0, 0.0, 1.0)), abs=3e-6)
+        height = trace.offsets_after["G54"].origin[2] - 20.0
+        assert height == pytest.approx(-0.1 * zero, abs=3e-6)
+
+    @pytest.mark.parametrize("zero", [0, 1])
+    @pytest.mark.parametrize(("x", "y"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])
+    def test_a_corner(self, x: int, y: int, zero: int) -> None:
+        """The part lies on that side of the corner."""
+        there = (0.3 - 40.0 * x, -0.2 - 30.0 * y)
+        place = (there[0] + 0.4, there[1] - 0.3, 8.0)
+        call = f"[{x}] [{y}] [8] [14] [100] [0] [0] [{zero}]"
+        trace = self.measured("corner", call, self.BLOCK, place)
+        found = [trace.parameters[f"_pretravel_corner_{axis}"] for axis in "xy"]
+        assert found == pytest.approx(there, abs=3e-6)
+        frame = Frame(trace.offsets_after["G54"])
+        origin = Frame(self.OFFSET).to_work(frame.to_machine((0.0, 0.0, 0.0)))
+        assert origin == pytest.approx((*there, 0.0) if zero else (0.0, 0.0, 0.0), abs=3e-6)
+
+    @pytest.mark.parametrize(("way", "zero"), [(-10, 0), (10, 1)])
+    @pytest.mark.parametrize("turn", [0.0, 1.5, -0.7])
+    def test_an_angle(self, turn: float, way: int, zero: int) -> None:
+        block = replace(self.BLOCK, turn_deg=turn)
+        call = f"[90] [3.7] [{way}] [100] [0] [0] [{zero}]"
+        trace = self.measured("angle", call, block, (3.0, -37.0, -6.0))
+        # The map's normal is the expected one: the pretravel of two walls differs in the second
+        # order of the turn.
+        assert trace.parameters["_pretravel_angle"] == pytest.approx(turn, abs=2e-3)
+        turned = trace.offsets_after["G54"].turn_deg
+        assert turned == pytest.approx(30.0 + turn * zero, abs=2e-3)
+
+    @pytest.mark.parametrize(
+        ("name", "call", "place", "moved"),
+        [
+            ("web", "[80] [60] [14] [100] [0] [0] [1]", (0.5, -0.5, 8.0), (0.3, -0.2, 0.0)),
+            ("web", "[80] [0] [14] [100] [0] [0] [1]", (0.5, -0.5, 8.0), (0.3, 0.0, 0.0)),
+            ("edge", "[90] [3.7] [100] [0] [0] [1]", (3.0, -37.0, -6.0), (0.0, -30.2, 0.0)),
+            ("edge", "[180] [3.7] [100] [0] [0] [1]", (47.0, 3.0, -6.0), (40.3, 0.0, 0.0)),
+        ],
+    )
+    def test_the_origin_goes_to_what_was_measured(
+        self, name: str, call: str, place: Vector, moved: Vector
+    ) -> None:
+        trace = self.measured(name, call, self.BLOCK, place)
+        frame = Frame(trace.offsets_after["G54"])
+        origin = Frame(self.OFFSET).to_work(frame.to_machine((0.0, 0.0, 0.0)))
+        assert origin == pytest.approx(moved, abs=3e-6)
+
+
 class TestFaults:
     @pytest.mark.parametrize("kind", FAULTS)
     @pytest.mark.parametrize("name", CYCLES)
@@ -94,6 +178,17 @@ class TestFaults:
             assert "cause" in trace.error
             assert trace.contacts <= contact + (kind == "stuck")
             check_harmless(trace, name)
+
+    @pytest.mark.parametrize("name", [name for name in CYCLES if name != "sphere"])
+    def test_no_result_of_an_earlier_call_is_left(self, name: str) -> None:
+        """A program that goes on after a stop must not take the last diameter for this one."""
+        results = made(name).parameters
+        mine = [key for key in results if key.startswith("_pretravel_") and key.endswith(RESULTS)]
+        assert len(mine) >= 4
+        stale = "\n".join(f"#<{key}> = {results[key]:.6f}" for key in mine)
+        for contact in range(1, CYCLES[name][3] + 1):
+            left = made(name, Fault("dead", contact), before=stale).parameters
+            assert {left[key] for key in mine} == {NO_RESULT}, f"contact {contact}"
 
     @pytest.mark.parametrize("name", CYCLES)
     def test_tripped_before_the_first_move(self, name: str) -> None:
@@ -158,6 +253,12 @@ class TestRefusals:
             ("pocket", "[40] [6] [100]", "no room"),
             ("web", "[80] [60] [-1] [100]", "depth"),
             ("edge", "[0] [0] [100]", "distance"),
+            ("surface", "[0] [100]", "distance"),
+            ("angle", "[90] [3.7] [0.5] [100]", "way between the places"),
+            ("corner", "[1] [0] [8] [14] [100]", "sides of the part"),
+            ("corner", "[1] [1] [3] [14] [100]", "farther from the corner"),
+            ("edge", "[45] [3.7] [100] [0] [0] [1]", "along an axis"),
+            ("bore", "[40.2] [100] [5] [1] [0] [2]", "the last argument is 1"),
             ("sphere", "[0] [0] [0] [25] [0] [100]", "diameters"),
             ("sphere", "[0] [0] [0] [25] [6] [100] [2]", "at least 4"),
         ],
@@ -167,6 +268,42 @@ class TestRefusals:
         assert trace.ended == "abort"
         assert words in trace.error
         assert trace.moves == ()
+
+
+class TestTool:
+    """The tool in the spindle and its active length, before the first move of every cycle."""
+
+    @pytest.mark.parametrize("name", [*CYCLES, "point"])
+    @pytest.mark.parametrize(
+        ("tool", "here", "length", "words"),
+        [
+            (None, 3, 43.0, "the length of T3 is active"),
+            (7, 3, 43.0, "T3 is in the spindle, and the probe is T7"),
+            (7, 7, 0.0, "the active tool length is not that of T7: G43 first"),
+            (7, 7, 43.0, "the active tool length is not that of T7: G43 first"),
+            (7, 7, 55.0, ""),
+            (None, 3, 0.0, ""),
+        ],
+    )
+    def test_it_is_that_of_the_probe(
+        self, name: str, tool: int | None, here: int, length: float, words: str
+    ) -> None:
+        call = CYCLES["bore" if name == "point" else name][0]
+        if name == "point":
+            call = "[0] [0] [0] [0] [0] [1] [100] [1]"
+        modes = Modes(tool_offset=(0.0, 0.0, length))
+        machine = Machine(tools={3: Tool(43.0), 7: Tool(55.0)}, tool=here, modes=modes)
+        form = exact_lookup(simulated_map())
+        assert form is not None
+        text = f"G21 G90 G94\no<pretravel_{name}> call {call}\nM2\n"
+        files = linuxcnc_subroutines(simulated_map(), form, tool=tool)
+        trace = run(machine, text, subroutines=files)
+        if not words:  # Nothing is there to be touched.
+            assert "stopped with cause 1" in trace.error
+            return
+        assert words in trace.error
+        assert trace.moves == ()
+        assert trace.after == replace(modes, motion=trace.after.motion)
 
 
 class TestRadius:

@@ -36,7 +36,7 @@ from tests.support.machine_model.judgement import (
     violations,
 )
 from tests.support.machine_model.machine import Machine, Trace, run
-from tests.support.machine_model.modes import Modes
+from tests.support.machine_model.modes import Modes, Vector
 from tests.support.machine_model.probe import Fault, FaultKind, Probe, constant
 
 PROGRAMS: dict[str, Callable[[], Judged]] = {
@@ -281,13 +281,65 @@ class TestModes:
             assert (trace.ended == "end") == (fault is None), trace.error
             assert trace.after.spindle == "M5"
 
-    def test_another_length_that_was_active_becomes_that_of_the_probe(self) -> None:
-        """M72 gives G43, and LinuxCNC takes the length of the tool in the spindle."""
+    @pytest.mark.parametrize("fault", [None, Fault("dead", 2), Fault("tripped")])
+    @pytest.mark.parametrize("length", [(0.0, 0.0, 100.0), (0.5, -0.25, 43.0), (0.0, 0.0, 0.0)])
+    def test_another_length_that_was_active_comes_back_whole(
+        self, length: Vector, fault: Fault | None
+    ) -> None:
+        """G43 H6, G43.1 and G43.2: M72 would give the length of the tool in the spindle, and the
+        next move would go deeper while the screen shows G43."""
+        for judged in (sphere_program(), part_program()):  # part: turned work coordinates
+            modes = Modes(tool_offset=length, units="G20")
+            trace = judged.run(*([fault] if fault else []), machine=judged.changed(modes=modes))
+            assert (trace.ended == "end") == (fault is None), trace.error
+            assert trace.after.tool_offset == pytest.approx(length, abs=1e-9)
+
+    def test_esc_at_any_move_leaves_nothing_behind(self) -> None:
+        """The control discards what is left; its handler gives back what was active."""
+        modes = Modes(units="G20", distance="G91", feed=100.0, adaptive_feed=True)
+        for name in ("sphere", "compensated", "points"):
+            judged = PROGRAMS[name]()
+            moves = len(judged.run().moves)
+            for number in range(0, moves, 3):
+                own = judged.machine.modes if name == "points" else modes
+                machine = judged.changed(modes=own, aborted_at=number)
+                trace = judged.run(machine=machine)
+                assert trace.error == "Esc"
+                assert broken(name, judged, trace) == []
+                assert trace.after.feed_override
+                assert trace.after.adaptive_feed == own.adaptive_feed
+
+    def test_without_the_handler_nothing_moves(self) -> None:
+        for name, make in PROGRAMS.items():
+            judged = make()
+            trace = judged.run(machine=judged.changed(calls_on_abort=False))
+            assert "write ON_ABORT_COMMAND = O <pretravel_restore> call into" in trace.error
+            # The calls of points have moves of their own around them.
+            assert all(move.kind != "probe" for move in trace.moves), name
+
+    def test_a_log_that_cannot_be_written_stops_before_the_first_move(self) -> None:
+        """The control says nothing; a log of yesterday would be read as that of today."""
         judged = sphere_program()
-        stale = Modes(tool_offset=(0.0, 0.0, 100.0))
-        trace = judged.run(machine=judged.changed(modes=stale))
-        assert trace.ended == "end"
-        assert trace.after.tool_offset == (0.0, 0.0, TOOL_LENGTH)
+        whole = judged.run()
+        assert whole.logs["sphere.log"][-1] == "done,10,end"
+        assert whole.logs["sphere.log"][1].startswith("run,1,")
+        for logs in ({}, {k: v for k, v in whole.logs.items() if k.endswith(".ngc")}):
+            trace = judged.run(machine=judged.changed(disk_full=True, logs=logs))
+            assert trace.moves == ()
+            lost = "the control cannot write beside its INI file"
+            assert (lost if logs else "seeking o-word: o<pretravel_logged>") in trace.error
+        again = judged.run(machine=judged.changed(logs=whole.logs))
+        assert again.ended == "end"
+
+    def test_an_active_length_stops_a_program_for_a_probe_without_one(self) -> None:
+        """It was cancelled in silence, and the tip went lower by that length."""
+        judged = touches_on_sphere(
+            np.array([[0.0, 0.0, 1.0]]), replace(MACHINE, tool=None, tool_length=0.0)
+        )
+        trace = judged.run(machine=judged.changed(modes=Modes(tool_offset=(0.0, 0.0, 43.0))))
+        assert "a tool length is active, of T7, but the machine file has tool none" in trace.error
+        assert trace.moves == ()
+        assert trace.after.tool_offset == (0.0, 0.0, 43.0)
 
     def test_overrides_of_the_operator_do_not_change_a_touch(self) -> None:
         judged = sphere_program()

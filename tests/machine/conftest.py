@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from pretravel.controls.linuxcnc_state import state_subroutines
+
 SIMULATOR = Path(__file__).parent.parent.parent / "examples" / "linuxcnc"
 MODULE = "pretravel_probe.so"
 
@@ -37,16 +39,25 @@ def environment(**variables: str) -> dict[str, str]:
     return dict(os.environ, PATH=path, EXAMPLES=str(SIMULATOR)) | variables
 
 
-def run_program(
-    program: Path, probe: Path | None = None, code: int = 0, feed_override: float = 1.0
-) -> str:
-    """Run G-code on the simulated machine; returns the output of the control.
+def simulated(
+    program: Path, probe: Path | None = None, **variables: str
+) -> subprocess.CompletedProcess[str]:
+    """Run G-code on the simulated machine, with the subroutines for its state beside it.
 
     It waits as long as `simulate` does, which gives up where no state changes any more.
     """
+    for name, text in state_subroutines().items():
+        (program.parent / name).write_text(text)
     command = [str(SIMULATOR / "simulate"), str(program), *([str(probe)] if probe else [])]
-    given = environment(PRETRAVEL_FEED_OVERRIDE=f"{feed_override:g}")
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=given)
+    given = environment(**variables)
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=given)
+
+
+def run_program(
+    program: Path, probe: Path | None = None, code: int = 0, feed_override: float = 1.0
+) -> str:
+    """Run G-code on the simulated machine; returns the output of the control."""
+    done = simulated(program, probe, PRETRAVEL_FEED_OVERRIDE=f"{feed_override:g}")
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout + done.stderr
 

@@ -204,6 +204,7 @@ class TestSubroutines:
         table = lookup_table(example_map, tolerance=2e-5, most_values=399)
         load, look = (text.splitlines()[2:] for text in fanuc_macro(example_map, table).values())
         label = iter(range(100, 1000))
+        loops: list[int] = []
 
         def translated(body: list[str]) -> list[str]:
             lines = []
@@ -219,9 +220,10 @@ class TestSubroutines:
                     alarm = f"(ABORT,alarm {found[2]})"
                     lines += [f"o{name} if {found[1]}", alarm, f"o{name} endif"]
                 elif found := re.fullmatch(r"WHILE (\[.*\]) DO1", line):
-                    lines.append(f"o99 while {found[1]}")
+                    loops.append(next(label))
+                    lines.append(f"o{loops[-1]} while {found[1]}")
                 elif line == "END1":
-                    lines.append("o99 endwhile")
+                    lines.append(f"o{loops[-1]} endwhile")
                 elif line == "#100=#0":
                     lines.append("#100=0")
                 elif line.startswith("#"):
@@ -444,7 +446,8 @@ class TestLogs:
             (tmp_path / "allowed" / "a.ngc", None, 0),
             (tmp_path / "in" / "a.ngc", None, 1),
         )
-        assert "air: stopped with cause 1. Causes: 1 no contact" in missed
+        assert "air: stopped with cause 1, no contact" in missed
+        assert "the probe stays tripped" not in missed
         log = read_own_log(tmp_path / "miss" / "miss.log")
         assert log.touches.labels == ("hit",)
         assert "(stopped at air: no contact): 1 of its 3" in log.warnings[0]

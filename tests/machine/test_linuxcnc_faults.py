@@ -17,11 +17,13 @@ import pytest
 
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
-from pretravel.controls.linuxcnc_program import cause_words, linuxcnc_program
+from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import plan_program
+from pretravel.controls.program_log import FAULTS
 from pretravel.controls.surroundings import SphereObstacle
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.probing.targets import Targets
@@ -36,7 +38,7 @@ NEVER, STAYS, EARLY, ALWAYS, BOUNCES, LATE, SPIKE = range(1, 8)
 """Faults of the simulated probe, as its source numbers them."""
 HOME = "G10 L2 P1 X100 Y50 Z-30 R0\n"
 HOME_IN_INCHES = "G10 L2 P1 X[100/25.4] Y[50/25.4] Z[-30/25.4] R0\n"
-OWN_MESSAGE = re.compile(r"control: (\S+): stopped with cause (\d)\.")
+OWN_MESSAGE = re.compile(r"control: (\S+): stopped with cause (\d), ")
 CONTROL_STOPS = "Probe tripped during non-probe move."
 """The control itself stops where the probe closes during a move that is no probing move."""
 
@@ -87,7 +89,7 @@ class TestProbeFaults:
         self, sphere: Path, fault: int, after: int, label: str, cause: int, deepest: float
     ) -> None:
         output = run_program(sphere, faulty(sphere.parent / "f.hal", fault, after), code=1)
-        assert f"control: {label}: stopped with cause {cause}. Causes: {cause_words()}" in output
+        assert f"control: {label}: stopped with cause {cause}, {FAULTS[cause - 1]}\n" in output
         assert depth_of(output) < deepest
         log = sphere.with_suffix(".log").read_text().splitlines()
         assert log[-1] == f"stopped,{label},{cause},end"
@@ -185,11 +187,22 @@ class TestStateAndTool:
         assert log.touches.labels == ("top",)
 
 
+def test_a_log_that_cannot_be_written_stops_before_the_first_move(sphere: Path) -> None:
+    """A folder in the way of the file stands for a full disk: the control says nothing."""
+    (sphere.parent / "pretravel_logged.ngc").mkdir()
+    (sphere.parent / "sphere.log").write_text("the log of yesterday\n")
+    said = run_program(sphere, code=1)
+    assert "pretravel_logged" in said
+    assert depth_of(said) < -50.0
+
+
 def test_a_preview_shows_all_touches(tmp_path: Path) -> None:
     """No probe trips in a preview, and no tool is in the spindle; it is no error."""
     machine = replace(QUICK, tool=1, tool_length=80.0, work=work_placement(1.0, 2.0, 3.0))
     path = tmp_path / "sphere.ngc"
     path.write_text(program_text(machine))
+    for name, text in state_subroutines().items():
+        (tmp_path / name).write_text(text)
     shown = interpret(path)
     assert "PROGRAM_END" in shown.stdout, shown.stderr
     # The start, the touch and the way back of each of the 12 touches, and more.

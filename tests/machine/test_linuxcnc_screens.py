@@ -16,6 +16,7 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.exports import CONTROLS, ExportSettings
 from pretravel.controls.machine import work_placement
+from pretravel.controls.program_log import FAULTS
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualify import qualify
@@ -335,6 +336,22 @@ G1 Z-6 F6000
 o<pretravel_edge> call [0] [5.2] [1500] [0] [6000]
 #114=#<_pretravel_edge>
 #115=#<_pretravel_raw_edge>
+o<pretravel_angle> call [0] [5.2] [10] [1500] [0] [6000]
+#120=#<_pretravel_angle>
+G0 Z20
+G0 X3 Y-7
+G0 Z7
+o<pretravel_surface> call [4.1] [1500] [0] [6000]
+#119=#<_pretravel_surface>
+G10 L2 P4 X-80 Y20 Z-60 R30
+G0 Z20
+G57 G0 X-39.5 Y29.6
+G0 Z8
+o<pretravel_corner> call [1] [-1] [8] [14] [1500] [0] [6000] [1]
+#121=#<_pretravel_corner_x>
+#122=#<_pretravel_corner_y>
+#123=#5281
+#124=#5282
 G0 Z60
 G56 G0 X0.2 Y0.1
 o<pretravel_boss> call [25.1] [#<_z>] [1500] [6] [0] [6000]
@@ -355,7 +372,7 @@ def cycles_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     probe = (SIMULATOR / "probe.hal").read_text()
     probe += "".join(f"setp pretravel-probe.0.{n} {v}\n" for n, v in SHAPES.items())
     (folder / "table.hal").write_text(probe)
-    lines = [f"(LOG,%.9f#{number})" for number in range(101, 119)]
+    lines = [f"(LOG,%.9f#{number})" for number in range(101, 125)]
     (folder / "cycles.ngc").write_text("\n".join([CYCLES, *lines, "(LOGCLOSE)", "M2\n"]))
     run_program(folder / "cycles.ngc", folder / "table.hal")
     return folder
@@ -380,6 +397,12 @@ class TestCycles:
         assert edge[0] == pytest.approx(-40.0, abs=EXACT)
         assert edge[1] - edge[0] > 0.005
         assert boss == pytest.approx([0.0, 0.0, 25.0], abs=EXACT)
+        # The tip of the simulated map is known along its axis too; degrees of 10 mm.
+        assert found[18:20] == pytest.approx([0.0, 0.0], abs=1e-5)
+        assert found[20:22] == pytest.approx([-40.0, 30.0], abs=EXACT)
+        cosine, sine = np.cos(TURN * DEGREE), np.sin(TURN * DEGREE)
+        corner = [-80.0 - 40.0 * cosine - 30.0 * sine, 20.0 - 40.0 * sine + 30.0 * cosine]
+        assert found[22:24] == pytest.approx(corner, abs=2.0 * EXACT)
 
     def test_the_log_has_the_points_that_python_computes(self, cycles_folder: Path) -> None:
         log = read_own_log(cycles_folder / "bore.log")
@@ -431,7 +454,7 @@ class TestFaultsOfCycles:
         (tmp_path / "faulty.hal").write_text(probe)
         (tmp_path / "faulty.ngc").write_text(FAULTY)
         output = run_program(tmp_path / "faulty.ngc", tmp_path / "faulty.hal", code=1)
-        assert f"stopped with cause {cause}. Causes:" in output
+        assert f"stopped with cause {cause}, {FAULTS[cause - 1]}" in output
         # 1.2 mm beyond the wall, 0.2 mm of the middle, and the way to stop.
         deepest = re.search(r"largest depth of the straight tip: (\S+) mm", output)
         assert deepest is not None

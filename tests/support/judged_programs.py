@@ -12,6 +12,7 @@ import numpy as np
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
 from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine
@@ -135,7 +136,11 @@ def _on(offset: WorkOffset, program: ProbingProgram, things: World, text: str,
         acceleration=program.machine.acceleration,
     )
     return Judged(
-        text, machine, judged_plan(program, offset), subroutines or {}, _corners(program, offset)
+        text,
+        machine,
+        judged_plan(program, offset),
+        state_subroutines() | dict(subroutines or {}),
+        _corners(program, offset),
     )
 
 
@@ -195,7 +200,7 @@ def part_program(*, compensated: bool = False, allow_misses: bool = False) -> Ju
         map_on_control = mean_map(PRETRAVEL)
         form = exact_lookup(map_on_control)
         assert form is not None
-        texts = linuxcnc_subroutines(map_on_control, form)
+        texts = linuxcnc_subroutines(map_on_control, form, tool=7)
     text = linuxcnc_program(
         program, "part.log", compensated=map_on_control, allow_misses=allow_misses
     )

@@ -22,6 +22,8 @@ COMMENT = re.compile(r"\(([^()]*)\)")
 TOKEN = re.compile(
     r"(?P<number>\d+\.?\d*|\.\d+)|(?P<name>[A-Z]+)|(?P<sign>[#\[\]+\-*/=])|(?P<space> +)"
 )
+MODES = {4003: (90.0, 91.0), 4006: (20.0, 21.0)}
+"""Variables that contain the active G code of a group."""
 COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "EQ": lambda a, b: a == b,
     "NE": lambda a, b: a != b,
@@ -30,6 +32,8 @@ COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "LT": lambda a, b: a < b,
     "LE": lambda a, b: a <= b,
 }
+NGC_ALIASES = ((10_100, 10_199), (10_500, 10_999))
+"""Of Haas's Next Generation Control, as public tables of its macro variables list them."""
 ARGUMENTS = {"I": 4, "J": 5, "K": 6, "D": 7, "F": 9, "R": 18}
 Value = float | None
 
@@ -57,12 +61,15 @@ class MacroControl:
         Whether ATAN[a]/[b] may be used.
     signed_atan : bool
         Whether ATAN[a]/[b] is from -180 to 180 degrees.
+    aliases : tuple of (int, int)
+        Variables that are those of a number lower by 10000.
     """
 
     programs: dict[int, list[str]] = field(default_factory=dict)
-    variables: dict[int, Value] = field(default_factory=lambda: {4006: 21.0})
+    variables: dict[int, Value] = field(default_factory=lambda: {4003: 90.0, 4006: 21.0})
     two_value_atan: bool = True
     signed_atan: bool = False
+    aliases: tuple[tuple[int, int], ...] = ()
     move: Callable[[MacroControl, list[tuple[str, float]]], None] | None = None
 
     def load(self, text: str) -> None:
@@ -78,6 +85,11 @@ class MacroControl:
                 self.programs[number] = []
             else:
                 self.programs[number].append(line)
+
+    def own(self, number: int) -> int:
+        """The variable behind a number."""
+        other = any(low <= number <= high for low, high in self.aliases)
+        return number - 10_000 if other else number
 
     def run(self, number: int, arguments: Mapping[str, float] | None = None) -> None:
         """Call a program like G65."""
@@ -129,7 +141,7 @@ class _Call:
                 self.assign(found[2], "")
             return at + 1
         if found := re.fullmatch(r"WHILE (\[.*\]) DO([123])", code):
-            end = self.line_of(f"END{found[2]}")
+            end = self.line_of(f"END{found[2]}", at)
             return at + 1 if self.holds(found[1]) else end + 1
         if found := re.fullmatch(r"END([123])", code):
             starts = [i for i in range(at) if self.blocks[i].code.endswith(f" DO{found[1]}")]
@@ -140,8 +152,8 @@ class _Call:
             self.words(code)
         return at + 1
 
-    def line_of(self, code: str) -> int:
-        return next(i for i, block in enumerate(self.blocks) if block.code == code)
+    def line_of(self, code: str, after: int) -> int:
+        return next(i for i, b in enumerate(self.blocks) if i > after and b.code == code)
 
     def labelled(self, number: int) -> int:
         (at,) = [i for i, block in enumerate(self.blocks) if block.label == number]
@@ -165,6 +177,10 @@ class _Call:
         if "".join(letter + value for letter, value in found) != code.replace(" ", ""):
             raise MacroSyntaxError(f"not a block of a macro: {code}")
         words = [(letter, _Reader(value, self).whole() or 0.0) for letter, value in found]
+        for code in (value for letter, value in words if letter == "G"):
+            for modal, codes in MODES.items():
+                if code in codes:
+                    self.control.variables[modal] = code
         if ("G", 65.0) in words:
             order = [letter for letter, _ in found if letter in "IJK"]
             assert order == sorted(order), code
@@ -183,13 +199,13 @@ class _Call:
         if number == 0:
             return None
         store = self.local if number <= 33 else self.control.variables
-        return store.get(number)
+        return store.get(self.control.own(number))
 
     def write(self, number: int, value: Value) -> None:
         if not (1 <= number <= 33 or 100 <= number <= 999 or 10_000 <= number <= 10_999):
             raise MacroSyntaxError(f"#{number} cannot be written")
         store = self.local if number <= 33 else self.control.variables
-        store[number] = value
+        store[self.control.own(number)] = value
 
     def holds(self, condition: str) -> bool:
         reader = _Reader(condition, self)
@@ -313,6 +329,7 @@ class _Reader:
             return angle if self.call.control.signed_atan else angle % 360.0
         functions: dict[str, Callable[[float], float]] = {
             "SQRT": math.sqrt, "ABS": abs, "FIX": math.trunc,
+            "SIN": lambda a: math.sin(math.radians(a)), "COS": lambda a: math.cos(math.radians(a)),
         }  # fmt: skip
         if name not in functions:
             raise MacroSyntaxError(f"{name} is not a function of all controls")

@@ -1,6 +1,8 @@
 """A small interpreter of the Siemens 840D language, for the files of `siemens_cycle`.
 
-It runs data definitions, assignments, IF … ELSE … ENDIF, FOR … ENDFOR, MSG, SETAL, M0 and RET.
+It runs data definitions, assignments, IF … ELSE … ENDIF, IF … GOTOF, GOTOB, FOR … ENDFOR, MSG,
+SETAL, STOPRE, M0 and RET. An alarm of a cycle is shown, and the program goes on; at M0 it waits for
+Start.
 Everything must be defined before it is used; an INT takes the nearest integer; an index must be an
 integer inside its array. Facts: public manuals and courses on SINUMERIK job planning.
 """
@@ -28,12 +30,14 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
     "SQRT": math.sqrt,
     "ABS": abs,
     "TRUNC": math.trunc,
+    "SIN": lambda angle: math.sin(math.radians(angle)),
+    "COS": lambda angle: math.cos(math.radians(angle)),
     "ATAN2": lambda y, x: math.degrees(math.atan2(y, x)),
 }
 
 
 class SiemensAlarm(Exception):  # noqa: N818, an alarm is what the control calls it
-    """What SETAL shows."""
+    """What SETAL shows, when the program stands at M0 and nobody presses Start."""
 
     def __init__(self, number: int, text: str) -> None:
         super().__init__(f"{number} {text}")
@@ -60,11 +64,23 @@ class Datum:
 
 @dataclass
 class SiemensControl:
-    """A control with user data and cycles; `group13` is 1 for G70 and 2 for G71."""
+    """A control with user data and cycles.
+
+    Attributes
+    ----------
+    group13 : int
+        1 for G70 and 2 for G71.
+    starts : int
+        So often the operator presses Start after M0.
+    alarms : list
+        Those that are shown.
+    """
 
     data: dict[str, Datum] = field(default_factory=dict)
     programs: dict[str, list[str]] = field(default_factory=dict)
     group13: int = 2
+    starts: int = 0
+    alarms: list[SiemensAlarm] = field(default_factory=list)
 
     def define(self, text: str) -> None:
         """Activate a file of definitions."""
@@ -78,7 +94,7 @@ class SiemensControl:
     def load(self, text: str) -> None:
         """Store a program by the name in its PROC line, which comes first."""
         lines = _code(text)
-        found = re.fullmatch(r"PROC ([A-Z0-9_]+)(\(.*\))?", lines[0])
+        found = re.fullmatch(r"PROC ([A-Z0-9_]+)(\(.*\))?( SBLOF)?", lines[0])
         assert found, lines[0]
         assert text.startswith(lines[0])
         self.programs[found[1]] = lines
@@ -127,6 +143,14 @@ def _define(data: dict[str, Datum], line: str) -> None:
         data[name] = Datum(found[1], [0.0] * int(size or 1))
 
 
+class _JumpError(Exception):
+    """The program goes on at another line."""
+
+    def __init__(self, line: int) -> None:
+        super().__init__(line)
+        self.line = line
+
+
 class _Cycle:
     """One call of a program."""
 
@@ -136,7 +160,21 @@ class _Cycle:
         self.lines = lines
 
     def run(self) -> None:
-        self.block(0, len(self.lines))
+        at = 0
+        for _ in range(1000):
+            try:
+                self.block(at, len(self.lines))
+            except _JumpError as jump:
+                at = jump.line
+            else:
+                return
+        raise AssertionError("the program does not end")
+
+    def jump(self, at: int, way: str, label: str) -> None:
+        """Go forward or backward to a label, from outside of all structures to such a place."""
+        (line,) = [i for i, text in enumerate(self.lines) if text == f"{label}:"]
+        assert (line > at) == (way == "GOTOF")
+        raise _JumpError(line)
 
     def block(self, at: int, end: int) -> bool:
         """Run lines; whether the program has returned."""
@@ -144,7 +182,10 @@ class _Cycle:
             line = self.lines[at]
             if line == "RET":
                 return True
-            if line.startswith("IF "):
+            if found := re.fullmatch(r"(?:IF (.*) )?(GOTO[FB]) ([A-Z0-9_]{2,32})", line):
+                if found[1] is None or self.holds(found[1]):
+                    self.jump(at, found[2], found[3])
+            elif line.startswith("IF "):
                 stop = self.closing(at, "IF ", "ENDIF")
                 middle = self.otherwise(at, stop)
                 first, last = (at + 1, middle) if self.holds(line[3:]) else (middle + 1, stop)
@@ -168,7 +209,7 @@ class _Cycle:
     def closing(self, at: int, opening: str, closing: str) -> int:
         depth = 0
         for i in range(at, len(self.lines)):
-            depth += self.lines[i].startswith(opening)
+            depth += self.lines[i].startswith(opening) and " GOTO" not in self.lines[i]
             depth -= self.lines[i] == closing
             if depth == 0:
                 return i
@@ -181,7 +222,15 @@ class _Cycle:
     def statement(self, line: str) -> None:
         if found := re.fullmatch(r'SETAL\((\d+),"([^"]*)"\)', line):
             assert 65000 <= int(found[1]) <= 65499
-            raise SiemensAlarm(int(found[1]), found[2])
+            self.control.alarms.append(SiemensAlarm(int(found[1]), found[2]))
+            return
+        if line == "STOPRE" or re.fullmatch(r"[A-Z][A-Z0-9_]+:", line):
+            return
+        if line == "M0":
+            if self.control.starts == 0:
+                raise self.control.alarms[-1]
+            self.control.starts -= 1
+            return
         if re.fullmatch(r'MSG\("[^"]{1,120}"\)', line):
             return
         if found := re.fullmatch(r"([A-Z_]+)\((.*)\)", line):

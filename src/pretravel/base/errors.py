@@ -26,6 +26,9 @@ class PretravelError(ValueError):
     ('tip_diameter',)
     """
 
+    exit_code = 2
+    """Of the command line."""
+
     def __init__(self, message: str = "", *, inputs: tuple[str, ...] = ()) -> None:
         super().__init__(_for_people(message))
         self.inputs = inputs
@@ -62,6 +65,15 @@ class InputError(PretravelError):
         if line is not None:
             place += f"{', ' if place else ''}line {line}"
         super().__init__(f"{place}: {message}" if place else message, inputs=inputs)
+
+
+class StaleTouchesError(InputError):
+    """Touches that are not those of a new, whole run: they say nothing of the probe today.
+
+    The command line exits with code 3: a script that checks the probe must notice it.
+    """
+
+    exit_code = 3
 
 
 class RowError(PretravelError):

@@ -57,7 +57,9 @@ class Command(TyperCommand):
             options = ", ".join(filter(None, (self.option(name) for name in error.inputs)))
             if not options:
                 raise
-            raise PretravelError(f"{error} ({options})") from error
+            told = PretravelError(f"{error} ({options})")
+            told.exit_code = error.exit_code
+            raise told from error
 
     def option(self, name: str) -> str:
         """The longest spelling of the option for an input; empty where there is none."""

@@ -143,7 +143,7 @@ def run() -> None:
         # typer exits with 1, for example when the reader of a pipe has closed it
         _end(FAULT if stop.code == 1 else stop.code)
     except PretravelError as error:
-        _fail(str(error))
+        _fail(str(error), error.exit_code)
     except MemoryError:
         _fail("there is not enough memory for this; use fewer directions or touches")
     except OSError as error:
@@ -169,10 +169,10 @@ def _show_warning(
     typer.echo(f"Warning: {printable(str(message))}", err=True)
 
 
-def _fail(message: str) -> NoReturn:
+def _fail(message: str, code: int = FAULT) -> NoReturn:
     with suppress(OSError):  # of a closed pipe
         typer.echo(f"Error: {message}", err=True)
-    _end(FAULT)
+    _end(code)
 
 
 def _end(code: int | str | None) -> NoReturn:

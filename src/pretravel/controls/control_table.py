@@ -12,15 +12,16 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
+from pretravel.controls.gcode import plain_number
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.map_identity import map_identity
 from pretravel.maps.pretravel_map import PretravelMap
 
 TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
 """Units of a table, with the factor from mm."""
-_DIGITS = 8
-"""A Fanuc control accepts this number of digits in an assignment, zeros included."""
-_SLACK_DEG = 1e-3
+_SUM_TOLERANCE = {"mm": 1e-4, "inch": 1e-5}
+"""Ten times the rounding of a sum of some hundred values of eight digits. [unit of the table]"""
+SLACK_DEG = 1e-3
 """By so much a direction may lie outside the polar angles of a table. [degrees]"""
 
 
@@ -60,24 +61,6 @@ class TableSettings:
     def scaled(self, lengths: FloatArray | float) -> FloatArray:
         """Lengths in mm in the unit of the table."""
         return np.asarray(np.asarray(lengths) * TABLE_UNITS[self.units])
-
-
-def plain_number(value: float) -> str:
-    """A number of at most eight digits, with a decimal point and without an exponent.
-
-    Raises
-    ------
-    PretravelError
-        The number is not finite, or has more than seven digits before the point.
-
-    >>> plain_number(0.00812345), plain_number(-3.0), plain_number(-1e-9), plain_number(359.9999996)
-    ('0.0081235', '-3.0', '0.0', '360.0')
-    """
-    if not (math.isfinite(value) and abs(value) < 10 ** (_DIGITS - 1) - 1):
-        raise PretravelError(f"{value} cannot be written for a control: it has too many digits")
-    decimals = _DIGITS - len(str(int(abs(value))))
-    text = f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0")
-    return text + "0" if text.endswith(".") else text
 
 
 def table_identity(numbers: Iterable[str]) -> int:
@@ -155,6 +138,11 @@ class ControlTable:
         Polar angles beyond which the control gives an alarm. [degrees]
     number : int
         The identity that the programs compare.
+    checksum : str
+        The sum of the values, which the programs compare at each lookup: another program may use
+        variables of the table.
+    checksum_tolerance : str
+        A control adds up with rounding; a value that another program has written differs by more.
     """
 
     form: LookupTable
@@ -165,6 +153,8 @@ class ControlTable:
     azimuth_step_deg: str
     within_deg: tuple[str, str]
     number: int
+    checksum: str
+    checksum_tolerance: str
 
     @property
     def rows(self) -> int:
@@ -208,9 +198,13 @@ def control_table(
         plain_number(form.polar_step / DEGREE),
         plain_number(form.azimuth_step / DEGREE),
     )
-    within = (plain_number(lowest - _SLACK_DEG), plain_number(highest + _SLACK_DEG))
+    within = (plain_number(lowest - SLACK_DEG), plain_number(highest + SLACK_DEG))
     texts = [*values, *(c for axis in axes for c in axis), *scales, *within, settings.units]
-    return ControlTable(form, values, axes, *scales, within, table_identity(texts))
+    checksum = plain_number(math.fsum(float(value) for value in values))
+    return ControlTable(
+        form, values, axes, *scales, within, table_identity(texts), checksum,
+        plain_number(_SUM_TOLERANCE[settings.units]),
+    )  # fmt: skip
 
 
 def table_statements(

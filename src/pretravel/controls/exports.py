@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.plugins import Plugins
@@ -19,16 +20,16 @@ from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
 from pretravel.controls.lookup import describe_form
-from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.controls.macro_b import (
     FANUC,
     MacroDialect,
     fanuc_macro,
-    free_variables,
+    macro_formula,
     renishaw_variables,
 )
-from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle
+from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle, siemens_formula
 from pretravel.maps.pretravel_map import PretravelMap
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
@@ -52,7 +53,7 @@ class ExportSettings:
     tolerance : float
         Largest deviation of an interpolated table from the map. [mm]
     form : str
-        For LinuxCNC: formula, table, or auto (the formula where the map has one).
+        Formula, table, or auto: on LinuxCNC the formula where the map has one, else a table.
     criterion : str
         For vector radii; see `pretravel.maps.sector_tables.resampled_sectors`.
     template : str, optional
@@ -73,6 +74,8 @@ class ExportSettings:
         of ``travel``.
     program : int, optional
         Number of the first program; a default for each control.
+    tool : int, optional
+        For LinuxCNC: number of the probe in the tool table.
     """
 
     base: int | None = None
@@ -87,6 +90,7 @@ class ExportSettings:
     units: str = "mm"
     angles: str = "normals"
     program: int | None = None
+    tool: int | None = None
 
     @property
     def table(self) -> TableSettings:
@@ -182,26 +186,37 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
             f"first variable {base}: the parameters for users are 31 to {LAST_FREE}",
             inputs=("base",),
         )
+    subroutines = partial(
+        linuxcnc_subroutines, base=base, tool=settings.tool, written=settings.written
+    )
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)
     if exact is not None:
-        texts = linuxcnc_subroutines(pretravel_map, exact, base=base, written=settings.written)
+        texts = subroutines(pretravel_map, exact)
         return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),))
     if settings.form == "formula":
-        raise PretravelError(
-            f"a map of kind {pretravel_map.kind} has no formula for a control; export it "
-            "as a table",
-            inputs=("form",),
-        )
+        _own_formula(pretravel_map)
     table = lookup_table(
         pretravel_map,
         tolerance=settings.tolerance,
         most_values=min(_MOST_LINUXCNC, LAST_FREE - base),
     )
     return ExportedFiles(
-        linuxcnc_subroutines(pretravel_map, table, base=base, written=settings.written),
+        subroutines(pretravel_map, table),
         remarks=(describe_form(table),),
         warnings=_coarse_table_warnings(table, settings.tolerance),
     )
+
+
+def _own_formula(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats:
+    """The formula of a map, where it has one."""
+    form = exact_lookup(pretravel_map)
+    if form is None:
+        raise PretravelError(
+            f"a map of kind {pretravel_map.kind} has no formula for a control; export it "
+            "as a table",
+            inputs=("form",),
+        )
+    return form
 
 
 def _renishaw(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
@@ -225,15 +240,23 @@ def _macro_files(
     dialect: MacroDialect,
     programs: Callable[[PretravelMap, LookupTable, TableSettings], dict[str, str]],
 ) -> ExportedFiles:
+    if settings.form == "formula":
+        form = _own_formula(pretravel_map)
+        texts = macro_formula(pretravel_map, form, settings.table, dialect)
+        (lookup,) = texts.values()
+        return ExportedFiles(texts, remarks=_remarks(lookup))
     base = dialect.base if settings.base is None else settings.base
     # One variable contains the number of the table.
-    most_values = min(free_variables(dialect.free, base) - 1, _MOST_MACRO_B)
+    most_values = min(dialect.room(base) - 1, _MOST_MACRO_B)
     table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=most_values)
     texts = programs(pretravel_map, table, settings.table)
     return _table_files(texts, table, settings)
 
 
 def _siemens(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    if settings.form == "formula":
+        texts = siemens_formula(pretravel_map, _own_formula(pretravel_map), settings.table)
+        return ExportedFiles(texts, ("PRETRAVEL_TABLE.SPF",), _remarks(texts["PRETRAVEL.SPF"]))
     table = lookup_table(
         pretravel_map, tolerance=settings.tolerance, most_values=MOST_SIEMENS_VALUES
     )
@@ -280,7 +303,7 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
     warning = (
         f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
         f"than the tolerance of {tolerance / MICROMETRE:g} µm: there are too few variables for a "
-        "finer table"
+        "finer table. The formula of the map, where it has one, needs no table"
     )
     return (warning,)
 
@@ -288,14 +311,14 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
 _OF_TABLES = frozenset({"units", "tolerance"})
 
 TO_LINUXCNC = Control(
-    _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance"})
+    _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance", "tool"})
 )
 TO_RENISHAW = Control(
     _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
 )
-TO_FANUC = Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program"})
-TO_HAAS = Control(_haas, folder=True, options=_OF_TABLES | {"base", "program"})
-TO_SIEMENS = Control(_siemens, folder=True, options=_OF_TABLES)
+TO_FANUC = Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program", "form"})
+TO_HAAS = Control(_haas, folder=True, options=_OF_TABLES | {"base", "program", "form"})
+TO_SIEMENS = Control(_siemens, folder=True, options=_OF_TABLES | {"form"})
 TO_HEIDENHAIN = Control(_heidenhain, options=frozenset({"template", "azimuth"}))
 TO_RADII = Control(_radii)
 

@@ -9,6 +9,11 @@ from functools import cache
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pretravel.base.errors import PretravelError
+
+_DIGITS = 8
+"""A Fanuc control accepts this number of digits in an assignment, zeros included."""
+
 
 def render(template: str, **values: object) -> str:
     """Fill a template.
@@ -46,6 +51,7 @@ def _environment() -> Environment:
         "cells": lambda vector: ",".join(map(coordinate, vector)),
         "arguments": arguments,
         "exact": exact,
+        "plain": plain_number,
         "comment": comment,
         "sentence": sentence,
     }
@@ -80,6 +86,24 @@ def exact(value: float) -> str:
     if math.isclose(float(text), value, rel_tol=1e-12):
         return text
     return f"{float(value):.30f}".rstrip("0").rstrip(".")
+
+
+def plain_number(value: float) -> str:
+    """A number of at most eight digits, with a decimal point and without an exponent.
+
+    Raises
+    ------
+    PretravelError
+        The number is not finite, or has more than seven digits before the point.
+
+    >>> plain_number(0.00812345), plain_number(-3.0), plain_number(-1e-9), plain_number(359.9999996)
+    ('0.0081235', '-3.0', '0.0', '360.0')
+    """
+    if not (math.isfinite(value) and abs(value) < 10 ** (_DIGITS - 1) - 1):
+        raise PretravelError(f"{value} cannot be written for a control: it has too many digits")
+    decimals = _DIGITS - len(str(int(abs(value))))
+    text = f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0")
+    return text + "0" if text.endswith(".") else text
 
 
 def comment(text: str) -> str:

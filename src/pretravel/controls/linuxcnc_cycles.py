@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 from pretravel.base.units import INCH
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
-from pretravel.controls.program_log import LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
+from pretravel.controls.linuxcnc_program import check_line_lengths
+from pretravel.controls.linuxcnc_state import state_subroutines
+from pretravel.controls.program_log import FAULTS, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_bore": ("round.ngc", False),
@@ -15,12 +16,15 @@ _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_pocket": ("square.ngc", False),
     "pretravel_web": ("square.ngc", True),
     "pretravel_edge": ("pretravel_edge.ngc", False),
+    "pretravel_surface": ("pretravel_surface.ngc", False),
+    "pretravel_angle": ("pretravel_angle.ngc", False),
+    "pretravel_corner": ("pretravel_corner.ngc", True),
 }
 """Template of each cycle, and whether it touches from outside, with moves above the part."""
 
 
 def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
-    """Cycles that measure a bore, boss, pocket, web or edge with the subroutines of a map.
+    """Cycles that measure a bore, boss, pocket, web, edge, face, angle or corner with a map.
 
     Parameters
     ----------
@@ -35,14 +39,19 @@ def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
     return {
         f"{name}.ngc": render(
             f"linuxcnc/{template}",
-            **{**common, "name": name, "outside": outside, "causes": cause_words()},
+            **{**common, "name": name, "outside": outside, "causes": FAULTS},
         )
         for name, (template, outside) in _TEMPLATES.items()
     }
 
 
-def sphere_subroutines() -> dict[str, str]:
+def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
     """The subroutine pretravel_sphere and those that it calls: they need no map.
+
+    Parameters
+    ----------
+    tool : int, optional
+        See `pretravel.controls.linuxcnc_subroutines.linuxcnc_subroutines`.
 
     Returns
     -------
@@ -54,20 +63,22 @@ def sphere_subroutines() -> dict[str, str]:
     PretravelError
         A line is too long for the control.
 
-    >>> sorted(sphere_subroutines())
-    ['pretravel_move.ngc', 'pretravel_sphere.ngc', 'pretravel_touch.ngc']
+    >>> [name[10:-4] for name in sorted(sphere_subroutines())]
+    ['keep', 'log_check', 'move', 'restore', 'sphere', 'touch']
     """
     files = {
         name: render(
             f"linuxcnc/{name}",
             name="pretravel_sphere",
             inch=INCH,
-            causes=cause_words(),
+            tool=tool,
+            causes=FAULTS,
             log_head=LOG_HEAD,
             subroutine_touch_columns=SUBROUTINE_TOUCH_COLUMNS,
         )
         for name in ("pretravel_sphere.ngc", "pretravel_move.ngc", "pretravel_touch.ngc")
     }
+    files |= state_subroutines()
     for text in files.values():
         check_line_lengths(text)
     return files

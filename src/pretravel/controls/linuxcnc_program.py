@@ -8,6 +8,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.controls.gcode import render
+from pretravel.controls.linuxcnc_state import HANDLER
 from pretravel.controls.machine import Machine, work_turn
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
@@ -26,6 +27,7 @@ def linuxcnc_program(
     *,
     compensated: PretravelMap | None = None,
     allow_misses: bool = False,
+    written: str = "",
 ) -> str:
     """G-code that makes the touches of a program and logs each of them.
 
@@ -42,6 +44,8 @@ def linuxcnc_program(
         Also log surface points, with the subroutines of `linuxcnc_subroutines` of this map.
     allow_misses : bool
         Go on after a touch without contact; not after the first touch, and not after two in a row.
+    written : str
+        The day, for head and log.
 
     Returns
     -------
@@ -75,10 +79,12 @@ def linuxcnc_program(
         log=log,
         identity=identity,
         allow_misses=allow_misses,
+        written=written,
+        handler=HANDLER,
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,
         ways=[_moves(way, machine) for way in program.ways],
         leave=_moves(program.leave, machine),
-        causes=cause_words(),
+        causes=FAULTS,
         log_head=LOG_HEAD,
         touch_columns=TOUCH_COLUMNS,
         surface_point_columns=SURFACE_POINT_COLUMNS,
@@ -118,15 +124,6 @@ def _moves(places: FloatArray, machine: Machine) -> list[_Move]:
         moves.append(_Move(place, feed))
         was_high = high
     return moves
-
-
-def cause_words() -> str:
-    """The causes of a stop with their numbers, for messages of the control.
-
-    >>> cause_words()[:35]
-    '1 no contact, 2 contact too early, '
-    """
-    return ", ".join(f"{number} {cause}" for number, cause in enumerate(FAULTS, start=1))
 
 
 def check_line_lengths(text: str) -> None:

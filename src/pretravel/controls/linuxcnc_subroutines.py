@@ -5,10 +5,11 @@ from __future__ import annotations
 from pretravel.base.units import DEGREE, INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
-from pretravel.controls.linuxcnc_program import cause_words, check_line_lengths
+from pretravel.controls.linuxcnc_program import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.map_identity import map_identity
 from pretravel.controls.program_log import (
+    FAULTS,
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
@@ -18,12 +19,19 @@ from pretravel.touches import GLANCING
 
 LAST_FREE = 5000
 """Parameters 31 to 5000 are the user's; the control keeps them while it runs."""
+NO_RESULT = 9_999_999
+"""What results are before a cycle has measured, and after it has stopped: no machine goes there."""
 _SLACK = 1e-6
 """By so much a direction may lie outside the polar angles of a map. [degrees]"""
 
 
 def linuxcnc_subroutines(
-    pretravel_map: PretravelMap, form: Lookup, *, base: int = 1050, written: str = ""
+    pretravel_map: PretravelMap,
+    form: Lookup,
+    *,
+    base: int = 1050,
+    tool: int | None = None,
+    written: str = "",
 ) -> dict[str, str]:
     """Subroutines that evaluate a map, probe and compensate.
 
@@ -35,6 +43,9 @@ def linuxcnc_subroutines(
         The form of that map that the control evaluates.
     base : int
         First parameter for a table.
+    tool : int, optional
+        Number of the probe in the tool table: cycles stop where another tool is in the spindle, or
+        another length is active. Without it they stop where any tool length is active.
     written : str
         The day, for the heads of the files.
 
@@ -59,6 +70,8 @@ def linuxcnc_subroutines(
         "base": base,
         "inch": INCH,
         "identity": map_identity(pretravel_map),
+        "no_result": NO_RESULT,
+        "tool": tool,
         "written": written,
     }
     texts: dict[str, dict[str, object]] = {
@@ -70,7 +83,7 @@ def linuxcnc_subroutines(
         "pretravel_compensate.ngc": {"glancing": GLANCING},
         "pretravel_identity.ngc": {},
         "pretravel_radius.ngc": {},
-        "pretravel_point.ngc": {"causes": cause_words()},
+        "pretravel_point.ngc": {"causes": FAULTS},
         "pretravel_head.ngc": {
             "log_head": LOG_HEAD,
             "subroutine_touch_columns": SUBROUTINE_TOUCH_COLUMNS,
@@ -80,7 +93,7 @@ def linuxcnc_subroutines(
     if form.needs_table:
         texts["pretravel_table.ngc"] = {}
     files = {name: render(f"linuxcnc/{name}", **common, **values) for name, values in texts.items()}
-    files |= linuxcnc_cycles(common) | sphere_subroutines()
+    files |= linuxcnc_cycles(common) | sphere_subroutines(tool)
     for text in files.values():
         check_line_lengths(text)
     return files

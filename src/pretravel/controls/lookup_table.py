@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
 from operator import itemgetter
 from typing import ClassVar
 
@@ -26,6 +27,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 
 _STEP_OF_A_RING = 1.0 * DEGREE
 """Step of the polar angle where a band has no width. [rad]"""
+_FEWEST_COLUMNS = 12
 _LADDER = (30.0, 20.0, 15.0, 10.0, 7.5, 6.0, 5.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0)
 """Steps of the tables that are tried. [degrees]"""
 
@@ -141,6 +143,9 @@ def _with_borders(values: FloatArray) -> FloatArray:
 def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: int) -> LookupTable:
     """The coarsest table within a tolerance; where there is none, the most accurate one.
 
+    Coarse tables are tried first. Where none of them is within the tolerance, every number of rows
+    is tried with as many columns as there are variables.
+
     Parameters
     ----------
     pretravel_map : PretravelMap
@@ -161,11 +166,8 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
     band = supported_band(pretravel_map)
     samples = MapSamples(pretravel_map, band)
     too_coarse: list[tuple[float, LookupTable]] = []
-    for rows, columns in _sizes(band, most_values):
-        polar = np.linspace(band.lowest, band.highest, rows)
-        azimuth = 2.0 * math.pi / columns * np.arange(columns)
-        values = probe_frame_pretravel(pretravel_map, grid(polar, azimuth)).reshape(rows, columns)
-        table = LookupTable(band, frozen(_with_borders(values)))
+    for rows, columns in chain(_sizes(band, most_values), _full_sizes(band, most_values)):
+        table = _table_of(pretravel_map, band, rows, columns)
         least = samples.error_at_least(table)
         if least <= tolerance:
             error = samples.largest_error(table)
@@ -177,6 +179,13 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
             f"{most_values} variables are too few for a table over polar angle and azimuth"
         )
     return _most_accurate(too_coarse, samples)
+
+
+def _table_of(pretravel_map: PretravelMap, band: Band, rows: int, columns: int) -> LookupTable:
+    polar = np.linspace(band.lowest, band.highest, rows)
+    azimuth = 2.0 * math.pi / columns * np.arange(columns)
+    values = probe_frame_pretravel(pretravel_map, grid(polar, azimuth)).reshape(rows, columns)
+    return LookupTable(band, frozen(_with_borders(values)))
 
 
 def _most_accurate(tables: list[tuple[float, LookupTable]], samples: MapSamples) -> LookupTable:
@@ -203,3 +212,13 @@ def _sizes(band: Band, most_values: int) -> Iterator[tuple[int, int]]:
             similar = polar_step / 3.0 <= azimuth_step <= polar_step
             if similar and (rows + 2) * columns <= most_values:
                 yield rows, columns
+
+
+def _full_sizes(band: Band, most_values: int) -> Iterator[tuple[int, int]]:
+    """Rows and columns that take all variables, or nearly so, for any number of rows."""
+    if band.highest == band.lowest:
+        return
+    for rows in range(3, most_values // _FEWEST_COLUMNS - 1):
+        columns = most_values // (rows + 2)
+        # Lobes come in threes: nodes at the same places of each.
+        yield from {(rows, columns), (rows, columns - columns % 3), (rows, columns - columns % 6)}

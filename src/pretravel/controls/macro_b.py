@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
+from pretravel.controls.control_formula import formula_values
 from pretravel.controls.control_table import (
     TableSettings,
     check_radii,
     control_table,
     feed_statement,
     map_statement,
-    plain_number,
     table_statements,
 )
-from pretravel.controls.gcode import render
+from pretravel.controls.gcode import plain_number, render
+from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
 from pretravel.maps.kinds.sectors import SECTOR_NAMES
 from pretravel.maps.pretravel_map import PretravelMap
@@ -47,7 +48,8 @@ class MacroDialect:
     ----------
     name : str
     free : tuple of (int, int)
-        First and last variables that belong to the user, without #100 for the result.
+        First and last variables that belong to the user and keep their values, without #100 for
+        the result.
     base : int
         First variable of the table where none is chosen.
     digits : int
@@ -58,6 +60,8 @@ class MacroDialect:
         What the programs were tried on.
     program : int
         Number of the first program where none is chosen.
+    volatile : tuple of (int, int), optional
+        Variables that lose their values at power-off.
     """
 
     name: str
@@ -67,13 +71,33 @@ class MacroDialect:
     angles: str
     verified: tuple[str, ...]
     program: int = 7750
+    volatile: tuple[int, int] | None = None
+
+    def room(self, base: int) -> int:
+        """Number of variables from a first one to the end of its range.
+
+        Raises
+        ------
+        PretravelError
+            It does not belong to the user, or loses its value at power-off.
+        """
+        if self.volatile is not None and self.volatile[0] <= base <= self.volatile[1]:
+            low, high = self.volatile
+            raise PretravelError(
+                f"variable {base}: #{low} to #{high} of {self.name} lose their values at "
+                "power-off, and the table with them. Choose another first variable, such as "
+                f"{self.base}",
+                inputs=("base",),
+            )
+        return free_variables(self.free, base)
 
 
 FANUC = MacroDialect(
     "Fanuc",
-    free=((101, 199), (500, 999)),
+    free=((500, 999),),
     base=600,
     digits=4,
+    volatile=(100, 199),
     angles="fanuc/angles.nc",
     verified=(
         "never run on a Fanuc control",
@@ -117,8 +141,7 @@ def free_variables(ranges: tuple[tuple[int, int], ...], base: int) -> int:
     )
 
 
-def _check_variables(ranges: tuple[tuple[int, int], ...], base: int, count: int) -> None:
-    room = free_variables(ranges, base)
+def _check_room(room: int, base: int, count: int) -> None:
     if count > room:
         raise PretravelError(
             f"{count} variables from #{base} would end at #{base + count - 1}; the last one that "
@@ -171,7 +194,7 @@ def renishaw_variables(
     settings = settings or TableSettings()
     base = 500 if settings.base is None else settings.base
     program = _SETTER if settings.program is None else settings.program
-    _check_variables(_RADII_RANGES, base, _VECTORS + 8)
+    _check_room(free_variables(_RADII_RANGES, base), base, _VECTORS + 8)
     _check_program(program, 1)
     if angles not in VECTOR_ANGLES:
         raise PretravelError(
@@ -251,6 +274,28 @@ def fanuc_macro(
     return macro_programs(pretravel_map, form, settings or TableSettings(), FANUC)
 
 
+def macro_formula(
+    pretravel_map: PretravelMap,
+    form: LookupSeries | LookupSeats,
+    settings: TableSettings,
+    dialect: MacroDialect,
+) -> dict[str, str]:
+    """One program that computes the map by its formula, without a table: see `fanuc_macro`."""
+    first = dialect.program if settings.program is None else settings.program
+    _check_program(first, 2)
+    name = f"{first + 1:0{dialect.digits}d}"
+    text = render(
+        "macro_b/formula.nc",
+        **formula_values(pretravel_map, form, settings),
+        verified=dialect.verified,
+        second=name,
+        call=first + 1,
+        unit_code=_UNIT_CODES[settings.units],
+        angles=dialect.angles,
+    )
+    return {f"O{name}.nc": text}
+
+
 def macro_programs(
     pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings, dialect: MacroDialect
 ) -> dict[str, str]:
@@ -258,7 +303,7 @@ def macro_programs(
     base = dialect.base if settings.base is None else settings.base
     first = dialect.program if settings.program is None else settings.program
     table = control_table(pretravel_map, form, settings)
-    _check_variables(dialect.free, base, 1 + len(table.values))
+    _check_room(dialect.room(base), base, 1 + len(table.values))
     _check_program(first, 2)
     first_name, second_name = (f"{number:0{dialect.digits}d}" for number in (first, first + 1))
     common: dict[str, object] = {

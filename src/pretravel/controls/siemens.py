@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from pretravel.controls.control_formula import formula_values
 from pretravel.controls.control_table import TableSettings, control_table, table_statements
 from pretravel.controls.gcode import render
+from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
 from pretravel.maps.pretravel_map import PretravelMap
 
@@ -55,6 +57,24 @@ def siemens_cycle(
         "PRETRAVEL_GUD.DEF": render("siemens/gud.def", **common),
         "PRETRAVEL_TABLE.SPF": render("siemens/table.spf", **common),
         "PRETRAVEL.SPF": render("siemens/lookup.spf", **common),
+    }
+
+
+def siemens_formula(
+    pretravel_map: PretravelMap,
+    form: LookupSeries | LookupSeats,
+    settings: TableSettings | None = None,
+) -> dict[str, str]:
+    """The cycle of `siemens_cycle`, which computes the map by its formula, and its user data."""
+    settings = settings or TableSettings()
+    values = formula_values(pretravel_map, form, settings)
+    statements = values["statements"]
+    assert isinstance(statements, list)
+    values["statements"] = [*statements, *_VERIFIED]
+    values["wrong_codes"] = _WRONG_CODES[settings.units]
+    return {
+        "PRETRAVEL_GUD.DEF": render("siemens/gud.def", table=None, **values),
+        "PRETRAVEL.SPF": render("siemens/formula.spf", **values),
     }
 
 

@@ -153,6 +153,9 @@ class FileReadings:
         Surface points that the control computed, by label. [mm]
     tip_radius : float or None
         Where the file states it. [mm]
+    unfinished : str
+        What is missing of the run that the file is the log of; empty where it is whole, or where
+        the file does not say.
     normals_taken : bool
         The file has no normals: they are those of `ReadingOptions.normals_from`.
     """
@@ -163,6 +166,7 @@ class FileReadings:
     warnings: tuple[str, ...] = ()
     compensated: dict[str, FloatArray] = field(default_factory=dict)
     tip_radius: float | None = None
+    unfinished: str = ""
     normals_taken: bool = False
 
     @property

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from pretravel.base.added_file import add, locked_file
-from pretravel.base.errors import InputError
+from pretravel.base.errors import InputError, StaleTouchesError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.source_file import SourceFile, opened
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.verification import Verification
+from pretravel.touches import Touches
 
 _SCHEMA, HISTORY_VERSION = "pretravel verification", 1
 HISTORY_ENDING = ".jsonl"
@@ -37,7 +38,9 @@ _COLUMNS = (
     "amplitude_percent", "u_amplitude_percent", "turn_deg", "u_turn_deg", "repeatability_um",
     "largest_um", "decision",
 )  # fmt: skip
-_TEXTS = ("time", "map", "map_id", "touches_file", "decision")
+_TOUCHES_ID = "touches_id"
+"""Digest of the touches; entries of earlier versions lack it."""
+_TEXTS = ("time", "map", "map_id", "touches_file", "decision", _TOUCHES_ID)
 _ALWAYS_THERE = ("tip_diameter_mm", "touches", "directions", "false_alarm_rate", "changed")
 _LARGEST = 1e9
 """No number of a verification is larger. Sizes in µm, angles in degrees, counts."""
@@ -123,6 +126,7 @@ def add_verification(
         decision,
     )
     values = {name: _storable(value) for name, value in zip(_COLUMNS, row, strict=True)}
+    values[_TOUCHES_ID] = result.touches_digest
     line = json.dumps({"schema": _SCHEMA, "version": HISTORY_VERSION} | values) + "\n"
     path = Path(path)
     _refuse_without_folder(path)
@@ -196,6 +200,40 @@ def map_id(pretravel_map: PretravelMap) -> str:
     return hashlib.sha256(content).hexdigest()[:12]
 
 
+def refuse_known_touches(
+    path: str | Path, touches: Touches, *, again_at_once: bool = False
+) -> None:
+    """Refuse touches that the history has already: of an old log, because no new one was written.
+
+    Parameters
+    ----------
+    path : str or Path
+        A history that does not exist yet has no touches.
+    touches : Touches
+    again_at_once : bool
+        Whether those of the last entry may be used once more, for another decision.
+
+    Raises
+    ------
+    StaleTouchesError
+        With the entry that has them.
+    """
+    path = Path(path)
+    if not path.exists():
+        return
+    entries = _entries(opened(path))
+    for entry in entries[:-1] if again_at_once else entries:
+        if entry[_TOUCHES_ID] == touches.digest:
+            raise StaleTouchesError(
+                f"these touches are in the history already, from {entry['touches_file']} on "
+                f"{entry['time']}. The control has written no new log (folder, full disk, "
+                "read-only), or an old file was copied: touch the reference again. Touches that "
+                "are to be tested once more are tested without the history",
+                path=path,
+                line=entry.number,
+            )
+
+
 def read_history(path: str | Path) -> list[Entry]:
     """All verifications of a probe, oldest first.
 
@@ -258,14 +296,15 @@ def _entry(file: SourceFile, number: int, line: bytes) -> Entry:
             f"{HISTORY_VERSION}",
             number,
         )
-    if set(found) != set(_COLUMNS):
-        wrong = sorted(set(found) ^ set(_COLUMNS))[0]
+    found.setdefault(_TOUCHES_ID, None)
+    if set(found) != {*_COLUMNS, _TOUCHES_ID}:
+        wrong = sorted(set(found) ^ {*_COLUMNS, _TOUCHES_ID})[0]
         what = "has an unknown key" if wrong in found else "lacks the key"
         raise file.error(f"the entry is damaged: it {what} {wrong!r:.60}", number)
     for name, value in found.items():
         if not _fits(name, value):
             raise file.error(f"the entry is damaged: {name} is {value!r:.60}", number)
-    return Entry(number, {name: found[name] for name in _COLUMNS})
+    return Entry(number, {name: found[name] for name in (*_COLUMNS, _TOUCHES_ID)})
 
 
 def _storable(value: float | int | str) -> float | int | str | None:
@@ -277,6 +316,8 @@ def _storable(value: float | int | str) -> float | int | str | None:
 
 def _fits(name: str, value: Any) -> bool:
     """Whether a value is one that a verification has."""
+    if name == _TOUCHES_ID and value is None:
+        return True
     if name in _TEXTS:
         return isinstance(value, str) and _is_text(value) and (name != "time" or _is_time(value))
     if name == "changed":

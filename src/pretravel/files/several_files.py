@@ -131,6 +131,11 @@ def read_series(
             for warning in readings.warnings
         ),
         tip_radius=found[0].tip_radius,
+        unfinished="; ".join(
+            f"{name}: {readings.unfinished}"
+            for name, readings in zip(names, found, strict=True)
+            if readings.unfinished
+        ),
         normals_taken=any(readings.normals_taken for readings in found),
     )
 

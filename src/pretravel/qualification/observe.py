@@ -26,6 +26,10 @@ NORMAL_TOLERANCE = 10.0 * DEGREE
 _SAME_DIRECTION = 1e-3
 _CROWD = 16  # normals within one direction from which not each is compared with each
 _FEWEST = {"sphere": 5, "ring": 4}  # directions
+_FEWEST_OTHERS = 7
+"""Touches of a sphere, which has four unknowns, that can say of another one that it is wrong."""
+_FREE_SHARE = 0.05
+"""Of the error of a touch, what the sphere of all must leave to be seen."""
 _FEW_FALSE = 0.1  # share of touches that can be false trips: more of them are another mistake
 _WRONG_RADIUS = 0.1  # mm: two readings of a diameter closer than this are the same
 
@@ -107,7 +111,11 @@ def _refuse_false_trips(
     distance = np.linalg.norm(offset, axis=1)
     off = distance - float(np.median(distance))
     wrong = np.flatnonzero(np.abs(off) > LARGEST_PRETRAVEL)
-    if 0 < len(wrong) <= _FEW_FALSE * len(touches):
+    found = _single_stray(in_probe[:, : len(fit.center)], offset, fit)
+    if found is not None:
+        row, off[row] = found
+        wrong = np.array([row])
+    if found is not None or 0 < len(wrong) <= _FEW_FALSE * len(touches):
         row = int(wrong[np.argmax(np.abs(off[wrong]))])
         raise PretravelError(
             f"{source}{touches.where(row)} lies about {abs(off[row]):.2f} mm "
@@ -117,6 +125,36 @@ def _refuse_false_trips(
             + (f" ({len(wrong)} touches are like that)" if len(wrong) > 1 else ""),
             inputs=("exclude",),
         )
+
+
+def _single_stray(
+    in_probe: FloatArray, offset: FloatArray, fit: SphereFit
+) -> tuple[int, float] | None:
+    """The touch that is far from the sphere of all others, with its distance from it. [mm]
+
+    Among few touches one that is wrong pulls the sphere of all to itself: its own residual is
+    divided by what the others leave to it (the leverage of least squares), then they are fitted
+    without it.
+    """
+    if len(offset) <= _FEWEST_OTHERS:
+        return None
+    distance = np.linalg.norm(offset, axis=1)
+    design = np.column_stack([offset / distance[:, None], np.ones(len(offset))])
+    share = 1.0 - np.sum(np.linalg.qr(design)[0] ** 2, axis=1)
+    free = share > _FREE_SHARE
+    without = np.where(free, (distance - fit.radius) / np.where(free, share, 1.0), 0.0)
+    row = int(np.argmax(np.abs(without)))
+    if abs(without[row]) <= LARGEST_PRETRAVEL:
+        return None
+    rest = np.delete(in_probe, row, axis=0)
+    try:
+        others = fit_sphere(rest)
+    except PretravelError:
+        return None
+    left = np.linalg.norm(rest - others.center, axis=1) - others.radius
+    if np.max(np.abs(left)) > LARGEST_PRETRAVEL:
+        return None
+    return row, float(np.linalg.norm(in_probe[row] - others.center) - others.radius)
 
 
 def _name_to_exclude(touches: Touches, row: int) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,6 +71,8 @@ class Verification:
         Mean pretravel less map, and its standard uncertainty. [mm]
     touches : int
     warnings : tuple of str
+    touches_digest : str
+        See `Touches.digest`.
     """
 
     changed: bool
@@ -93,6 +95,7 @@ class Verification:
     u_differences: FloatArray
     touches: int
     warnings: tuple[str, ...]
+    touches_digest: str = ""
 
 
 def verify(
@@ -147,7 +150,7 @@ def verify(
     warnings = compared.feed_warnings
     warnings += tuple(own_touches_warnings(touches, pretravel_map, consequence))
     warnings += compared.machine_warnings
-    return _result(
+    result = _result(
         compared.kept,
         tests,
         causes=likely_causes(compared.kept, pretravel_map) if tests.changed else (),
@@ -156,6 +159,7 @@ def verify(
         touches=len(touches),
         warnings=(*warnings, *_gross_warnings(gross, tests.changed, with_gross)),
     )
+    return replace(result, touches_digest=touches.digest)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, FEED_OR_NONE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import Units, refuse_no_folder
+from pretravel.tasks.fields import TOOL_OF_SUBROUTINES, Units, refuse_no_folder
 from pretravel.tasks.task import FOLDER, SILENT, Field, Progress, Result, Task, TextResult, by_name
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ _RADII_TABLE = "csv"
 _OF_CONTROLS = {
     "base": "base",
     "program": "program",
+    "tool": "tool",
     "units": "units",
     "angles": "angles",
     "template": "template",
@@ -116,8 +117,9 @@ class Export(Task):
     form: Annotated[
         Literal["auto", "formula", "table"] | None,
         Field(
-            help="linuxcnc: formula (exact: harmonic, mean and physical maps), table "
-            "(interpolated) or auto (default).",
+            help="linuxcnc, fanuc, haas, siemens: formula (exact: harmonic, mean and physical "
+            "maps; no table), table (interpolated) or auto (default: on linuxcnc the formula, "
+            "else a table).",
             words={
                 "": "Usual: automatic",
                 "auto": "Automatic",
@@ -154,6 +156,16 @@ class Export(Task):
             metavar="NUMBER",
             label="Number of the first program",
             hint="Empty: the usual one",
+        ),
+    ] = None
+    tool: Annotated[
+        int | None,
+        Field(
+            help=TOOL_OF_SUBROUTINES,
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="Tool number of the probe",
+            hint="Empty: no tool length",
         ),
     ] = None
     units: Annotated[

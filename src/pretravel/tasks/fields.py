@@ -118,6 +118,10 @@ SPHERE_FORM = Field(
     range=(0.0, 100.0),
     label="Form deviation of the reference",
 )
+TOOL_OF_SUBROUTINES = (
+    "linuxcnc: number of the probe in the tool table. Cycles stop where another tool is in the "
+    "spindle or another length is active; without a number, where any tool length is active."
+)
 REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
 SphereCenter: TypeAlias = Annotated[
     Vector,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -11,6 +12,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.tasks.fields import (
     REFERENCE_SPHERE,
+    TOOL_OF_SUBROUTINES,
     Approach,
     Turn,
     output,
@@ -302,16 +304,22 @@ def _planned(
     allow_misses: bool = False,
 ) -> PlannedProgram:
     from pretravel.controls.linuxcnc_program import linuxcnc_program
+    from pretravel.controls.linuxcnc_state import HANDLER
     from pretravel.files.map_file import read_map
 
     pretravel_map = None if compensated is None else read_map(compensated)
     content = linuxcnc_program(
-        program, task.log_name, compensated=pretravel_map, allow_misses=allow_misses
+        program,
+        task.log_name,
+        compensated=pretravel_map,
+        allow_misses=allow_misses,
+        written=date.today().isoformat(),
     )
     minutes = program.duration / 60.0
     where = f"they are logged to {task.log_name} beside the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
+        f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",
         *(f"checked: {statement}" for statement in program.checked),
     ]
     warnings = []
@@ -341,6 +349,9 @@ class ProgramMdi(Task):
     example = "pretravel program mdi -o subroutines"
 
     output: Annotated[Path, output("Folder of subroutines, of SUBROUTINE_PATH.", *FOLDER)]
+    tool: Annotated[
+        int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
+    ] = None
 
     def run(self, progress: Progress = SILENT) -> Subroutines:
         """The subroutines."""
@@ -348,7 +359,7 @@ class ProgramMdi(Task):
         from pretravel.controls.linuxcnc_cycles import sphere_subroutines
 
         refuse_no_folder(self.output)
-        texts = sphere_subroutines()
+        texts = sphere_subroutines(self.tool)
         return Subroutines(texts, f"{self.output}: {', '.join(sorted(texts))}\n")
 
 

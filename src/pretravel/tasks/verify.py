@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import PretravelError, StaleTouchesError
 from pretravel.tasks.fields import (
     Diameter,
     QualifiedMap,
@@ -33,6 +33,8 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 
 class Verify(TouchFilesWithFeed, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
+
+    The code is 3 too, and nothing is tested, where the touches are not those of a new, whole run.
 
     The old map is kept unless --accept names a new one.
     """
@@ -78,6 +80,12 @@ class Verify(TouchFilesWithFeed, Reported):
         -------
         VerifiedProbe
             The new map, where one is asked for, has been written with its entry in the history.
+
+        Raises
+        ------
+        StaleTouchesError
+            The log is that of a run that was stopped, touches are missing, or the history has these
+            touches already.
         """
         from pretravel.files.map_file import read_map
         from pretravel.files.probe_history import (
@@ -85,6 +93,7 @@ class Verify(TouchFilesWithFeed, Reported):
             add_verification,
             check_history,
             read_history,
+            refuse_known_touches,
         )
         from pretravel.qualification.qualify import qualify_like
         from pretravel.qualification.verification import verify
@@ -102,10 +111,17 @@ class Verify(TouchFilesWithFeed, Reported):
             ring=self.ring,
         ).in_machine_axes()
         measured = readings.touches
-        rate = 0.01 * self.false_alarms
-        result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
+        if readings.unfinished:
+            raise StaleTouchesError(
+                f"{self.touches_name}: {readings.unfinished}. The probe is not verified: remove "
+                "the cause, and touch the reference again"
+            )
         if self.history is not None:
             check_history(self.history, old_map)
+            again = self.accept is not None
+            refuse_known_touches(self.history, measured, again_at_once=again)
+        rate = 0.01 * self.false_alarms
+        result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
         new_map = None
         if self.accept is not None:
             new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map

@@ -19,6 +19,8 @@ class Outputs:
     messages : list
         Messages to the operator, (MSG,…) and (DEBUG,…).
     printed : list
+    full : bool
+        The disk is full, or read-only: the control writes nothing, and says nothing.
     """
 
     folders: tuple[str, ...] | None = None
@@ -26,13 +28,18 @@ class Outputs:
     messages: list[str] = field(default_factory=list)
     printed: list[str] = field(default_factory=list)
     probed: dict[str, list[str]] = field(default_factory=dict)
+    full: bool = False
     _log: str | None = None
     _probe_file: str | None = None
     _last_probed: str = ""
 
     def _can_open(self, name: str) -> bool:
         folder = str(PurePosixPath(name).parent)
-        return bool(name) and (self.folders is None or folder == "." or folder in self.folders)
+        return (
+            bool(name)
+            and not self.full
+            and (self.folders is None or folder == "." or folder in self.folders)
+        )
 
     def open_log(self, name: str, *, append: bool = False) -> None:
         """A log that cannot be opened is not reported by LinuxCNC: its lines are lost."""

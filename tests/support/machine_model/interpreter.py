@@ -12,7 +12,7 @@ from tests.support.machine_model.control import Control
 from tests.support.machine_model.errors import StopError
 from tests.support.machine_model.expressions import whole
 from tests.support.machine_model.modes import Modes
-from tests.support.machine_model.program import Files, SourceFile
+from tests.support.machine_model.program import Files, SourceFile, read_source
 
 MOST_LINES = 3_000_000
 """A program that runs more lines is taken for an endless loop."""
@@ -179,7 +179,12 @@ class Interpreter:
     def _call(self, label: str, values: list[float]) -> None:
         if len(self.levels) + 1 >= DEEPEST:
             raise StopError("Too many subroutine levels")
-        source, row = self.files.find(label, self.source)
+        written = self.control.outputs.logs.get(f"{label}.ngc")
+        if written is not None:
+            source = read_source(f"{label}.ngc", "\n".join(written))
+            row = source.subs[label]
+        else:
+            source, row = self.files.find(label, self.source)
         parameters = self.control.parameters
         kept = {n: parameters.numbered.get(n, 0.0) for n in range(1, 31)}
         # Arguments that are not given are zero.

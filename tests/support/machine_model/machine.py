@@ -16,8 +16,11 @@ from tests.support.machine_model.interpreter import Interpreter
 from tests.support.machine_model.modes import Modes, Vector
 from tests.support.machine_model.parameters import EQUAL
 from tests.support.machine_model.probe import Edge, Probe
+from tests.support.machine_model.program import Files
 from tests.support.machine_model.world import Depths, Path, World
 
+HANDLER = "pretravel_restore"
+"""The subroutine that the INI file states as ON_ABORT_COMMAND; it need not be there."""
 _CODES = ("G38.2", "G38.3", "G38.4", "G38.5")
 
 
@@ -102,6 +105,8 @@ class Trace:
         Lines.
     contacts : int
         How often the ball touched something.
+    parameters : mapping of str to float
+        Named global parameters at the end.
     """
 
     moves: tuple[Move, ...]
@@ -119,6 +124,7 @@ class Trace:
     tool: int
     spindle_starts: tuple[int, ...]
     contacts: int
+    parameters: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -153,6 +159,14 @@ class Machine:
         Folders that exist for logs; None: all.
     equal : float
         See `parameters.EQUAL`.
+    logs : mapping of str to tuple of str
+        Files that are there.
+    disk_full : bool
+        See `Outputs.full`.
+    calls_on_abort : bool
+        Whether the INI file states `HANDLER`.
+    aborted_at : int or None
+        The operator presses Esc instead of this move.
     """
 
     world: World = field(default_factory=World)
@@ -169,6 +183,10 @@ class Machine:
     limits: tuple[Vector, Vector] | None = None
     folders: tuple[str, ...] | None = None
     equal: float = EQUAL
+    logs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    disk_full: bool = False
+    calls_on_abort: bool = True
+    aborted_at: int | None = None
 
 
 class _Moving:
@@ -269,6 +287,8 @@ class _Moving:
         control: Control,
     ) -> None:
         """Go along a path, as far as it is made."""
+        if len(self.moves) == self.machine.aborted_at:
+            raise StopError("Esc")
         world, signal = self.machine.world, self.probe_signal
         tripped_at_start = signal.closed
         edges = signal.edges(world, path)
@@ -331,7 +351,8 @@ def run(
     """
     probe = probe or Probe()
     moving = _Moving(machine, probe)
-    outputs = Outputs(folders=machine.folders)
+    logs = {name: list(lines) for name, lines in machine.logs.items()}
+    outputs = Outputs(folders=machine.folders, logs=logs, full=machine.disk_full)
     control = Control(
         moving,
         modes=machine.modes,
@@ -342,12 +363,18 @@ def run(
         equal=machine.equal,
     )
     offsets_before = dict(control.offsets)
+    handled = machine.calls_on_abort and Files("", subroutines).has(HANDLER)
+    if handled:  # The control has called it when the machine came up.
+        control.parameters.globals["_pretravel_guard"] = 1.0
     ended: Literal["end", "abort", "error"] = "end"
     error = ""
     try:
         Interpreter(control, text, subroutines).run()
     except StopError as stop:
         ended, error = ("abort" if stop.own else "error"), stop.text
+        if handled:
+            control.parameters.locals = [{}]
+            Interpreter(control, f"%\no<{HANDLER}> call [3]\n%\n", subroutines).run()
     return Trace(
         moves=tuple(moving.moves),
         logs={name: tuple(lines) for name, lines in outputs.logs.items()},
@@ -364,4 +391,5 @@ def run(
         tool=control.tool,
         spindle_starts=tuple(control.spindle_starts),
         contacts=probe.contacts,
+        parameters=dict(control.parameters.globals),
     )

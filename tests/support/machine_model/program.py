@@ -96,6 +96,10 @@ class Files:
                 return source, source.subs[label]
         raise StopError(f"EOF in file:{current.name} seeking o-word: o<{label}>")
 
+    def has(self, label: str) -> bool:
+        """Whether the folder has a file of this subroutine."""
+        return self._text(label) is not None
+
     def _text(self, label: str) -> str | None:
         if isinstance(self.subroutines, Path):
             path = self.subroutines / f"{label}.ngc"

@@ -144,7 +144,7 @@ class TestExportCommand:
             (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "5 does not belong to the user"),
             (["--to", "renishaw", "-o", "x.txt", "--base", "990"], "would end at #1007"),
             (["--to", "renishaw", "-o", "x.txt", "--program", "10000"], "program number 10000"),
-            (["--to", "fanuc", "-o", "x", "--base", "100"], "100 does not belong to the user"),
+            (["--to", "fanuc", "-o", "x", "--base", "100"], "lose their values at power-off"),
             (["--to", "fanuc", "-o", "x", "--base", "990"], "variables are too few for a table"),
             (["--to", "fanuc", "-o", "x", "--program", "9999"], "program number 9999"),
             (
@@ -157,7 +157,7 @@ class TestExportCommand:
             (["--to", "heidenhain", "-o", "x.txt", "--template", "none.txt"], "none.txt: cannot"),
             (["--to", "haas", "-o", "x", "--azimuth", "5"], "it is for heidenhain"),
             (["--to", "fanuc", "-o", "x", "--criterion", "max"], "it is for renishaw"),
-            (["--to", "siemens", "-o", "x", "--form", "table"], "it is for linuxcnc"),
+            (["--to", "renishaw", "-o", "x", "--form", "table"], "it is for linuxcnc"),
             (["--to", "linuxcnc", "-o", "x", "--units", "inch"], "it is for renishaw, fanuc, haas"),
             (["--to", "fanuc", "-o", "x.nc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "x.txt", "--criterion", "best"], "not one of 'max', 'rms'"),

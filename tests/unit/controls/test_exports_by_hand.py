@@ -15,13 +15,15 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.controls import exports, heidenhain
 from pretravel.controls.axis_radii import axis_radii
-from pretravel.controls.control_table import TableSettings, check_radii, control_table, plain_number
+from pretravel.controls.control_table import TableSettings, check_radii, control_table
 from pretravel.controls.exports import CONTROLS, ExportedFiles, ExportSettings, table_travel
+from pretravel.controls.gcode import plain_number
+from pretravel.controls.haas import HAAS
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup import Band, supported_band
 from pretravel.controls.lookup_formula import LookupSeries
 from pretravel.controls.lookup_table import LookupTable
-from pretravel.controls.macro_b import FANUC, fanuc_macro, free_variables, renishaw_variables
+from pretravel.controls.macro_b import FANUC, fanuc_macro, renishaw_variables
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
@@ -67,11 +69,11 @@ class TestControls:
         options that would change nothing are refused by the command."""
         tables = {"units", "tolerance"}
         expected = {
-            "linuxcnc": (True, True, {"base", "form", "tolerance"}),
+            "linuxcnc": (True, True, {"base", "form", "tolerance", "tool"}),
             "renishaw": (False, False, {"base", "program", "units", "angles", "criterion"}),
-            "fanuc": (True, False, tables | {"base", "program"}),
-            "haas": (True, False, tables | {"base", "program"}),
-            "siemens": (True, False, tables),
+            "fanuc": (True, False, tables | {"base", "program", "form"}),
+            "haas": (True, False, tables | {"base", "program", "form"}),
+            "siemens": (True, False, tables | {"form"}),
             "heidenhain": (False, False, {"template", "azimuth"}),
             "radii": (False, False, set()),
         }
@@ -82,7 +84,7 @@ class TestControls:
         ("name", "base", "most"),
         [
             # Of each range of variables one contains the number of the table.
-            ("fanuc", None, 399), ("fanuc", 800, 199), ("fanuc", 500, 399), ("haas", None, 349),
+            ("fanuc", None, 399), ("fanuc", 800, 199), ("fanuc", 500, 399), ("haas", None, 299),
             ("haas", 10800, 199), ("siemens", None, 800), ("linuxcnc", None, 1900),
             ("linuxcnc", 4000, 1000),
         ],
@@ -288,11 +290,15 @@ class TestNumbers:
 
 class TestVariables:
     def test_variables_of_fanuc(self) -> None:
-        assert free_variables(FANUC.free, 101) == 99
-        assert free_variables(FANUC.free, 999) == 1
-        for base in (100, 200, 499, 1000):
+        assert FANUC.room(500) == 500
+        assert FANUC.room(999) == 1
+        for base in (99, 200, 499, 1000):
             with pytest.raises(PretravelError, match=f"variable {base} does not belong"):
-                free_variables(FANUC.free, base)
+                FANUC.room(base)
+        for base in (100, 110, 199):
+            with pytest.raises(PretravelError, match="lose their values at power-off"):
+                FANUC.room(base)
+        assert HAAS.room(110) == 40
 
     @pytest.mark.parametrize(
         ("base", "refused"), [(982, False), (983, True), (10982, False), (10983, True)]

@@ -15,8 +15,9 @@ from pretravel.base.directions import fibonacci_cap, from_angles, ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
-from pretravel.controls.control_table import TableSettings, check_radii, plain_number
+from pretravel.controls.control_table import TableSettings, check_radii
 from pretravel.controls.exports import CONTROLS, ExportSettings
+from pretravel.controls.gcode import plain_number
 from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.lookup_table import LookupTable, lookup_table
@@ -26,7 +27,12 @@ from pretravel.controls.siemens import siemens_cycle
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from tests.support.example_maps import example_map, lobes, mean_map
-from tests.support.macro_b_interpreter import MacroAlarm, MacroControl, MacroSyntaxError
+from tests.support.macro_b_interpreter import (
+    NGC_ALIASES,
+    MacroAlarm,
+    MacroControl,
+    MacroSyntaxError,
+)
 from tests.support.siemens_interpreter import SiemensAlarm, SiemensControl, SiemensSyntaxError
 
 # Scattered directions, and the axes and the borders of octants, where angles change their branch.
@@ -52,7 +58,9 @@ def _macro_control(
 ) -> MacroControl:
     """A control with both programs, the first of which has run."""
     control = MacroControl(
-        two_value_atan=made_for != "haas", signed_atan=made_for == "fanuc, signed angles"
+        two_value_atan=made_for != "haas",
+        signed_atan=made_for == "fanuc, signed angles",
+        aliases=NGC_ALIASES if made_for == "haas" else (),
     )
     control.variables[4006] = 20.0 if settings.units == "inch" else 21.0
     programs = haas_macro if made_for == "haas" else fanuc_macro
@@ -214,6 +222,36 @@ class TestMacroPrograms:
                 with pytest.raises(PretravelError, match="does not belong to the user"):
                     free_variables(HAAS.free, added + taken)
 
+    def test_programs_of_others_do_not_reach_the_table_of_haas(self) -> None:
+        """#500 to #549 are #10500 to #10549 too, as #600 and #800 are: the table ends before."""
+        files = CONTROLS["haas"].files(example_map(), ExportSettings())
+        assert max(_assigned(files.texts["O07750.nc"])) <= 10499
+        control = MacroControl(two_value_atan=False, aliases=NGC_ALIASES)
+        for text in files.texts.values():
+            control.load(text)
+        control.run(7750)
+        before = [_looked_up(control, n) for n in DIRECTIONS]
+        user = [*range(100, 200), *range(500, 1000)]
+        lines = "\n".join(f"#{number}=0.14" for number in user)
+        control.load(f"%\nO1000\n{lines}\nM99\n%\n")
+        control.run(1000)
+        assert [_looked_up(control, n) for n in DIRECTIONS] == before
+
+    @pytest.mark.parametrize("made_for", ["fanuc", "haas"])
+    @pytest.mark.parametrize("units", ["mm", "inch"])
+    def test_a_table_that_another_program_changed_is_an_alarm(
+        self, made_for: str, units: str
+    ) -> None:
+        table = _table(example_map(), 199)
+        settings = TableSettings(base=10800 if made_for == "haas" else 800, units=units)
+        control = _macro_control(made_for, example_map(), table, settings)
+        known = _looked_up(control, DIRECTIONS[0])
+        control.load("%\nO1000\n#850=0\nM99\n%\n")
+        control.run(1000)
+        assert _alarm(control, DIRECTIONS[0]) == (107, "PRETRAVEL TABLE CHANGED")
+        control.run(7750)
+        assert _looked_up(control, DIRECTIONS[0]) == known
+
     def test_a_missing_or_another_table_is_an_alarm(self) -> None:
         table = _table(example_map(), 399)
         texts = list(fanuc_macro(example_map(), table).values())
@@ -330,6 +368,22 @@ class TestSiemens:
         # Nobody takes this for a pretravel.
         assert control.data["PT_VALUE"].values[0] == 9999.0
 
+    @pytest.mark.parametrize("starts", [1, 20])
+    def test_start_after_an_alarm_does_not_go_on(self, starts: int) -> None:
+        """It went on with a pretravel of 9999 mm."""
+        control = _siemens_control(example_map(), _table(example_map(), 800), TableSettings())
+        control.starts = starts
+        with pytest.raises(SiemensAlarm, match="65003"):
+            control.main("EXTERN PRETRAVEL(REAL,REAL,REAL)\nPRETRAVEL(0.9,0,0)\nR1=PT_VALUE\n", {})
+        assert control.starts == 0
+        assert len(control.alarms) == starts + 1
+
+    def test_a_table_that_another_program_changed_is_an_alarm(self) -> None:
+        control = _siemens_control(example_map(), _table(example_map(), 800), TableSettings())
+        control.data["PT_TABLE"].values[7] += 0.0005
+        with pytest.raises(SiemensAlarm, match="65005"):
+            control.run("PRETRAVEL", 1.0, 0.0, 0.0)
+
     def test_a_missing_table_is_an_alarm(self) -> None:
         texts = siemens_cycle(example_map(), _table(example_map(), 800))
         control = SiemensControl()
@@ -410,14 +464,14 @@ def test_pretravel_that_is_not_finite_is_named(value: float) -> None:
 
 @pytest.mark.parametrize(
     ("first", "last"),
-    [(101, 149), (500, 549), (600, 699), (800, 999), (10001, 10149), (10200, 10549),
-     (10600, 10699), (10800, 10999)],
+    [(101, 149), (500, 549), (600, 699), (800, 999), (10001, 10149), (10200, 10499),
+     (10500, 10549), (10600, 10699), (10800, 10999)],
 )  # fmt: skip
 def test_haas_keeps_150_to_199_550_to_599_and_700_to_799(first: int, last: int) -> None:
     """Of its global variables these are the probe's and the control's, in both number ranges."""
     assert free_variables(HAAS.free, first) == last - first + 1
     assert free_variables(HAAS.free, last) == 1
-    for beyond in (first - 1, last + 1):
+    for beyond in {first - 1, last + 1} - {10499, 10500}:
         with pytest.raises(PretravelError, match=f"variable {beyond} does not belong"):
             free_variables(HAAS.free, beyond)
 

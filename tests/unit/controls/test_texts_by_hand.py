@@ -29,13 +29,13 @@ from pretravel.controls.gcode import coordinate, exact
 from pretravel.controls.haas import haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_cycles import sphere_subroutines
-from pretravel.controls.linuxcnc_program import cause_words
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Band
 from pretravel.controls.lookup_formula import LookupSeries
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.macro_b import fanuc_macro, free_variables, renishaw_variables
 from pretravel.controls.map_identity import check_map_of_program, map_identity
+from pretravel.controls.program_log import FAULTS
 from pretravel.controls.siemens import siemens_cycle
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -229,10 +229,16 @@ class TestHeads:
     def test_the_subroutines_of_a_map(self) -> None:
         """Those of the cycles and of the sphere are among them; a table only where it is needed,
         from parameter 1050 on, or from the one that is chosen."""
-        cycles = {f"pretravel_{name}.ngc" for name in ("bore", "boss", "pocket", "web", "edge")}
+        cycles = {
+            f"pretravel_{name}.ngc"
+            for name in ("bore", "boss", "pocket", "web", "edge", "surface", "angle", "corner")
+        }
         own = {f"pretravel_{name}.ngc" for name in
                ("lookup", "compensate", "identity", "radius", "point", "head")}  # fmt: skip
-        others = {f"pretravel_{name}.ngc" for name in ("sphere", "move", "touch")}
+        others = {
+            f"pretravel_{name}.ngc"
+            for name in ("sphere", "move", "touch", "keep", "restore", "log_check")
+        }
         formula = linuxcnc_subroutines(mean_map(0.01), MEAN)
         assert set(formula) == cycles | own | others
         assert set(sphere_subroutines()) == others
@@ -357,6 +363,9 @@ def test_numbers_of_maps_have_nine_digits() -> None:
 
 def test_causes_of_a_stop_are_numbered_from_one() -> None:
     """As the subroutines number them: 1 is a miss, which a program can allow."""
-    causes = cause_words().split(", ")
-    assert causes[:2] == ["1 no contact", "2 contact too early"]
-    assert [int(cause.split()[0]) for cause in causes] == [1, 2, 3, 4, 5, 6]
+    text = sphere_subroutines()["pretravel_sphere.ngc"]
+    told = re.findall(r"#<_pretravel_fault> EQ (\d)\]\n\(ABORT,.*cause (\d), (.*)\)", text)
+    assert [(int(a), int(b), words) for a, b, words in told] == [
+        (number, number, words) for number, words in enumerate(FAULTS, start=1)
+    ]
+    assert FAULTS[:2] == ("no contact", "contact too early")

@@ -120,6 +120,7 @@ def join(
         _touches(found, plan, lines, owners[rows], rows),
         missed=tuple(lines.labels[owner] for owner in owners[~contact] if owner != _NO_TARGET),
         warnings=tuple(warnings),
+        unfinished=_untouched(lines, owners),
     )
 
 
@@ -431,6 +432,15 @@ def _without_readings(absent: Sequence[str]) -> list[str]:
         "reading that equals the one before; or the run ended early.)"
     )
     return [warning]
+
+
+def _untouched(lines: _TargetLines, owners: IntArray) -> str:
+    """What is missing of the plan; a control leaves out repeats that are equal, but no target."""
+    seen = set(owners.tolist())
+    empty = [rows for rows in lines.repeats if not seen.intersection(rows)]
+    if not empty:
+        return ""
+    return f"{len(empty)} of {len(lines.repeats)} places of the plan have no reading"
 
 
 def _misses_elsewhere(found: FilePositions, owners: IntArray) -> list[str]:

@@ -80,6 +80,7 @@ class _Log:
             "touch": self._take_touch,
             "point": self._take_point,
             "stopped": self._take_stopped,
+            "run": self._take_run,
         }
 
     def take(self, line: str, number: int) -> None:
@@ -155,6 +156,11 @@ class _Log:
         words = FAULTS[cause - 1] if 1 <= cause <= len(FAULTS) else f"cause {cause}"
         self.stopped = f" (stopped at {values[0]}: {words})"
 
+    def _take_run(self, values: list[str], number: int) -> None:
+        if len(values) != 2:
+            raise self.file.error("a line 'run' has a number and the day of the program", number)
+        self.file.numbers(values[:1], number)
+
     def _check_values(self, values: list[str], columns: Sequence[str], number: int) -> None:
         if self.rotation is None or not self.columns:
             raise self.file.error(
@@ -184,19 +190,24 @@ class _Log:
                 lines=tuple(self.lines),
             )
         return FileReadings(
-            touches, tuple(self.missed), self.rotation, self._warnings(), self.points
+            touches,
+            tuple(self.missed),
+            self.rotation,
+            tuple(filter(None, (self._unfinished(),))),
+            self.points,
+            unfinished=self._unfinished(),
         )
 
-    def _warnings(self) -> tuple[str, ...]:
+    def _unfinished(self) -> str:
         """Whether touches of the program are missing in its log."""
         there = len(self.touched) + len(self.missed)
         found = f"{there} of its {self.planned} touches are in the log"
         if self.finished and there != self.planned:
-            return (f"lines have been lost: {found}, though the program ran to its end",)
+            return f"lines have been lost: {found}, though the program ran to its end"
         # A program of the user's own states no number of touches, and no end.
-        if not self.finished and self.planned:
-            return (f"the program did not run to its end{self.stopped}: {found}",)
-        return ()
+        if self.stopped or (not self.finished and self.planned):
+            return f"the program did not run to its end{self.stopped}: {found}"
+        return ""
 
 
 def _is_own_log(lines: list[str]) -> bool:

@@ -24,7 +24,7 @@ _UNEVEN = 3.0  # largest u over the mean one from which a direction is proposed
 
 
 def verdict(result: Qualification, point: Budget) -> str:
-    """Whether the probe is good, and the uncertainty of a point that it measures.
+    """Whether the probe is good, which only repeats tell, and the uncertainty of a point.
 
     Parameters
     ----------
@@ -35,11 +35,18 @@ def verdict(result: Qualification, point: Budget) -> str:
     pretravel_map = result.pretravel_map
     size = pretravel_map.single_touch
     grade = "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
-    return (  # the grade is of the repeats alone: a good probe can need its map
-        f"The probe is {grade}: a touch repeats to "
-        f"{value_text(result.repeatability / MICROMETRE, 'µm')}, and a point on a part has "
-        f"U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
+    known = (
+        f"a point on a part has U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
         f"(k = {number_text(point.coverage_factor())})"
+    )
+    repeats = value_text(result.repeatability / MICROMETRE, "µm")
+    # The grade is of the repeats alone: a good probe can need its map.
+    if result.fit.observation.repeats.dof > 0.0:
+        return f"The probe is {grade}: a touch repeats to {repeats}, and {known}"
+    return (
+        "Whether the probe is good is not known, because no direction was touched twice "
+        f"({repeats} is assumed for a touch, from what the map leaves): touch each direction three "
+        f"times. {known[0].upper()}{known[1:]}"
     )
 
 

@@ -1,0 +1,105 @@
+"""Logs that are not those of a new, whole run: `verify` tests nothing and says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pretravel.controls.program_log import TOUCH_COLUMNS
+from pretravel.files.map_file import write_map
+from pretravel.files.touches_csv import write_touches
+from pretravel.touches import Touches
+from tests.support.commands import both_outputs
+from tests.unit.qualification.test_verification import old_map, touches
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("stale")
+    write_map(folder / "map.json", old_map())
+    for day in (1, 2):
+        write_touches(folder / f"day{day}.csv", touches(day))
+    return folder
+
+
+def log_lines(made: Touches) -> list[str]:
+    lines = [f"pretravel-log,1,today,{len(made)},end", "run,7,2026-11-25,end"]
+    lines += ["work,G54,0.0,end", f"columns,{','.join(TOUCH_COLUMNS)},end"]
+    assert made.approaches is not None
+    for row in range(len(made)):
+        values = [
+            *(1e3 * made.positions[row]),
+            *made.normals[row],
+            *made.approaches[row],
+            50,
+            0,
+            0,
+            0,
+        ]
+        numbers = ",".join(f"{value:.9f}" for value in values)
+        lines.append(f"touch,s{row + 1},{numbers},1.0000,end")
+    return [*lines, f"done,{len(made)},end"]
+
+
+def verified(folder: Path, file: Path, *more: object, code: int = 0) -> str:
+    common = ("--map", folder / "map.json", "--diameter", 25)
+    return "".join(both_outputs("verify", file, *common, *more, code=code))
+
+
+class TestLogs:
+    def written(self, folder: Path, name: str, lines: list[str]) -> Path:
+        path = folder / name
+        path.write_text("\n".join(lines) + "\n")
+        return path
+
+    def test_a_whole_log(self, folder: Path, tmp_path: Path) -> None:
+        verified(folder, self.written(tmp_path, "today.log", log_lines(touches(1))))
+
+    def test_a_run_that_was_stopped(self, folder: Path, tmp_path: Path) -> None:
+        lines = log_lines(touches(1))
+        lines[-6:] = ["stopped,s9,1,end"]
+        said = verified(folder, self.written(tmp_path, "today.log", lines), code=3)
+        assert "the program did not run to its end (stopped at s9: no contact)" in said
+        assert "The probe is not verified" in said
+
+    @pytest.mark.parametrize("cut", [slice(10, 11), slice(-3, None)])
+    def test_fewer_touches_than_the_plan(self, folder: Path, tmp_path: Path, cut: slice) -> None:
+        lines = log_lines(touches(1))
+        del lines[cut]
+        path = self.written(tmp_path, "today.log", lines)
+        assert "touches are in the log" in verified(folder, path, code=3)
+
+
+class TestHistory:
+    def test_the_same_touches_are_refused_with_their_entry(
+        self, folder: Path, tmp_path: Path
+    ) -> None:
+        """Four runs on one old log gave four rows of "no change"."""
+        history = ("--history", tmp_path / "probe.jsonl")
+        verified(folder, folder / "day1.csv", *history)
+        verified(folder, folder / "day2.csv", *history)
+        kept = (tmp_path / "probe.jsonl").read_bytes()
+        for _ in range(2):
+            said = verified(folder, folder / "day1.csv", *history, code=3)
+            assert "line 1: these touches are in the history already, from day1.csv" in said
+        assert (tmp_path / "probe.jsonl").read_bytes() == kept
+        verified(folder, folder / "day1.csv")
+
+    def test_those_of_the_last_entry_may_be_accepted(self, folder: Path, tmp_path: Path) -> None:
+        history = ("--history", tmp_path / "probe.jsonl")
+        verified(folder, folder / "day1.csv", *history)
+        accept = ("--accept", tmp_path / "new.json")
+        verified(folder, folder / "day1.csv", *history, *accept)
+        verified(folder, folder / "day2.csv", *history)
+        verified(folder, folder / "day1.csv", *history, *accept, code=3)
+
+    def test_an_entry_of_an_earlier_version_has_no_digest(
+        self, folder: Path, tmp_path: Path
+    ) -> None:
+        history = tmp_path / "probe.jsonl"
+        verified(folder, folder / "day1.csv", "--history", history)
+        line = history.read_text()
+        start = line.index(', "touches_id"')
+        history.write_text(line[:start] + line[line.index("}", start) :])
+        verified(folder, folder / "day1.csv", "--history", history)
