@@ -306,7 +306,7 @@ def normals_of_feature(kind: str, points: FloatArray, labels: Sequence[str] | No
         Another kind; touches that do not determine their feature.
 
     >>> ring = 7.0 * np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-    >>> normals_of_feature("bore", ring, None)[0].round(9).tolist()
+    >>> (normals_of_feature("bore", ring, None)[0].round(9) + 0.0).tolist()
     [-1.0, 0.0, 0.0]
     """
     if kind not in SIDES:

@@ -1,0 +1,172 @@
+"""Where a part lies: is what `align` states so, and is the placement found from nothing?
+
+python benchmarks/alignment.py --sets 200 --kind physical
+
+Probes, machine and noise are those of `benchmarks/departures`, as in `benchmarks/features.py`. The
+part is the bracket of the tests: 80 x 50 x 20 mm, planes, two bores, a boss, a slope, no symmetry.
+It lies anywhere; faces that a probe from above reaches are touched at random places, 1 mm from
+edges. The start is off by about 0.3° and 0.3 mm, but for the rows "from nothing", which know
+neither start nor normals nor approaches.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+if __package__ in (None, ""):  # run as a file
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.departures.probes import MICROMETRE
+from benchmarks.departures.tripod import TIP_RADIUS
+from benchmarks.features import Workshop, workshop
+from tests.support.touched_bracket import beside, bracket, random_placement, random_targets
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement
+from pretravel.measurement.alignment import Alignment, TipCentres, align
+from pretravel.measurement.alignment_search import found_placements
+from pretravel.uncertainty.gum import coverage_factor
+
+COUNTS = (8, 15, 50, 200)
+FORMS = {"perfect": 0.0, "form 1 µm": 1.0 * MICROMETRE, "form 5 µm": 5.0 * MICROMETRE}
+"""Standard deviations of the part from its nominal, from touch to touch."""
+_UPWARD = -0.05  # least z of the normals that a probe from above touches
+
+
+def touched(
+    shop: Workshop, count: int, form: float, gross: int
+) -> tuple[Placement, np.ndarray, np.ndarray]:
+    """A placement, tip centres of random touches, and which of them are gross."""
+    part, rng = bracket(), shop.generator
+    placement = random_placement(rng)
+    points, normals, faces = (np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=int))
+    upward = [
+        index
+        for index, face in enumerate(part.faces)
+        if face.kind != "plane"
+        or placement.vectors(face.local(face.middle[None]).normal)[0, 2] > _UPWARD
+    ]
+    while len(points) < count:
+        more = random_targets(part, count, rng, TIP_RADIUS, upward)
+        kept = placement.vectors(more[1])[:, 2] > _UPWARD
+        points = np.vstack([points, more[0][kept]])
+        normals = np.vstack([normals, more[1][kept]])
+        faces = np.append(faces, more[2][kept])
+    points, normals, faces = points[:count], normals[:count], faces[:count]
+    wrong = np.zeros(count, dtype=bool)
+    wrong[rng.permutation(count)[:gross]] = True
+    off = form * rng.standard_normal(count)
+    off[wrong] += rng.choice([-1.0, 1.0], gross) * rng.uniform(0.05, 0.5, gross)
+    there, facing = placement.points(points + off[:, None] * normals), placement.vectors(normals)
+    positions = np.empty((count, 3))
+    for index in np.unique(faces):
+        mine = np.flatnonzero(faces == index)
+        bend = float(part.faces[int(index)].local(part.faces[int(index)].middle[None])
+                     .principal_curvatures[0, 1])  # fmt: skip
+        bend = bend if part.faces[int(index)].kind == "cylinder" else 0.0
+        positions[mine] = shop.touched(there[mine], facing[mine], bend).positions
+    return placement, positions, wrong
+
+
+def row(found: Alignment, placement: Placement, wrong: np.ndarray) -> dict[str, float]:
+    """Errors of the motions in units of u, for those that are determined."""
+    turn = found.placement.rotation @ placement.rotation.T
+    shift = found.placement.shift - (turn @ (placement.shift - found.about) + found.about)
+    error = np.concatenate([shift, Rotation.from_matrix(turn).as_rotvec()])
+    rows = np.zeros((6, len(found.association.response)))
+    rows[:, : found.motions.shape[1]] = found.motions
+    u = found.standard_uncertainty
+    factors = [
+        coverage_factor(found.errors.dof(each, float(one)), whole_dof=False)
+        for each, one in zip(rows, u, strict=True)
+    ]
+    return {
+        "chi": float(np.mean((error / u) ** 2)),
+        "covered": float(np.mean(np.abs(error) <= np.array(factors) * u)),
+        "u": float(np.sqrt(np.mean(u[:3] ** 2))),
+        "missed": float(np.sum(wrong & ~found.gross)),
+        "false": float(np.sum(~wrong & found.gross)),
+    }
+
+
+def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
+    """All rows with one probe and its map."""
+    shop, part, found = workshop(number, kind), bracket(), {}
+    for name, form in FORMS.items():
+        for count in COUNTS:
+            placement, positions, wrong = touched(shop, count, form, count // 50)
+            start = beside(placement, shop.generator, 0.005, 0.3)
+            result = align(TipCentres(positions), part, shop.pretravel_map, start, extrapolate=True)
+            if result.motions.shape[1] == 6:
+                found[f"{name}, {count} touches"] = row(result, placement, wrong)
+    x, y, z = np.meshgrid(*part.box.T)
+    corners = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    for count in (9, 15, 50):
+        placement, positions, _ = touched(shop, count, 1.0 * MICROMETRE, count // 50)
+        try:
+            answers = found_placements(
+                TipCentres(positions), part, shop.pretravel_map, extrapolate=True
+            )
+        except PretravelError:
+            answers = []
+        away = [
+            float(np.abs(each.placement.points(corners) - placement.points(corners)).max())
+            for each in answers
+        ]
+        right = [distance < 0.5 for distance in away]
+        found[f"from nothing, {count} touches"] = {
+            "one, right": float(len(answers) == 1 and right[0]),
+            "one, wrong": float(len(answers) == 1 and not right[0]),
+            "several": float(len(answers) > 1),
+            "none": float(not answers),
+        }
+    return found
+
+
+def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
+    """The tables, as Markdown."""
+
+    def of(name: str, column: str) -> np.ndarray:
+        return np.array([one[name][column] for one in sets if name in one])
+
+    names = list(dict.fromkeys(name for one in sets for name in one))
+    print("| touches | sets | u of a shift µm | χ² | median of squares | covered by U % |"
+          " gross missed | good named |")  # fmt: skip
+    print("| --- |" + " --- |" * 7)
+    for name in (name for name in names if "nothing" not in name):
+        chi = of(name, "chi")
+        print(
+            f"| {name} | {len(chi)} | {of(name, 'u').mean() / MICROMETRE:.2f} | {chi.mean():.2f} | "
+            f"{np.median(chi):.2f} | {100.0 * of(name, 'covered').mean():.1f} | "
+            f"{of(name, 'missed').sum():.0f} | {of(name, 'false').sum():.0f} |"
+        )
+    print("\n| touches without normals | one answer, right % | several, listed % | none % |"
+          " one answer, wrong |")  # fmt: skip
+    print("| --- |" + " --- |" * 4)
+    for name in (name for name in names if "nothing" in name):
+        shares = [100.0 * of(name, c).mean() for c in ("one, right", "several", "none")]
+        print(
+            f"| {name} | {' | '.join(f'{share:.0f}' for share in shares)} | "
+            f"{of(name, 'one, wrong').sum():.0f} of {len(sets)} |"
+        )
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sets", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--kind", default="physical")
+    stated = parser.parse_args()
+    numbers = range(stated.first, stated.first + stated.sets)
+    printed([one_set(number, stated.kind) for number in numbers])
+
+
+if __name__ == "__main__":
+    main()
