@@ -88,6 +88,7 @@ class Workshop:
     probe: Tripod
     pretravel_map: PretravelMap
     generator: np.random.Generator
+    centre_error: np.ndarray  # of the reference, to which positions refer [mm]
 
     def touched(self, at: np.ndarray, normals: np.ndarray, curvature: float) -> Touches:
         """Touches of true surface points, along the normals."""
@@ -120,7 +121,7 @@ def workshop(number: int, kind: str) -> Workshop:
         sphere_form=0.0,
         kind=kind,
     )
-    return Workshop(probe, result.pretravel_map, generator)
+    return Workshop(probe, result.pretravel_map, generator, result.center - reference.center)
 
 
 def around(count: int) -> tuple[np.ndarray, np.ndarray]:

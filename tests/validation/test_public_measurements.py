@@ -18,7 +18,9 @@ from scipy.spatial.transform import Rotation
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
+from pretravel.files.logs.cmm_listing import read_cmm_listing
 from pretravel.measurement.alignment import Alignment, TipCentres, align, radius_alone
+from pretravel.measurement.association import associate
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.placed_shape import axes_about
@@ -143,3 +145,22 @@ def authors_weights() -> dict[str, tuple[float, float]]:
         over = float(np.max(np.abs(change) / (2.0 * found.standard_uncertainty)))
         rows[name] = found.scatter / UM, over
     return rows
+
+
+def test_features_of_the_software_of_a_cmm() -> None:
+    """Diameters, centres and forms of two circles and two planes of a listing, to its four digits.
+
+    Points are rounded to 0.1 µm, which moves a range by up to 0.1 µm and centres by less.
+    """
+    features = read_cmm_listing(FOLDER / "cmm_listing.csv")
+    assert [feature.name for feature in features] == ["CR4", "CR5", "PL9", "PL10"]
+    for feature in features:
+        stated = {result.quantity: result.actual for result in feature.results}
+        circle = "D" in stated
+        found = associate("circle" if circle else "plane", np.array(feature.points),
+                          axis=[0.0, 0.0, 1.0] if circle else None)  # fmt: skip
+        form = stated["Cirlty" if circle else "Flat"]
+        assert found.form == pytest.approx(form, abs=0.15 * UM)
+        if circle:
+            assert found.diameter == pytest.approx(stated["D"], abs=0.1 * UM)
+            assert found.point[:2] == pytest.approx([stated["X"], stated["Y"]], abs=0.1 * UM)

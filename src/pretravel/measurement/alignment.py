@@ -184,6 +184,16 @@ class Alignment:
         return math.sqrt(float(np.sum(self.association.residuals**2)) / dof) if dof > 0 else 0.0
 
     @property
+    def unchecked(self) -> IntArray:
+        """Rows of used touches that no other touch checks: each determines a motion alone, (k,).
+
+        Neither a gross error of such a touch nor a wrong face would be seen.
+        """
+        own = self.association
+        left = 1.0 + np.sum(own.jacobian * own.response.T, axis=1)
+        return np.flatnonzero(self.used)[left < _SEEN]
+
+    @property
     def covariance(self) -> FloatArray:
         """Of the shift and of the turns about `about`, machine axes, (6, 6). [mm², mm rad, rad²]
 

@@ -289,6 +289,22 @@ def test_points_in_the_part_share_the_error_of_the_alignment() -> None:
     assert common == pytest.approx(by_placement, rel=1e-6)
 
 
+def test_touches_that_nothing_checks_are_named() -> None:
+    """One touch on the only face across x: it alone says where the part is along x."""
+    part, made = bracket(), radius_alone(RADIUS)
+    rng, side = np.random.default_rng(15), _box_faces(part)
+    many, normals, _ = random_targets(part, 16, rng, on=[side["z"], side["y"]])
+    single, across, _ = random_targets(part, 1, rng, on=[side["x"]])
+    tips = tip_centres(Placement(), np.vstack([many, single]), np.vstack([normals, across]), made)
+    found = align(tips, part, made, Placement(), extrapolate=True)
+    assert found.unchecked.tolist() == [16]
+    twice, across_twice, _ = random_targets(part, 3, rng, on=[side["x"]])
+    tips = tip_centres(
+        Placement(), np.vstack([many, twice]), np.vstack([normals, across_twice]), made
+    )
+    assert align(tips, part, made, Placement(), extrapolate=True).unchecked.tolist() == []
+
+
 def test_points_onto_points() -> None:
     rng = np.random.default_rng(2)
     placement, points = random_placement(rng), rng.normal(size=(5, 3))

@@ -177,6 +177,19 @@ def _warnings(alignment: Alignment) -> list[str]:
     if len(beyond):
         named = ", ".join(alignment.points.labels[row] for row in beyond[:_WORST])
         found.append(f"{len(beyond)} touches lie beyond the edge of their face: {named}")
+    alone = alignment.unchecked
+    if len(alone) and alignment.association.dof > 0:
+        named = ", ".join(
+            f"{alignment.points.labels[row]} (face "
+            f"{alignment.part.faces[int(alignment.feet.face[row])].number})"
+            for row in alone[:_WORST]
+        )
+        one = len(alone) == 1
+        found.append(
+            f"nothing checks the touch{'' if one else 'es'} {named}: {'it' if one else 'each'} "
+            "determines a motion alone, so that a gross error, or a touch on another face, would "
+            "not be seen. Touch these faces more than once"
+        )
     if alignment.association.dof < 1:
         found.append("as many touches as motions: nothing checks the placement. Touch more points")
     elif alignment.scatter > _LARGE:
