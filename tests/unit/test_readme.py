@@ -13,7 +13,7 @@ import pytest
 from tests.support.commands import run
 
 ROOT = Path(__file__).parents[2]
-WRITTEN = ("-o", "--plot", "--vtu", "--history", ">")
+WRITTEN = ("-o", "--points", "--plot", "--vtu", "--history", ">")
 KNOWN = (".csv", ".json", ".toml", ".step", ".jsonl", ".ngc")
 """Endings of files that one command writes and another reads."""
 

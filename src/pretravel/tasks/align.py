@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import TIP_BALL
 from pretravel.tasks.fields import (
     Reported,
+    TipOfMap,
     TouchFilesWithFeed,
     existing,
     output,
@@ -56,15 +56,7 @@ class Align(TouchFilesWithFeed, Reported):
             reads=existing,
         ),
     ] = None
-    tip_diameter: Annotated[
-        float | None,
-        Field(
-            help="Diameter of the tip, in mm; the default is that of the map.",
-            range=TIP_BALL,
-            label="Diameter of the tip",
-            hint="Empty: that of the map",
-        ),
-    ] = None
+    tip_diameter: TipOfMap = None
     start: Annotated[
         str | None,
         Field(

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base.quantities import TIP_BALL
 from pretravel.tasks.fields import (
     ModelName,
     PlacedPart,
     Reported,
+    TipOfMap,
     TouchFilesWithFeed,
     existing,
     output,
@@ -88,15 +88,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             reads=True,
         ),
     ] = None
-    tip_diameter: Annotated[
-        float | None,
-        Field(
-            help="Diameter of the tip, in mm; the default is that of the map.",
-            range=TIP_BALL,
-            label="Diameter of the tip",
-            hint="Empty: that of the map",
-        ),
-    ] = None
+    tip_diameter: TipOfMap = None
     feature: Annotated[
         Literal["bore", "boss", "sphere"] | None,
         Field(

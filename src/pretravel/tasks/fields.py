@@ -208,6 +208,23 @@ Approach: TypeAlias = Annotated[
     Field(help="normal: against the surface normal; file: the columns ax,ay,az of the targets."),
 ]
 Units: TypeAlias = Literal["mm", "inch"]
+StatedUnits: TypeAlias = Annotated[
+    Units | None,
+    Field(
+        help="Unit of length of a file that does not state it.",
+        label="Unit of the file",
+        words={"": "as the file states"},
+    ),
+]
+TipOfMap: TypeAlias = Annotated[
+    float | None,
+    Field(
+        help="Diameter of the tip, in mm; the default is that of the map.",
+        range=TIP_BALL,
+        label="Diameter of the tip",
+        hint="Empty: that of the map",
+    ),
+]
 
 
 # Where the part is
@@ -324,14 +341,7 @@ class LaboratoryReport(Reported):
 class TouchTables(Task):
     """Settings of tasks that read tables of touches: what a file does not state itself."""
 
-    units: Annotated[
-        Units | None,
-        Field(
-            help="Unit of length of a file that does not state it.",
-            label="Unit of the touches",
-            words={"": "as the file states"},
-        ),
-    ] = None
+    units: StatedUnits = None
     columns: Annotated[
         StatedColumns | None,
         Field(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.base.units import MICROMETRE
-from pretravel.tasks.fields import LaboratoryReport, Units, output
+from pretravel.tasks.fields import LaboratoryReport, StatedUnits, output
 from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
@@ -150,14 +150,7 @@ class Measure(LaboratoryReport):
             label="Probability at which a decision is proven",
         ),
     ] = 0.95
-    units: Annotated[
-        Units | None,
-        Field(
-            help="Unit of length of a table of coordinates that does not state it.",
-            label="Unit of the points",
-            words={"": "as the file states"},
-        ),
-    ] = None
+    units: StatedUnits = None
     u_machine_um: Annotated[
         float,
         Field(
