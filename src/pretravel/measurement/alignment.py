@@ -191,7 +191,7 @@ class Alignment:
         """
         own = self.association
         left = 1.0 + np.sum(own.jacobian * own.response.T, axis=1)
-        return np.flatnonzero(self.used)[left < _SEEN]
+        return np.asarray(np.flatnonzero(self.used)[left < _SEEN])
 
     @property
     def covariance(self) -> FloatArray:

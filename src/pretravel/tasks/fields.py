@@ -12,6 +12,7 @@ from pretravel.base.quantities import (
     ANGLE,
     FEED,
     REFERENCE_DIAMETER,
+    TIP_BALL,
 )
 from pretravel.tasks.task import PICTURES, SILENT, Field, Progress, Task, by_name
 from pretravel.tasks.values import (
