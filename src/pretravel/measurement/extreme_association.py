@@ -32,6 +32,32 @@ _ROUNDING = 1e-14  # of a distance, in sizes of the feature
 _CARRIES = 1e-6  # share of the load on a point below which the feature does not rest on it
 
 
+def check_criterion(criterion: str, kind: str) -> None:
+    """Refuse an association that is not known, or that a feature does not have.
+
+    Raises
+    ------
+    PretravelError
+
+    >>> check_criterion("inscribed", "bore")
+    >>> check_criterion("inscribed", "plane")
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: a plane has no association 'inscribed', which is for ...
+    """
+    if criterion not in KINDS_BY_CRITERION:
+        raise PretravelError(
+            f"'{criterion}' is not an association: {', '.join(KINDS_BY_CRITERION)}",
+            inputs=("association",),
+        )
+    if criterion != GAUSSIAN and kind not in KINDS_BY_CRITERION[criterion]:
+        raise PretravelError(
+            f"a {kind} has no association '{criterion}', which is for "
+            f"{', '.join(KINDS_BY_CRITERION[criterion])}",
+            inputs=("association", "feature"),
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class _Load:
     """The points on which a feature rests.
@@ -115,20 +141,10 @@ def associate_by(
     >>> round(associate_by("inscribed", "circle", lobes).diameter, 9)
     19.998
     """
-    if criterion not in KINDS_BY_CRITERION:
-        raise PretravelError(
-            f"'{criterion}' is not an association: {', '.join(KINDS_BY_CRITERION)}",
-            inputs=("association",),
-        )
+    check_criterion(criterion, kind)
     gaussian = associate(kind, points, axis=axis, at=None if criterion != GAUSSIAN else at)
     if criterion == GAUSSIAN:
         return gaussian
-    if kind not in KINDS_BY_CRITERION[criterion]:
-        raise PretravelError(
-            f"a {kind} has no association '{criterion}', which is for "
-            f"{', '.join(KINDS_BY_CRITERION[criterion])}",
-            inputs=("association", "feature"),
-        )
     if criterion == TANGENT and axis is None:
         raise PretravelError(
             f"a tangent {kind} lies outside the material, and the points have no normals that say "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations, product
 from typing import Any
 
@@ -14,7 +15,10 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
 from pretravel.measurement.association import Association, associate
 from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associate_by
-from tests.support.feature_points import around
+from pretravel.measurement.feature_uncertainty import FORM_OF_PART
+from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
+from pretravel.measurement.points import Points
+from tests.support.feature_points import OWN, TIP, around, feature_points
 
 E = 2e-3
 """Half the width of the constructed zones. [mm]"""
@@ -307,6 +311,77 @@ def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) 
             found.append(values(associate_by(criterion, kind, moved, axis=axis, at=at)))
         change = (found[0] - found[1]) / (2.0 * step)
         assert change == pytest.approx(stated[:, index], abs=2e-3, rel=1e-3)
+
+
+class TestMeasured:
+    """As a feature with its uncertainty."""
+
+    def _bore(self, association: str, *, stated: bool = True) -> MeasuredFeature:
+        """Twelve places of a bore; three at equal angles stand 5 µm inside the others."""
+        outward, _ = around(12)
+        radius = np.full(12, 10.0)
+        radius[[0, 4, 8]] -= 5e-3
+        points = feature_points(radius[:, None] * outward, -outward)
+        if not stated:
+            points = Points.plain(points.positions, points.labels)
+        return measure_feature(points, "bore", association=association, at=(0.0, 0.0, 0.0))
+
+    def test_uncertainty_in_closed_form(self) -> None:
+        """Three contacts at equal angles: the diameter is twice their mean radius."""
+        found = self._bore("inscribed")
+        diameter = found.quantity("diameter")
+        assert diameter.value == pytest.approx(19.99, abs=NEAR)
+        assert diameter.u == pytest.approx(2.0 * np.sqrt(OWN**2 / 3 + TIP**2), rel=1e-9)
+        assert found.quantity("x").u == pytest.approx(np.sqrt(2.0 / 3.0) * OWN, rel=1e-9)
+        assert found.carrying == ("1", "5", "9")
+        # The form of the part is a reason for scatter of least squares, not of the contacts.
+        gaussian = self._bore("gaussian")
+        assert FORM_OF_PART in gaussian.quantity("diameter").parts
+        assert FORM_OF_PART not in diameter.parts
+        assert diameter.expanded_u == pytest.approx(2.0 * diameter.u, rel=1e-12)
+
+    def test_form_is_that_of_least_squares_and_the_zone_beside(self) -> None:
+        gaussian, zone = self._bore("gaussian"), self._bore("minimum-zone")
+        assert zone.form.interval == gaussian.form.interval
+        stated = {q.name: q for q in zone.stated}
+        assert stated["measured range"].value == gaussian.form.measured
+        assert stated["measured range, minimum-zone"].value == pytest.approx(5e-3, abs=NEAR)
+        assert math.isnan(stated["measured range, minimum-zone"].u)
+
+    def test_points_without_uncertainty(self) -> None:
+        """Their scatter stands for it: u is not zero."""
+        found = self._bore("inscribed", stated=False)
+        diameter = found.quantity("diameter")
+        scatter = found.errors.excess
+        assert scatter > 1e-3
+        assert diameter.u == pytest.approx(2.0 * scatter / np.sqrt(3.0), rel=1e-9)
+
+    def test_a_tangent_plane_is_outside_the_material(self) -> None:
+        """Also where the axis of the plane was given into the material."""
+        rng = np.random.default_rng(8)
+        flat = np.c_[rng.uniform(-30.0, 30.0, (20, 2)), E * rng.normal(size=20)]
+        normals = np.tile([0.0, 0.0, -1.0], (20, 1))
+        for axis in (None, (0.0, 0.0, 1.0)):
+            found = measure_feature(
+                feature_points(flat, normals), "plane", axis=axis, association="tangent"
+            )
+            height = (flat - found.association.point) @ normals[0]
+            assert found.association.residuals.max() == pytest.approx(0.0, abs=NEAR)
+            assert height.mean() < -0.5 * E
+
+    def test_noise_moves_extreme_features_to_one_side(self) -> None:
+        """The numbers of docs/how-to/measure-a-bore.md; means of 300 scatter by 0.05 σ."""
+        outward, _ = around(12)
+        rng, axis, sigma = np.random.default_rng(9), (0.0, 0.0, 1.0), 1e-3
+        found = []
+        for _ in range(300):
+            points = (10.0 + sigma * rng.normal(size=(12, 1))) * outward
+            one = [associate_by(c, "circle", points, axis=axis)
+                   for c in ("inscribed", "circumscribed", "minimum-zone", "gaussian")]  # fmt: skip
+            assert one[0].diameter is not None
+            assert one[1].diameter is not None
+            found.append([20.0 - one[0].diameter, one[1].diameter - 20.0, one[2].form, one[3].form])
+        assert np.mean(found, axis=0) / sigma == pytest.approx([2.2, 2.2, 2.6, 3.0], abs=0.15)
 
 
 class TestMessages:
