@@ -29,6 +29,8 @@ _FIRST_REACH = 2.0  # of a step, in ranges of the residuals
 _LEAST_GAIN = 1e-7  # in ranges of the residuals: what the solver of linear programs resolves
 _LEAST_RANGE = 1e-9  # of the residuals, in sizes of the feature: a smaller one is rounding
 _ROUNDING = 1e-14  # of a distance, in sizes of the feature
+_TOUCHES = 1e-6  # of a range of the residuals: what is as near as the contacts
+_DEPENDENT = 1e-3  # of slopes: another contact holds nothing more
 _CARRIES = 1e-6  # share of the load on a point below which the feature does not rest on it
 
 
@@ -126,7 +128,8 @@ def associate_by(
     near the feature of least squares: an inscribed feature, or a minimum zone of points whose form
     is not small against their extent, may have others.
 
-    Where more points touch the feature than determine it, `response` is that of one set of them.
+    Where more points touch the feature than determine it, `response` is that of one set of them;
+    where contacts leave a direction open (symmetric points without noise), that of least squares.
 
     References
     ----------
@@ -204,6 +207,16 @@ class _Search:
         return {CIRCUMSCRIBED: 1.0, INSCRIBED: -1.0}.get(self.criterion, 0.0)
 
     @property
+    def signs(self) -> tuple[float, ...]:
+        """Of the bounds: 1 outside, -1 inside."""
+        return (self.one_sided,) if self.one_sided else (1.0, -1.0)
+
+    @property
+    def width(self) -> float:
+        """The size of the zone that is searched, not zero. [mm]"""
+        return max(self.spread, _LEAST_RANGE * self.size)
+
+    @property
     def rounding(self) -> float:
         return _ROUNDING * self.size
 
@@ -230,8 +243,7 @@ class _Search:
     def optimum(self, start: Association) -> tuple[Association, _Load]:
         """The feature near to a first one, and the points on which it rests."""
         here = self.centred(start)
-        width = max(self.spread, _LEAST_RANGE * self.size)
-        reach = _FIRST_REACH
+        width, reach = self.width, _FIRST_REACH
         for _ in range(_STEPS):
             step, gain, load = self._linear_step(here, width, reach)
             if gain <= _LEAST_GAIN * width + self.rounding:
@@ -280,8 +292,7 @@ class _Search:
         from scipy.optimize import linprog
 
         count, k = a.jacobian.shape
-        scale = self._scale(a)
-        signs = (self.one_sided,) if self.one_sided else (1.0, -1.0)
+        scale, signs = self._scale(a), self.signs
         residuals = self._middle_residuals(a) / width
         rows = np.vstack([np.column_stack([s * a.jacobian * scale, -np.ones(count)])
                           for s in signs])  # fmt: skip
@@ -306,7 +317,9 @@ class _Search:
         solution = np.asarray(found.x)
         return width * scale * solution[:k], width * (before - float(solution[k])), load
 
-    def _system(self, a: Association, load: _Load) -> tuple[FloatArray, FloatArray, IntArray]:
+    def _system(
+        self, a: Association, load: _Load, *, curved: bool = True
+    ) -> tuple[FloatArray, FloatArray, IntArray]:
         """Conditions of an optimum on its points: matrix, scale and numbers of the parameters.
 
         Unknown are the change of the parameters, the height of the bounds and the multipliers.
@@ -316,11 +329,11 @@ class _Search:
             free = np.delete(free, self.offset)
         scale = self._scale(a)[free]
         slopes = load.sign[:, None] * a.jacobian[np.ix_(load.row, free)] * scale
-        curved = self._curvature(a, load)[np.ix_(free, free)] * np.outer(scale, scale)
         k, m = len(free), len(load.row)
         matrix = np.zeros((k + 1 + m, k + 1 + m))
-        # In units of the size, the multipliers are as large as the lengths.
-        matrix[:k, :k] = self.size * curved
+        if curved:  # in units of the size, the multipliers are as large as the lengths
+            bend = self._curvature(a, load)[np.ix_(free, free)]
+            matrix[:k, :k] = self.size * bend * np.outer(scale, scale)
         matrix[k + 1 :, :k] = slopes
         matrix[k + 1 :, k] = -1.0
         matrix[: k + 1, k + 1 :] = matrix[k + 1 :, : k + 1].T
@@ -353,15 +366,57 @@ class _Search:
         step[free] = scale * found[: len(free)]
         return step
 
+    def _completed(self, a: Association, load: _Load) -> _Load:
+        """With points that touch without a load, until the contacts determine the feature.
+
+        Of symmetric points some contacts carry nothing, but hold the feature.
+        """
+        residuals, free = self._middle_residuals(a), self._system(a, load)[2]
+        slopes = (a.jacobian * self._scale(a))[:, free]
+        row, sign = (
+            np.tile(np.arange(len(residuals)), len(self.signs)),
+            np.repeat(self.signs, len(residuals)),
+        )
+        rows = np.column_stack([sign[:, None] * slopes[row], -np.ones(len(row))])
+        near = np.max(sign * residuals[row]) - sign * residuals[row] <= _TOUCHES * self.width
+        held = np.column_stack([load.sign[:, None] * slopes[load.row], -np.ones(len(load.row))])
+        more: list[int] = []
+        while True:
+            basis = np.linalg.svd(np.vstack([held, rows[more]]), full_matrices=False)
+            along = basis[2][basis[1] > _DEPENDENT * basis[1][0]]
+            left = near * np.linalg.norm(rows - (rows @ along.T) @ along, axis=1)
+            best = int(np.argmax(left))
+            if left[best] < _DEPENDENT:
+                break
+            more.append(best)
+        return _Load(
+            np.concatenate([load.row, row[more]]),
+            np.concatenate([load.sign, sign[more]]),
+            np.concatenate([load.share, np.zeros(len(more))]),
+        )
+
     def response(self, a: Association, load: _Load) -> FloatArray:
-        """Change of the parameters for a movement of each point along its normal, (k, n)."""
-        matrix, scale, free = self._system(a, load)
-        inverse = np.linalg.pinv(matrix)[:, len(free) + 1 :]
-        changed = -inverse * load.sign
+        """Change of the parameters for a movement of each point along its normal, (k, n).
+
+        A direction that the contacts leave open, as a zone that is equally wide when it turns
+        about three points in a row, follows all points as least squares do. A circumscribed
+        feature on few points is held by its curvature.
+        """
+        load = self._completed(a, load)
+        matrix, scale, free = self._system(a, load, curved=self.criterion == CIRCUMSCRIBED)
+        k = len(free)
+        changed = -np.linalg.pinv(matrix)[:, k + 1 :] * load.sign
         found = np.zeros(a.jacobian.shape[::-1])
-        rows = np.zeros((a.jacobian.shape[1], len(load.row)))
-        rows[free] = scale[:, None] * changed[: len(free)]
+        rows = np.zeros((len(found), len(load.row)))
+        rows[free] = scale[:, None] * changed[:k]
         if self.one_sided or self.criterion == TANGENT:
-            rows[self.offset] += (self.one_sided or 1.0) * changed[len(free)]
+            rows[self.offset] += (self.one_sided or 1.0) * changed[k]
         np.add.at(found.T, load.row, rows.T)
+        if self.criterion != CIRCUMSCRIBED:
+            basis = np.linalg.svd(matrix[k + 1 :, : k + 1])
+            left = basis[2][np.count_nonzero(basis[1] > _DEPENDENT * basis[1][0]) :, :k]
+            way = np.zeros((len(found), len(left)))
+            way[free] = scale[:, None] * left.T
+            moved = np.eye(len(a.points)) + a.jacobian @ found
+            found -= way @ (np.linalg.pinv(a.jacobian @ way) @ moved)
         return found

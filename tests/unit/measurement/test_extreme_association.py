@@ -18,7 +18,7 @@ from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associ
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.points import Points
-from tests.support.feature_points import OWN, TIP, around, feature_points
+from tests.support.feature_points import OWN, TIP, around, feature_points, features
 
 E = 2e-3
 """Half the width of the constructed zones. [mm]"""
@@ -311,6 +311,42 @@ def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) 
             found.append(values(associate_by(criterion, kind, moved, axis=axis, at=at)))
         change = (found[0] - found[1]) / (2.0 * step)
         assert change == pytest.approx(stated[:, index], abs=2e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("form", ["perfect", "one point out"])
+@pytest.mark.parametrize(("criterion", "kind"), EXTREME)
+def test_more_contacts_than_are_needed(criterion: str, kind: str, form: str) -> None:
+    """Points that all touch: one set of them carries, and errors in common stay in common.
+
+    A common movement outward is a change of the size alone, or of the place of a plane; errors of
+    the single points move the feature in all directions that it has.
+    """
+    points, normals = features(12)["bore" if kind == "circle" else kind]
+    outward = normals if kind in ("sphere", "plane", "line") else -normals
+    points = points - (0.0 if form == "perfect" else E) * outward * (np.arange(12) == 4)[:, None]
+    axis = normals.mean(axis=0) if kind in ("plane", "line") else (0.0, 0.0, 1.0)
+    if kind == "sphere":  # the lower half too
+        points, axis = np.vstack([points, -points]), None
+    found = associate_by(criterion, kind, points, axis=axis)
+    common = found.response.sum(axis=1)
+    wanted = np.zeros(len(common))
+    wanted[0 if kind in ("plane", "line") else -1] = 1.0
+    assert common == pytest.approx(wanted, abs=1e-6)
+    own = found.response @ found.response.T
+    if criterion != "circumscribed":  # which may rest on two opposite points
+        assert np.linalg.eigvalsh(own)[0] > 1e-6
+
+
+@pytest.mark.parametrize("kind", ["circle", "sphere", "plane"])
+def test_a_zone_without_width(kind: str) -> None:
+    """As many points as parameters: the feature through them, as of least squares."""
+    points = {"circle": [[3, 0, 0], [0, 4, 0], [-5, 0, 0]], "plane": np.eye(3)}.get(
+        kind, [[3, 0, 0], [0, 4, 0], [-5, 0, 0], [0, 0, 6]]
+    )
+    found = associate_by("minimum-zone", kind, points)
+    gaussian = associate(kind, points)
+    assert found.form == pytest.approx(0.0, abs=NEAR)
+    assert found.response == pytest.approx(gaussian.response, abs=1e-6)
 
 
 class TestMeasured:
