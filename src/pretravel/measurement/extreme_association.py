@@ -417,6 +417,6 @@ class _Search:
             left = basis[2][np.count_nonzero(basis[1] > _DEPENDENT * basis[1][0]) :, :k]
             way = np.zeros((len(found), len(left)))
             way[free] = scale[:, None] * left.T
-            moved = np.eye(len(a.points)) + a.jacobian @ found
-            found -= way @ (np.linalg.pinv(a.jacobian @ way) @ moved)
+            fit = np.linalg.pinv(a.jacobian @ way)
+            found -= way @ (fit + (fit @ a.jacobian) @ found)
         return found

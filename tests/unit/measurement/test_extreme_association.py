@@ -340,9 +340,8 @@ def test_more_contacts_than_are_needed(criterion: str, kind: str, form: str) -> 
 @pytest.mark.parametrize("kind", ["circle", "sphere", "plane"])
 def test_a_zone_without_width(kind: str) -> None:
     """As many points as parameters: the feature through them, as of least squares."""
-    points = {"circle": [[3, 0, 0], [0, 4, 0], [-5, 0, 0]], "plane": np.eye(3)}.get(
-        kind, [[3, 0, 0], [0, 4, 0], [-5, 0, 0], [0, 0, 6]]
-    )
+    ball = np.array([[3.0, 0, 0], [0, 4.0, 0], [-5.0, 0, 0], [0, 0, 6.0]])
+    points = ball if kind == "sphere" else ball[:3] if kind == "circle" else np.eye(3)
     found = associate_by("minimum-zone", kind, points)
     gaussian = associate(kind, points)
     assert found.form == pytest.approx(0.0, abs=NEAR)
