@@ -408,14 +408,18 @@ class TestMeasured:
         """The numbers of docs/how-to/measure-a-bore.md; means of 300 scatter by 0.05 σ."""
         outward, _ = around(12)
         rng, axis, sigma = np.random.default_rng(9), (0.0, 0.0, 1.0), 1e-3
-        found = []
+        found, stated = [], []
         for _ in range(300):
             points = (10.0 + sigma * rng.normal(size=(12, 1))) * outward
             one = [associate_by(c, "circle", points, axis=axis)
                    for c in ("inscribed", "circumscribed", "minimum-zone", "gaussian")]  # fmt: skip
             assert one[0].diameter is not None
+            assert one[0].diameter_row is not None
             assert one[1].diameter is not None
+            stated.append(sigma * np.linalg.norm(one[0].diameter_row @ one[0].response))
             found.append([20.0 - one[0].diameter, one[1].diameter - 20.0, one[2].form, one[3].form])
+        assert np.std(found, axis=0)[0] / sigma == pytest.approx(0.8, abs=0.1)
+        assert np.mean(stated) / sigma == pytest.approx(1.3, abs=0.05)
         assert np.mean(found, axis=0) / sigma == pytest.approx([2.2, 2.2, 2.6, 3.0], abs=0.15)
 
 
