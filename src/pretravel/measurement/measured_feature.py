@@ -124,6 +124,7 @@ class MeasuredFeature:
 
     def __repr__(self) -> str:
         told = [" ".join(filter(None, (self.kind, self.label))), f"{len(self.points):,} points"]
+        told += [self.association.criterion] if self.is_extreme else []
         told += [
             f"{q.name} {q.value:.5f} mm, u = {q.u / MICROMETRE:.2f} µm"
             for q in self.quantities
