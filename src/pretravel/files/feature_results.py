@@ -26,13 +26,18 @@ def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        feature, kind, points, quantity, unit (mm or deg), value, u, expanded_u, uncompensated,
-        interval_from_mm, interval_to_mm (95 %, of lengths), and with a tolerance lower, upper,
-        guard_band, rejection_band, conformance_probability, verdict.
+        feature, kind, points, association, quantity, unit (mm or deg), value, u, expanded_u,
+        uncompensated, interval_from_mm, interval_to_mm (95 %, of lengths), and with a tolerance
+        lower, upper, guard_band, rejection_band, conformance_probability, verdict.
     """
     feature = inspected.feature
     decisions = {conformity.name: conformity for conformity in inspected.conformities}
-    about = {"feature": feature.label, "kind": feature.kind, "points": len(feature.points)}
+    about = {
+        "feature": feature.label,
+        "kind": feature.kind,
+        "points": len(feature.points),
+        "association": feature.association.criterion,
+    }
     return [
         {**about, **_values(q), **_decision(decisions.get(q.name), feature.errors.machine)}
         for q in feature.stated
@@ -44,12 +49,16 @@ def relation_rows(
 ) -> list[dict[str, Any]]:
     """Distances and angles between features, each as values by column as `feature_rows`."""
     counts = {each.feature.label: len(each.feature.points) for each in features}
+    criteria = {each.feature.label: each.feature.association.criterion for each in features}
     kind = features[0].feature.kind
     return [
         {
             "feature": f"{relation.first}, {relation.second}",
             "kind": kind,
             "points": counts[relation.first] + counts[relation.second],
+            "association": ", ".join(
+                dict.fromkeys((criteria[relation.first], criteria[relation.second]))
+            ),
             **_values(relation.quantity),
             **_decision(None, 0.0),
         }

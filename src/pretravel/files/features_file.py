@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.toml_file import TomlStructure, read_toml
+from pretravel.measurement.extreme_association import check_criterion
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,8 @@ class DrawnFeature:
         Its points by label, with * and ?, or by number.
     label : str
         Its name; the selection when empty.
+    association : str or None
+        gaussian, minimum-zone, inscribed, circumscribed or tangent; that of the option when None.
     axis, at : tuple of float or None
         Axis, and nominal position in mm.
     tolerance : str or None
@@ -33,12 +36,20 @@ class DrawnFeature:
     kind: str
     select: str
     label: str = ""
+    association: str | None = None
     axis: tuple[float, float, float] | None = None
     at: tuple[float, float, float] | None = None
     tolerance: str | None = None
     nominal: float | None = None
     position_tolerance: float | None = None
     form_tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.association is not None:
+            try:
+                check_criterion(self.association, self.kind)
+            except PretravelError as error:  # of a key, not of an option
+                raise PretravelError(str(error)) from None
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from pretravel.base.directions import unit
 from pretravel.base.errors import PretravelError
 from pretravel.uncertainty.fitting.cone import fit_cone
 from pretravel.uncertainty.fitting.cylinder import fit_cylinder
-from pretravel.uncertainty.fitting.feature import FLAT, across, checked_points
+from pretravel.uncertainty.fitting.feature import FLAT, about_axis, across, checked_points
 from pretravel.uncertainty.fitting.plane import fit_plane
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 
@@ -61,6 +61,8 @@ class Association:
     half_angle_row : (k,) float or None
     stated_response : (k, n) float or None
         The response where it is not that of least squares over all points.
+    criterion : str
+        gaussian, or which extreme feature it is: of `extreme_association.KINDS_BY_CRITERION`.
     """
 
     points: FloatArray
@@ -77,6 +79,7 @@ class Association:
     half_angle: float | None = None
     half_angle_row: FloatArray | None = None
     stated_response: FloatArray | None = None
+    criterion: str = "gaussian"
 
     @property
     def dof(self) -> int:
@@ -115,18 +118,23 @@ def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
             "direction of the axis, or take the points of one height",
             inputs=("axis",),
         )
-    center = middle + fit.center @ sideways
-    outward = unit(((p - center) @ sideways.T) @ sideways)
+    return _circle_at(p, middle + fit.center @ sideways, normal, fit.radius)
+
+
+def _circle_at(p: FloatArray, center: FloatArray, normal: FloatArray, radius: float) -> Association:
+    sideways = across(normal)
+    away = ((p - center) @ sideways.T) @ sideways
+    outward = unit(away)
     return Association(
         points=p,
         outward=outward,
-        residuals=fit.residuals,
+        residuals=np.linalg.norm(away, axis=1) - radius,
         jacobian=-np.column_stack([outward @ sideways.T, np.ones(len(p))]),
         point=center,
         point_rows=np.column_stack([sideways.T, np.zeros(3)]),
         located_along=sideways,
         direction=normal,
-        diameter=2.0 * fit.radius,
+        diameter=2.0 * radius,
         diameter_row=np.array([0.0, 0.0, 2.0]),
     )
 
@@ -134,16 +142,20 @@ def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
 def _sphere(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
     del axis, at
     fit = fit_sphere(checked_points(p, "sphere", 4))
-    outward = unit(p - fit.center)
+    return _sphere_at(p, fit.center, fit.radius)
+
+
+def _sphere_at(p: FloatArray, center: FloatArray, radius: float) -> Association:
+    outward = unit(p - center)
     return Association(
         points=p,
         outward=outward,
-        residuals=fit.residuals,
+        residuals=np.linalg.norm(p - center, axis=1) - radius,
         jacobian=-np.column_stack([outward, np.ones(len(p))]),
-        point=fit.center,
+        point=center,
         point_rows=np.eye(3, 4),
         located_along=np.eye(3),
-        diameter=2.0 * fit.radius,
+        diameter=2.0 * radius,
         diameter_row=np.array([0.0, 0.0, 0.0, 2.0]),
     )
 
@@ -151,16 +163,22 @@ def _sphere(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
 def _plane(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
     fit = fit_plane(p)
     normal = fit.normal if axis is None or fit.normal @ axis > 0.0 else -fit.normal
+    return _plane_at(p, fit.point, normal, at)
+
+
+def _plane_at(
+    p: FloatArray, middle: FloatArray, normal: FloatArray, at: FloatArray | None
+) -> Association:
     sideways = across(normal)
-    lever = (p - fit.point) @ sideways.T
-    reach = _to_foot(fit.point, at) @ sideways.T
-    point = fit.point if at is None else at - ((at - fit.point) @ normal) * normal
+    lever = (p - middle) @ sideways.T
+    reach = _to_foot(middle, at) @ sideways.T
+    point = middle if at is None else at - ((at - middle) @ normal) * normal
     # An offset along the normal, and two tilts: the normal moves by +x along `sideways`.
     jacobian = np.column_stack([-np.ones(len(p)), lever])
     return Association(
         points=p,
         outward=np.tile(normal, (len(p), 1)),
-        residuals=(p - fit.point) @ normal,
+        residuals=(p - middle) @ normal,
         jacobian=jacobian,
         point=point,
         point_rows=np.outer(normal, [1.0, *(-reach)]),
@@ -193,6 +211,16 @@ def _line(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Asso
     lever, offset = (p - middle) @ along, (p - middle) @ measured
     slope = float(lever @ offset / (lever @ lever))
     direction, outward = unit(along + slope * measured), unit(measured - slope * along)
+    return _line_at(p, middle, direction, outward, at)
+
+
+def _line_at(
+    p: FloatArray,
+    middle: FloatArray,
+    direction: FloatArray,
+    outward: FloatArray,
+    at: FloatArray | None,
+) -> Association:
     lever = (p - middle) @ direction
     reach = float(_to_foot(middle, at) @ direction)
     return Association(
@@ -222,26 +250,29 @@ def _refuse_one_height(height: FloatArray, radius: float, name: str) -> None:
 
 def _cylinder(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
     fit = fit_cylinder(p, axis)
-    sideways = across(fit.axis)
-    offset = p - fit.point
-    height = offset @ fit.axis
-    _refuse_one_height(height, fit.radius, "cylinder")
-    outward = unit(offset - np.outer(height, fit.axis))
-    flat = outward @ sideways.T
-    reach = float(_to_foot(fit.point, at) @ fit.axis)
+    _refuse_one_height((p - fit.point) @ fit.axis, fit.radius, "cylinder")
     direction = fit.axis if axis is None or fit.axis @ axis > 0.0 else -fit.axis
-    turn = float(np.sign(direction @ fit.axis))
+    return _cylinder_at(p, fit.point, direction, fit.radius, at)
+
+
+def _cylinder_at(
+    p: FloatArray, middle: FloatArray, axis: FloatArray, radius: float, at: FloatArray | None
+) -> Association:
+    sideways = across(axis)
+    height, distance, outward = about_axis(p, middle, axis)
+    flat = outward @ sideways.T
+    reach = float(_to_foot(middle, at) @ axis)
     return Association(
         points=p,
         outward=outward,
-        residuals=fit.residuals,
+        residuals=distance - radius,
         jacobian=-np.column_stack([flat, height[:, None] * flat, np.ones(len(p))]),
-        point=fit.point + reach * fit.axis,
+        point=middle + reach * axis,
         point_rows=np.column_stack([sideways.T, reach * sideways.T, np.zeros(3)]),
         located_along=sideways,
-        direction=direction,
-        direction_rows=np.column_stack([np.zeros((3, 2)), turn * sideways.T, np.zeros(3)]),
-        diameter=2.0 * fit.radius,
+        direction=axis,
+        direction_rows=np.column_stack([np.zeros((3, 2)), sideways.T, np.zeros(3)]),
+        diameter=2.0 * radius,
         diameter_row=np.array([0.0, 0.0, 0.0, 0.0, 2.0]),
     )
 
@@ -397,3 +428,56 @@ def associate(
     along = None if axis is None else unit(np.asarray(axis, dtype=np.float64))
     reference = None if at is None else np.asarray(at, dtype=np.float64)
     return ASSOCIATIONS[kind](frozen(p), along, reference)
+
+
+_MOVED = tuple(kind for kind in ASSOCIATIONS if kind != "cone")
+
+
+def moved_association(
+    kind: str, association: Association, change: FloatArray, at: FloatArray | None = None
+) -> Association:
+    """The same kind of feature through the same points, with other parameters.
+
+    Parameters
+    ----------
+    kind : str
+        circle, bore, boss, sphere, plane, line or cylinder.
+    association : Association
+    change : (k,) float
+        Of its parameters. [mm, and rad of directions]
+    at : (3,) float, optional
+        As of `associate`. [mm]
+
+    Returns
+    -------
+    Association
+        With the exact distances of the points from it.
+
+    Raises
+    ------
+    PretravelError
+        Another kind.
+
+    >>> ring = associate("circle", [[3, 0, 5], [0, 3, 5], [-3, 0, 5], [0, -3, 5]])
+    >>> larger = moved_association("circle", ring, np.array([0.0, 0.0, 0.5]))
+    >>> larger.diameter, larger.residuals.round(9).tolist()
+    (7.0, [-0.5, -0.5, -0.5, -0.5])
+    """
+    if kind not in _MOVED:
+        raise PretravelError(f"a {kind} is not moved by its parameters: {', '.join(_MOVED)}")
+    p, point = association.points, association.point + association.point_rows @ change
+    radius = 0.0
+    if association.diameter is not None and association.diameter_row is not None:
+        radius = 0.5 * (association.diameter + float(association.diameter_row @ change))
+    if association.direction is None:
+        return _sphere_at(p, point, radius)
+    direction = association.direction
+    if association.direction_rows is None:
+        return _circle_at(p, point, direction, radius)
+    direction = unit(direction + association.direction_rows @ change)
+    if kind == "plane":
+        return _plane_at(p, point, direction, at)
+    if kind == "line":
+        outward = association.outward[0]
+        return _line_at(p, point, direction, unit(outward - (outward @ direction) * direction), at)
+    return _cylinder_at(p, point, direction, radius, at)

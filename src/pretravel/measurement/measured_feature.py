@@ -14,6 +14,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.association import Association, associate
+from pretravel.measurement.extreme_association import GAUSSIAN, TANGENT, associate_by
 from pretravel.measurement.feature_form import FormResult, form_result
 from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
 from pretravel.measurement.points import Points
@@ -23,7 +24,11 @@ FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindri
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
 """The name of the form of a feature; `form` of the others."""
 MEASURED_RANGE = "measured range"
-"""Largest less smallest residual: the form of the surface and the noise of the points."""
+"""Largest less smallest residual: the form of the surface and the noise of the points.
+
+With a comma and the association: from an extreme feature; without, from that of least squares.
+"""
+_MOVES = 1e-9  # smallest change of a parameter by a point, in mm or rad for 1 mm
 _TANGENTIAL = 0.1  # smallest cosine of a point's normal, or of an axis, with what it determines
 
 
@@ -72,7 +77,7 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFeature:
-    """A feature of least squares through compensated points.
+    """A feature through compensated points: of least squares, or an extreme one.
 
     Attributes
     ----------
@@ -98,6 +103,7 @@ class MeasuredFeature:
     located_covariance : (m, m) float
         Of the position in these directions. [mm²]
     form : FormResult
+        From the residuals of least squares, also of an extreme feature.
     nominal : (3,) float or None
         The nominal position that was given. [mm]
     """
@@ -118,6 +124,7 @@ class MeasuredFeature:
 
     def __repr__(self) -> str:
         told = [" ".join(filter(None, (self.kind, self.label))), f"{len(self.points):,} points"]
+        told += [self.association.criterion] if self.is_extreme else []
         told += [
             f"{q.name} {q.value:.5f} mm, u = {q.u / MICROMETRE:.2f} µm"
             for q in self.quantities
@@ -158,7 +165,7 @@ class MeasuredFeature:
 
     @property
     def stated(self) -> tuple[Quantity, ...]:
-        """All that is stated: `quantities`, the position, the form and the measured range."""
+        """All that is stated: `quantities`, the position, the form and the measured ranges."""
         found = list(self.quantities)
         if self.located is not None:
             value, u = self.position
@@ -169,8 +176,24 @@ class MeasuredFeature:
             if self.points.state_uncertainty:  # else the noise may be all of it
                 found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
             plain = None if before is None else before.form
-            found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
+            if self.is_extreme:
+                found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}))
+                name = f"{MEASURED_RANGE}, {self.association.criterion}"
+                found.append(Quantity(name, self.association.form, math.nan, {}, plain))
+            else:
+                found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
         return tuple(found)
+
+    @property
+    def is_extreme(self) -> bool:
+        """Whether it rests on its extreme points alone, not on all as that of least squares."""
+        return self.association.criterion != GAUSSIAN
+
+    @property
+    def carrying(self) -> tuple[str, ...]:
+        """Labels of the points that move the feature: of an extreme one, those it rests on."""
+        moves = np.any(np.abs(self.association.response) > _MOVES, axis=0)
+        return tuple(label for label, is_in in zip(self.points.labels, moves, strict=True) if is_in)
 
     @property
     def form_name(self) -> str:
@@ -209,6 +232,7 @@ def measure_feature(
     at: npt.ArrayLike | None = None,
     u_machine: float = 0.0,
     label: str = "",
+    association: str = GAUSSIAN,
 ) -> MeasuredFeature:
     """Fit a feature to compensated points, with the uncertainties that follow from the points'.
 
@@ -233,6 +257,11 @@ def measure_feature(
         Standard uncertainty of a length by other causes than the probe (geometry of the machine,
         temperature, clamping); it is added to all lengths. [mm]
     label : str
+    association : str
+        gaussian, minimum-zone, inscribed, circumscribed or tangent, as of `associate_by`. The
+        uncertainty of an extreme feature is that of the points on which it rests; it contains no
+        form of the part, where the points state their uncertainty. Noise makes an extreme feature
+        larger or smaller on average, which is not taken off.
 
     Returns
     -------
@@ -241,7 +270,8 @@ def measure_feature(
     Raises
     ------
     PretravelError
-        Points that do not determine the feature, or normals that contradict it.
+        Points that do not determine the feature, or normals that contradict it; an association
+        that the feature does not have.
 
     References
     ----------
@@ -263,35 +293,56 @@ def measure_feature(
     if at is not None:
         checked_values(at, "the nominal position", COORDINATE)
     plain = not np.isfinite(points.normals).any()
-    if kind in ("line", "plane") and axis is None and not plain:
+    if kind in ("line", "plane") and not plain and (axis is None or association == TANGENT):
         axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
-    association = associate(kind, points.positions, axis=axis, at=at)
+    found = associate(kind, points.positions, axis=axis, at=at)
     if plain:
         inward = -1.0 if kind == "bore" else 1.0
-        points = replace(points, normals=frozen(inward * association.outward))
+        points = replace(points, normals=frozen(inward * found.outward))
     stated = kind in ("bore", "boss") or not plain
-    side = _side(points, association, kind) if stated else ""
-    errors = feature_errors(points, association, u_machine=u_machine)
-    before, rebuilt = _uncompensated(points, association, kind, axis, at)
-    parts = errors.parts(association.located_along @ association.point_rows)
-    covariance = sum(parts.values()) + u_machine**2 * np.eye(len(association.located_along))
+    side = _side(points, found, kind) if stated else ""
+    errors = feature_errors(points, found, u_machine=u_machine)
+    form = form_result(errors)
+    if association != GAUSSIAN:
+        found = associate_by(association, kind, points.positions, axis=axis, at=at)
+        errors = _of_extreme(errors, found, points)
+    before, rebuilt = _uncompensated(points, found, kind, axis, at)
+    parts = errors.parts(found.located_along @ found.point_rows)
+    covariance = sum(parts.values()) + u_machine**2 * np.eye(len(found.located_along))
     located = None
     if at is not None:
-        located = frozen(association.located_along @ (association.point - np.asarray(at, float)))
+        located = frozen(found.located_along @ (found.point - np.asarray(at, float)))
     return MeasuredFeature(
         kind=kind,
         label=label,
         points=points,
-        association=association,
+        association=found,
         uncompensated=before,
         uncompensated_is_rebuilt=rebuilt,
         side=side,
         errors=errors,
-        quantities=_quantities(association, before, errors),
+        quantities=_quantities(found, before, errors),
         located=located,
         located_covariance=frozen(covariance),
-        form=form_result(errors),
+        form=form,
         nominal=None if at is None else frozen(np.asarray(at, dtype=np.float64)),
+    )
+
+
+def _of_extreme(errors: FeatureErrors, found: Association, points: Points) -> FeatureErrors:
+    """The errors of the same points as errors of an extreme feature.
+
+    It is that of the touched places, so that the form of the part is no error of it. Where the
+    points state no uncertainty, their scatter about the feature of least squares stands for it.
+    """
+    if not points.state_uncertainty:
+        return replace(errors, association=found)
+    return replace(
+        errors,
+        association=found,
+        excess=0.0,
+        form_sizes=np.zeros(1),
+        form_weights=np.ones(1),
     )
 
 
@@ -370,7 +421,7 @@ def _uncompensated(
         plain, rebuilt = points.positions - points.pretravel[:, None] * points.normals, True
     if kind in ("circle", "bore", "boss"):
         axis = association.direction
-    return associate(kind, plain, axis=axis, at=at), rebuilt
+    return associate_by(association.criterion, kind, plain, axis=axis, at=at), rebuilt
 
 
 def _quantities(

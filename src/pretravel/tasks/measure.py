@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, cast
 
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.base.units import MICROMETRE
@@ -25,6 +25,9 @@ def _features() -> list[str]:
     from pretravel.measurement.association import ASSOCIATIONS
 
     return list(ASSOCIATIONS)
+
+
+Criterion: TypeAlias = Literal["gaussian", "minimum-zone", "inscribed", "circumscribed", "tangent"]
 
 
 class Measure(LaboratoryReport):
@@ -57,12 +60,27 @@ class Measure(LaboratoryReport):
             metavar="FEATURE",
         ),
     ] = None
+    association: Annotated[
+        Criterion,
+        Field(
+            help="gaussian: least squares. minimum-zone: smallest range of the distances. "
+            "inscribed, circumscribed: largest circle, sphere or cylinder with no point inside, "
+            "smallest with none outside. tangent: plane or line outside the material.",
+            words={
+                "gaussian": "least squares (Gaussian)",
+                "minimum-zone": "minimum zone",
+                "inscribed": "maximum inscribed",
+                "circumscribed": "minimum circumscribed",
+                "tangent": "tangent, outside the material",
+            },
+        ),
+    ] = "gaussian"
     features: Annotated[
         Path | None,
         Field(
             help="Instead of --feature: all features of a drawing with their tolerances, .toml; a "
-            "table [[feature]] for each, with kind, select, label, axis, at_mm, tolerance, "
-            "nominal_mm, position_tolerance_mm, form_tolerance_mm.",
+            "table [[feature]] for each, with kind, select, label, association, axis, at_mm, "
+            "tolerance, nominal_mm, position_tolerance_mm, form_tolerance_mm.",
             label="Features of a drawing",
             reads=True,
         ),
@@ -217,6 +235,7 @@ class Measure(LaboratoryReport):
                     feature=row.kind,
                     features=None,
                     select=(row.select,),
+                    association=cast("Criterion", row.association or self.association),
                     axis=None if row.axis is None else unit_vector(_typed(row.axis)),
                     at=None if row.at is None else vector(_typed(row.at)),
                     size_tolerance=None if row.tolerance is None else tolerance(row.tolerance),
@@ -328,6 +347,11 @@ class MeasuredFeatures(Result):
                 "u contains the errors of probing alone; a verdict also needs those of the "
                 "machine's geometry, of temperature and clamping: --u-machine"
             )
+        if any(each.conformities and each.feature.is_extreme for each in self.features):
+            warnings.append(
+                "the noise of the points moves an extreme feature to one side, by the amount in "
+                "the note; a verdict on its size or position does not contain this"
+            )
         warnings += task.statements_left_out()
         report = features_document(
             self.features, self.relations, points_name=task.points.name, warnings=warnings
@@ -377,6 +401,7 @@ def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
             at=task.at,
             u_machine=task.u_machine_um * MICROMETRE,
             label=label,
+            association=task.association,
         )
         return inspect_feature(measured, task.tolerances())
     except PretravelError as error:

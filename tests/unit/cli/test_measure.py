@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from pretravel.files.point_files import write_points
+from pretravel.files.points_reading import read_points
 from pretravel.measurement.compensation import apply, embed
+from pretravel.measurement.extreme_association import KINDS_BY_CRITERION
+from pretravel.measurement.selection import points_at
+from pretravel.tasks.measure import Criterion
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map
@@ -183,12 +189,15 @@ def test_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             if words[1] == "measure":
                 verdicts.append(text.splitlines()[0])
     assert verdicts[0] in guide
-    assert [verdict.partition(";")[0] for verdict in verdicts] == [
+    assert [verdict.partition(";")[0] for verdict in verdicts[:4]] == [
         "bore1*, 12 points: conforms",
         "2 features: 1 conforms, 1 does not conform (bore2)",
         "boss1*, 12 points: conforms",
         "top*, 9 points: conforms",
     ]
+    inscribed, tangent = verdicts[4:]
+    assert inscribed.startswith("bore1* (inscribed), 12 points: diameter 20.00")
+    assert tangent.startswith("top* (tangent), 9 points: flatness at the touched points at most")
     # A verdict on one value states it with its U.
     assert re.fullmatch(r".*; diameter \S+ mm, U = \S+ µm \(k = 2\)", verdicts[2])
     found = {r["feature"]: r for r in rows(Path("bores.csv")) if r["quantity"] == "diameter"}
@@ -272,3 +281,57 @@ def test_residuals_are_a_table(tmp_path: Path) -> None:
     assert float(found[4]["residual_um"]) == pytest.approx(3.0 * 8 / 9, abs=1e-6)
     assert float(found[0]["residual_um"]) == pytest.approx(-3.0 / 9, abs=1e-6)
     assert float(found[4]["x_mm"]) == pytest.approx(0.6 * 0.003, abs=1e-9)
+
+
+def test_the_inscribed_circle_of_a_dented_bore(points_file: Path, tmp_path: Path) -> None:
+    """A pin touches a burr that least squares average out; the report says on what it rests."""
+    points = read_points(points_file)
+    positions = points.positions.copy()
+    positions[points.labels.index("bore1-1"), 0] -= 0.02  # at the angle 0, towards the axis
+    others = [i for i, label in enumerate(points.labels) if label != "bore1-7"]  # opposite to it
+    path, out, values = (tmp_path / name for name in ("burr.csv", "out.csv", "out.json"))
+    write_points(path, points_at(replace(points, positions=positions), others))
+    command = ["measure", path, "--feature", "bore", "--select", "bore1*", "--tolerance", "20.."]
+    shown, warned = both_outputs(*command, "--association", "inscribed", "--u-machine", 1,
+                                 "-o", out, code=3)  # fmt: skip
+    assert shown.startswith("bore1* (inscribed), 11 points: does not conform")
+    assert "moves an extreme feature to one side" in " ".join(warned.split())
+    run(*command, "--association", "inscribed", "--u-machine", 1, "-o", values, code=3)
+    (feature,) = data_of(values)["Features"]
+    assert feature["association"] == "inscribed"
+    # On the burr and on the two places opposite that are nearest to its ray: 150° and 210°.
+    assert feature["carrying_points"] == "bore1-1 bore1-6 bore1-8"
+    found = {row["quantity"]: row for row in rows(out)}
+    assert {row["association"] for row in found.values()} == {"inscribed"}
+    # The circle through (r − 20 µm, 0) and (−r cos 30°, ± r sin 30°): its centre is on x.
+    a = 0.5 * DIAMETERS["bore1"] - 0.02
+    b = -0.5 * DIAMETERS["bore1"] * np.cos(np.pi / 6)
+    c = 0.5 * DIAMETERS["bore1"] * np.sin(np.pi / 6)
+    centre = (a**2 - b**2 - c**2) / (2.0 * (a - b))
+    assert float(found["diameter"]["value"]) == pytest.approx(2.0 * (a - centre), abs=1e-6)
+    assert "measured range, inscribed" in found
+
+
+def test_the_association_of_each_feature_of_a_file(points_file: Path, tmp_path: Path) -> None:
+    features, out = tmp_path / "features.toml", tmp_path / "out.csv"
+    text = '[[feature]]\nkind = "bore"\nselect = "bore1*"\nassociation = "circumscribed"\n'
+    text += '[[feature]]\nkind = "bore"\nselect = "bore2*"\n'
+    features.write_text(text)
+    run("measure", points_file, "--features", features, "-o", out)
+    found = {(row["feature"], row["quantity"]): row["association"] for row in rows(out)}
+    assert found["bore1*", "diameter"] == "circumscribed"
+    assert found["bore2*", "diameter"] == "gaussian"
+    assert found["bore1*, bore2*", "distance"] == "circumscribed, gaussian"
+    run("measure", points_file, "--features", features, "--association", "minimum-zone", "-o", out)
+    assert {row["association"] for row in rows(out) if row["feature"] == "bore2*"} == {
+        "minimum-zone"
+    }
+    features.write_text(text + 'association = "tangent"\n')
+    told = run("measure", points_file, "--features", features, code=2)
+    assert "line 5" in told
+    assert "a bore has no association 'tangent', which is for plane, line" in told
+    assert "--association" not in told
+
+
+def test_the_words_of_the_option_are_those_of_the_library() -> None:
+    assert get_args(Criterion) == tuple(KINDS_BY_CRITERION)

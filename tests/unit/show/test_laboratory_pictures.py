@@ -167,6 +167,17 @@ def test_a_feature_shows_before_after_and_its_tolerance() -> None:
     assert zone.high[0] - zone.low[0] == pytest.approx(width)
 
 
+@pytest.mark.parametrize("kind", ["bore", "plane"])
+def test_the_line_of_no_deviation_has_the_name_of_the_association(kind: str) -> None:
+    """It was called least squares where the feature was an extreme one."""
+    positions, normals = features()[kind]
+    for association, name in (("gaussian", "least squares"), ("minimum-zone", "minimum-zone")):
+        found = measure_feature(feature_points(positions, normals), kind, association=association)
+        (chart,) = features_view([inspect_feature(found, FeatureTolerances())]).charts
+        assert isinstance(chart, PolarChart | PlaneChart)
+        assert [mark.name for mark in chart.marks if isinstance(mark, Rule)] == [name]
+
+
 def test_a_budget_joins_negligible_sources() -> None:
     big = (Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9))
     small = tuple(Component(f"small {k}", "B", 1e-8) for k in range(3))

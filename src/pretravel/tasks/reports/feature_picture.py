@@ -97,7 +97,7 @@ def _round(inspected: InspectedFeature) -> PolarChart:
     if zone:
         low_edge, high_edge = (np.full(len(circle), end) for end in zone[:2])
         marks.append(Area(circle, low_edge, high_edge, zone[2], "zone"))
-    marks.append(Rule(0.0, "least squares"))
+    marks.append(Rule(0.0, _rule_name(feature)))
     order = np.argsort(angle)
     labels = _labels(feature)
     one_ring = feature.kind in ("circle", "bore", "boss")
@@ -120,6 +120,11 @@ def _before_after(
 ) -> list[tuple[str, FloatArray, Colour]]:
     shown: list[tuple[str, FloatArray, Colour]] = [("compensated", after, "after")]
     return shown if before is None else [("uncompensated", before, "before"), *shown]
+
+
+def _rule_name(feature: MeasuredFeature) -> str:
+    """What the line of no deviation is."""
+    return feature.association.criterion if feature.is_extreme else "least squares"
 
 
 def _labels(feature: MeasuredFeature) -> tuple[str, ...]:
@@ -173,7 +178,7 @@ def _straight(inspected: InspectedFeature) -> PlaneChart:
         ends = along[order][[0, -1]]
         low_edge, high_edge = (np.full(2, end) for end in zone[:2])
         marks.append(Area(ends, low_edge, high_edge, zone[2], "zone"))
-    marks.append(Rule(0.0, "least squares"))
+    marks.append(Rule(0.0, _rule_name(feature)))
     labels = _labels(feature)
     for name, values, colour in _before_after(before, after):
         if feature.kind == "line":

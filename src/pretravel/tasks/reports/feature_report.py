@@ -38,6 +38,12 @@ _ASSOCIATION = (
     "points, in bounds that hold for any shape; the measured range contains the noise too. The "
     "surface between the points is not seen"
 )
+_FORM_BESIDE = (
+    "form (roundness, flatness, …) is that of the surface at the touched points, in bounds that "
+    "hold for any shape, from the residuals of least squares; the measured range of an extreme "
+    "feature stands beside and contains the noise. Extreme features are those near the one of "
+    "least squares; others may exist where the form is large"
+)
 _BETWEEN = "Between features"
 _COMMON = (
     "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
@@ -111,6 +117,8 @@ def _data(
         "feature": [f.label for f in measured],
         "kind": [f.kind for f in measured],
         "side": [f.side or "" for f in measured],
+        "association": [f.association.criterion for f in measured],
+        "carrying_points": [" ".join(f.carrying) if f.is_extreme else "" for f in measured],
         "coverage_factor": [_largest_factor(f) for f in measured],
         "u_machine_mm": [f.errors.machine for f in measured],
         "correlation_of_points_stated": [f.errors.correlation_known for f in measured],
@@ -180,7 +188,8 @@ def _rows_data(names: Sequence[str], rows: Sequence[tuple[Any, ...]], title: str
 
 
 def _name(feature: MeasuredFeature) -> str:
-    return feature.label or feature.kind
+    name = feature.label or feature.kind
+    return f"{name} ({feature.association.criterion})" if feature.is_extreme else name
 
 
 _WITHOUT_MACHINE = (
@@ -462,7 +471,8 @@ def _budget_section(feature: MeasuredFeature) -> Section:
 
 
 def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformity]) -> list[str]:
-    notes = [_ASSOCIATION]
+    notes = [_ASSOCIATION] if any(not f.is_extreme for f in features) else []
+    notes += _extreme_notes([f for f in features if f.is_extreme])
     lost = [f for f in features if f.association.dof > 0 and f.form.measured <= f.form.most_noise]
     if lost:
         alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
@@ -486,6 +496,27 @@ def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformit
             f"{first.coverage:.3f} u"
         )
     return notes
+
+
+def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
+    """On what extreme features rest, and what their u does not contain."""
+    if not features:
+        return []
+    resting = [f"{_name(f)}: rests on {', '.join(f.carrying)}" for f in features]
+    noise = Span.of([f.form.noise / MICROMETRE for f in features])
+    known = all(f.points.state_uncertainty for f in features)
+    amount = f"of {_range_text(noise)} on average" if known else "that is not known here"
+    on_points = (
+        f"{'; '.join(resting)}. The other points do not move it: u is that of these points, and "
+        "contains no form of the part, neither at nor between the points"
+    )
+    one_sided = (
+        "the noise of the points moves an extreme feature to one side. On a perfect surface it "
+        f"makes a range {amount}: a zone is too wide by about this, an inscribed diameter too "
+        "small and a circumscribed one too large by up to this, a tangent plane or line too far "
+        "outside by up to half of it. This is not taken off, and not in u"
+    )
+    return [on_points, one_sided, _FORM_BESIDE]
 
 
 def _range_text(span: Span) -> str:

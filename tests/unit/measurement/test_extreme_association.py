@@ -1,0 +1,443 @@
+"""Extreme features: pairs whose answer is known by construction, exhaustive search, response."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import NonlinearConstraint, minimize
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import parse_placement
+from pretravel.measurement.association import Association, associate
+from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associate_by
+from pretravel.measurement.feature_uncertainty import FORM_OF_PART
+from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
+from pretravel.measurement.points import Points
+from tests.support.feature_points import OWN, TIP, around, feature_points, features
+
+E = 2e-3
+"""Half the width of the constructed zones. [mm]"""
+NEAR = 1e-9  # mm; rounding of places of 120 mm and a few equations with them
+PLACE = parse_placement("120,-35,60,25,-40,70")
+UP = np.asarray(PLACE.vectors(np.array([[0.0, 0.0, 1.0]]))[0])
+EXTREME = [
+    (criterion, kind)
+    for criterion, kinds in KINDS_BY_CRITERION.items()
+    for kind in kinds
+    if criterion != "gaussian" and kind not in ("bore", "boss")
+]
+"""Bores and bosses are circles here."""
+SEEDS = range(3)
+
+
+def _perfect(kind: str, rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray]:
+    """Points of a perfect feature at random places and their normals, in a frame of nobody."""
+    turn, height = rng.uniform(0.0, 2.0 * np.pi, count), rng.uniform(-15.0, 15.0, count)
+    round_ = np.c_[np.cos(turn), np.sin(turn), np.zeros(count)]
+    z = np.array([0.0, 0.0, 1.0])
+    if kind == "sphere":
+        outward = rng.normal(size=(count, 3))
+        outward /= np.linalg.norm(outward, axis=1)[:, None]
+        points = 10.0 * outward
+    elif kind in ("plane", "line"):
+        outward = np.tile(z, (count, 1))
+        wide = 20.0 if kind == "plane" else 0.0
+        points = np.c_[2.0 * height, rng.uniform(-1.0, 1.0, count) * wide, np.zeros(count)]
+    else:
+        outward = round_
+        points = 10.0 * round_ + (height[:, None] * z if kind == "cylinder" else 0.0)
+    return np.asarray(PLACE.points(points)), np.asarray(PLACE.vectors(outward))
+
+
+def _ideal(kind: str, points: FloatArray) -> Association:
+    return associate(kind, points, axis=UP)
+
+
+def _zone_points(kind: str, rng: np.random.Generator) -> tuple[FloatArray, Association, int]:
+    """Points with k + 1 contacts of a zone of ±E about a perfect feature; the others are inside.
+
+    No movement of the feature reduces all contacts if a combination of their signed slopes with
+    positive factors is zero (Chebyshev): the signs are those of the one that exists (Radon).
+    """
+    while True:
+        points, outward = _perfect(kind, rng, 40)
+        ideal = _ideal(kind, points)
+        contacts = ideal.jacobian.shape[1] + 1
+        load = np.linalg.svd(ideal.jacobian[:contacts].T)[2][-1]
+        if np.abs(load).min() > 0.05:  # each contact carries; else another one may lie as near
+            break
+    height = E * rng.uniform(-0.8, 0.8, 40)
+    height[:contacts] = E * np.sign(load)
+    return points + height[:, None] * outward, ideal, contacts
+
+
+def _carrying(found: Association) -> list[int]:
+    return [int(i) for i in np.flatnonzero(np.abs(found.response).max(axis=0) > 1e-9)]
+
+
+def _assert_same(found: Association, wanted: Association) -> None:
+    away = wanted.located_along @ (found.point - wanted.point)
+    assert away == pytest.approx(np.zeros(len(away)), abs=NEAR)
+    if wanted.diameter is not None:
+        assert found.diameter == pytest.approx(wanted.diameter, abs=NEAR)
+    if wanted.direction is not None and found.direction is not None:
+        tilt = np.linalg.norm(np.cross(wanted.direction, found.direction))
+        assert tilt == pytest.approx(0.0, abs=NEAR / 10.0)  # the levers are longer than 10 mm
+
+
+class TestKnownByConstruction:
+    @pytest.mark.parametrize("seed", SEEDS)
+    @pytest.mark.parametrize("kind", KINDS_BY_CRITERION["minimum-zone"])
+    def test_minimum_zone(self, kind: str, seed: int) -> None:
+        points, ideal, contacts = _zone_points(kind, np.random.default_rng(seed))
+        at = ideal.point
+        found = associate_by("minimum-zone", kind, points, axis=UP, at=at)
+        assert found.form == pytest.approx(2.0 * E, abs=NEAR)
+        _assert_same(found, ideal)
+        assert _carrying(found) == list(range(contacts))
+
+    @pytest.mark.parametrize("seed", SEEDS)
+    @pytest.mark.parametrize("kind", KINDS_BY_CRITERION["tangent"])
+    def test_tangent(self, kind: str, seed: int) -> None:
+        """The outer side of the zone; outside is where the axis points."""
+        points, ideal, contacts = _zone_points(kind, np.random.default_rng(seed))
+        for side in (1.0, -1.0):
+            found = associate_by("tangent", kind, points, axis=side * UP, at=ideal.point)
+            assert found.residuals.max() == pytest.approx(0.0, abs=NEAR)
+            assert found.residuals.min() == pytest.approx(-2.0 * E, abs=NEAR)
+            assert (found.point - ideal.point) @ UP == pytest.approx(side * E, abs=NEAR)
+            assert found.direction is not None
+            assert ideal.direction is not None
+            tilt = np.linalg.norm(np.cross(found.direction, ideal.direction))
+            assert tilt == pytest.approx(0.0, abs=NEAR / 10.0)
+            # It may lie on enough outer contacts, so that the inner one does not move it.
+            assert set(_carrying(found)) <= set(range(contacts))
+
+    @pytest.mark.parametrize("seed", SEEDS)
+    @pytest.mark.parametrize(("criterion", "side"), [("inscribed", 1.0), ("circumscribed", -1.0)])
+    @pytest.mark.parametrize("kind", KINDS_BY_CRITERION["inscribed"])
+    def test_size(self, kind: str, criterion: str, side: float, seed: int) -> None:
+        """k contacts on opposite sides of a perfect feature, the others beyond by up to 2 E.
+
+        Their normals (with the heights) have a combination with positive factors that is zero:
+        a contact with a negative factor is moved to the opposite side.
+        """
+        rng = np.random.default_rng(seed)
+        while True:
+            points, outward = _perfect(kind, rng, 40)
+            ideal = _ideal(kind, points)
+            contacts = ideal.jacobian.shape[1]
+            load = np.linalg.svd(ideal.jacobian[:contacts, :-1].T)[2][-1]
+            if np.abs(load).min() > 0.1:
+                break
+        opposite = np.flatnonzero(load < 0.0)
+        points[opposite] -= 20.0 * outward[opposite]
+        outward[opposite] *= -1.0
+        beyond = 2.0 * E * rng.uniform(0.2, 1.0, 40)
+        beyond[:contacts] = 0.0
+        moved = points + side * beyond[:, None] * outward
+        found = associate_by(criterion, kind, moved, axis=UP, at=ideal.point)
+        _assert_same(found, ideal)
+        assert _carrying(found) == list(range(contacts))
+
+    @pytest.mark.parametrize("kind", ["circle", "sphere", "cylinder"])
+    def test_circumscribed_on_fewer_points(self, kind: str) -> None:
+        """On a diameter, of a cylinder one at each end: the curvature determines the rest."""
+        outward, _ = around(24)
+        lower = E * np.random.default_rng(7).uniform(0.5, 1.0, 24)
+        lower[[3, 15]] = 0.0
+        points = (10.0 - lower)[:, None] * outward
+        if kind == "cylinder":
+            ends = np.array([-12.0, 12.0])
+            points = np.vstack([points + np.array([0.0, 0.0, z]) for z in ends])
+        elif kind == "sphere":
+            points = np.vstack([points, [[0.0, 0.0, 9.99], [0.0, 0.0, -9.99]]])
+        found = associate_by("circumscribed", kind, points, axis=(0.0, 0.0, 1.0))
+        assert found.diameter == pytest.approx(20.0, abs=NEAR)
+        assert found.point == pytest.approx(np.zeros(3), abs=1e-8)
+
+
+def _noisy(kind: str, seed: int, count: int = 9) -> FloatArray:
+    """Points with a form of some E, which surround a round feature."""
+    rng = np.random.default_rng(seed)
+    while True:
+        points, outward = _perfect(kind, rng, count)
+        slopes = _ideal(kind, points).jacobian if kind != "cylinder" else np.ones((1, 1))
+        singular = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0))[1]
+        around_ = np.linalg.norm(outward.mean(axis=0)) < 0.3
+        if kind in ("plane", "line") or (around_ and singular[-1] > 0.4) or kind == "cylinder":
+            return points + E * rng.normal(size=(count, 1)) * outward
+
+
+def _centres(q: FloatArray) -> FloatArray:
+    """Of all circles or spheres with d + 2 contacts of a zone, or d + 1 of one side, (m, d)."""
+    d, found = q.shape[1], []
+    for size, split in [(d + 1, 0)] + [(d + 2, i) for i in range(1, (d + 2) // 2 + 1)]:
+        for chosen in combinations(range(len(q)), size):
+            for inner in combinations(chosen, split):
+                outer = [i for i in chosen if i not in inner]
+                rows = [(group[0], i) for group in (outer, inner) for i in group[1:]]
+                slopes = np.array([2.0 * (q[i] - q[k]) for k, i in rows])
+                right = [q[i] @ q[i] - q[k] @ q[k] for k, i in rows]
+                if np.linalg.cond(slopes) < 1e8:
+                    found.append(np.linalg.solve(slopes, right))
+    return np.array(found)
+
+
+class TestAgainstExhaustiveSearch:
+    """All sets of contacts, in closed form: another way than that of the program."""
+
+    @pytest.mark.parametrize("seed", SEEDS)
+    @pytest.mark.parametrize("kind", ["circle", "sphere"])
+    def test_round(self, kind: str, seed: int) -> None:
+        points = _noisy(kind, seed)
+        basis = np.eye(3) if kind == "sphere" else _ideal(kind, points).located_along
+        q = (points - PLACE.points(np.zeros((1, 3)))) @ basis.T
+        centres = _centres(q)
+        centres = centres[np.linalg.norm(centres, axis=1) < 50.0 * E]  # local optima, near
+        for few in range(2, len(basis) + 1):  # circumscribed on fewer: centre in their plane
+            for chosen in combinations(q, few):
+                edges = np.array(chosen[1:]) - chosen[0]
+                right = 0.5 * np.sum(edges**2, axis=1)
+                centres = np.vstack([centres, chosen[0] + np.linalg.pinv(edges) @ right])
+        distance = np.linalg.norm(q[None] - centres[:, None], axis=2)
+        near = np.linalg.norm(centres, axis=1) < 50.0 * E
+        zone = associate_by("minimum-zone", kind, points, axis=UP)
+        assert zone.form == pytest.approx(np.ptp(distance, axis=1).min(), abs=NEAR)
+        inner = associate_by("inscribed", kind, points, axis=UP)
+        assert inner.diameter == pytest.approx(2.0 * distance.min(axis=1)[near].max(), abs=NEAR)
+        outer = associate_by("circumscribed", kind, points, axis=UP)
+        assert outer.diameter == pytest.approx(2.0 * distance.max(axis=1).min(), abs=NEAR)
+
+    @pytest.mark.parametrize("seed", SEEDS)
+    @pytest.mark.parametrize("criterion", ["minimum-zone", "tangent"])
+    def test_flat(self, criterion: str, seed: int) -> None:
+        points = _noisy("plane", seed)
+        normals = [np.cross(points[b] - points[a], points[c] - points[a])
+                   for a, b, c in combinations(range(9), 3)]  # fmt: skip
+        normals += [np.cross(points[b] - points[a], points[d] - points[c])
+                    for (a, b), (c, d) in product(combinations(range(9), 2), repeat=2)
+                    if len({a, b, c, d}) == 4]  # fmt: skip
+        unit = [n / np.linalg.norm(n) for n in normals if np.linalg.norm(n) > 1e-6]
+        widths = [np.ptp(points @ n) for n in unit if abs(n @ UP) > 0.9]
+        found = associate_by(criterion, "plane", points, axis=UP)
+        assert found.form == pytest.approx(min(widths), abs=NEAR)
+
+        points = _noisy("line", seed)
+        along = [points[b] - points[a] for a, b in combinations(range(9), 2)]
+        across = [UP - (UP @ e) / (e @ e) * e for e in along]
+        widths = [np.ptp(points @ n) / np.linalg.norm(n) for n in across]
+        found = associate_by(criterion, "line", points, axis=UP)
+        assert found.form == pytest.approx(min(widths), abs=NEAR)
+
+    @pytest.mark.parametrize("seed", SEEDS)
+    @pytest.mark.parametrize("criterion", ["minimum-zone", "inscribed", "circumscribed"])
+    def test_cylinder_against_another_solver(self, criterion: str, seed: int) -> None:
+        """SLSQP of the exact distances from random axes near: the best is not better, nor worse."""
+        points = _noisy("cylinder", seed, 14)
+        rng = np.random.default_rng(seed)
+        found = associate_by(criterion, "cylinder", points, axis=UP)
+        assert found.diameter is not None
+        wanted = found.form if criterion == "minimum-zone" else found.diameter
+        best = [_by_slsqp(criterion, points, rng) for _ in range(8)]
+        near = [value for value in best if value is not None]
+        exact = max(near) if criterion == "inscribed" else min(near)
+        assert wanted == pytest.approx(exact, abs=NEAR)
+
+
+def _by_slsqp(criterion: str, points: FloatArray, rng: np.random.Generator) -> float | None:
+    q = PLACE.inverse.points(points)
+
+    def distances(x: FloatArray) -> FloatArray:
+        axis = np.array([0.1 * x[2], 0.1 * x[3], 1.0]) / np.linalg.norm([0.1 * x[2], 0.1 * x[3], 1])
+        return np.asarray(np.linalg.norm(np.cross(q - [x[0], x[1], 0.0], axis), axis=1))
+
+    start = 0.01 * rng.normal(size=4)
+    low, high = distances(start).min(), distances(start).max()
+    goal = {"minimum-zone": (-1.0, 1.0), "inscribed": (-1.0, 0.0), "circumscribed": (0.0, 1.0)}
+    a, b = goal[criterion]
+
+    def between(x: FloatArray) -> FloatArray:
+        return 100.0 * np.concatenate([distances(x) - x[4], x[5] - distances(x)])
+
+    solver: Any = minimize
+    result = solver(
+        lambda x: float(100.0 * (a * x[4] + b * x[5])),
+        [*start, float(low), float(high)],
+        constraints=NonlinearConstraint(between, 0.0, np.inf),
+        method="SLSQP",
+        tol=1e-13,
+        options={"maxiter": 500},
+    )
+    if np.abs(result.x[:4]).max() > 0.1:  # another optimum, far away
+        return None
+    d = distances(result.x)
+    return float({"minimum-zone": np.ptp(d), "inscribed": 2 * d.min()}.get(criterion, 2 * d.max()))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("criterion", "kind"), EXTREME)
+def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) -> None:
+    """Each point moved by 20 pm along the normal, the feature found anew: the stated change.
+
+    The features are found to some fm; the contacts do not change by so small a movement.
+    """
+    points = _noisy(kind, seed, 14)
+    at = points.mean(axis=0)
+    here = associate_by(criterion, kind, points, axis=UP, at=at)
+    step = 2e-8
+
+    def values(found: Association) -> FloatArray:
+        direction = np.zeros(3) if found.direction is None else 10.0 * found.direction
+        place = here.located_along @ found.point
+        return np.concatenate([place, [found.diameter or 0.0], direction])
+
+    k = here.jacobian.shape[1]
+    rows = [here.located_along @ here.point_rows]
+    rows.append(np.zeros((1, k)) if here.diameter_row is None else here.diameter_row[None])
+    rows.append(np.zeros((3, k)) if here.direction_rows is None else 10.0 * here.direction_rows)
+    stated = np.vstack(rows) @ here.response
+    axis = here.direction if kind == "circle" else UP  # the plane of a circle is no result of it
+    for index, outward in enumerate(here.outward):
+        found = []
+        for side in (1.0, -1.0):
+            moved = points.copy()
+            moved[index] += side * step * outward
+            found.append(values(associate_by(criterion, kind, moved, axis=axis, at=at)))
+        change = (found[0] - found[1]) / (2.0 * step)
+        assert change == pytest.approx(stated[:, index], abs=2e-3, rel=1e-3)
+
+
+@pytest.mark.parametrize("form", ["perfect", "one point out"])
+@pytest.mark.parametrize(("criterion", "kind"), EXTREME)
+def test_more_contacts_than_are_needed(criterion: str, kind: str, form: str) -> None:
+    """Points that all touch: one set of them carries, and errors in common stay in common.
+
+    A common movement outward is a change of the size alone, or of the place of a plane; errors of
+    the single points move the feature in all directions that it has.
+    """
+    points, normals = features(12)["bore" if kind == "circle" else kind]
+    outward = normals if kind in ("sphere", "plane", "line") else -normals
+    points = points - (0.0 if form == "perfect" else E) * outward * (np.arange(12) == 4)[:, None]
+    axis = normals.mean(axis=0) if kind in ("plane", "line") else (0.0, 0.0, 1.0)
+    if kind == "sphere":  # the lower half too
+        points, axis = np.vstack([points, -points]), None
+    found = associate_by(criterion, kind, points, axis=axis)
+    common = found.response.sum(axis=1)
+    wanted = np.zeros(len(common))
+    wanted[0 if kind in ("plane", "line") else -1] = 1.0
+    assert common == pytest.approx(wanted, abs=1e-6)
+    own = found.response @ found.response.T
+    if criterion != "circumscribed":  # which may rest on two opposite points
+        assert np.linalg.eigvalsh(own)[0] > 1e-6
+
+
+@pytest.mark.parametrize("kind", ["circle", "sphere", "plane"])
+def test_a_zone_without_width(kind: str) -> None:
+    """As many points as parameters: the feature through them, as of least squares."""
+    ball = np.array([[3.0, 0, 0], [0, 4.0, 0], [-5.0, 0, 0], [0, 0, 6.0]])
+    points = ball if kind == "sphere" else ball[:3] if kind == "circle" else np.eye(3)
+    found = associate_by("minimum-zone", kind, points)
+    gaussian = associate(kind, points)
+    assert found.form == pytest.approx(0.0, abs=NEAR)
+    assert found.response == pytest.approx(gaussian.response, abs=1e-6)
+
+
+class TestMeasured:
+    """As a feature with its uncertainty."""
+
+    def _bore(self, association: str, *, stated: bool = True) -> MeasuredFeature:
+        """Twelve places of a bore; three at equal angles stand 5 µm inside the others."""
+        outward, _ = around(12)
+        radius = np.full(12, 10.0)
+        radius[[0, 4, 8]] -= 5e-3
+        points = feature_points(radius[:, None] * outward, -outward)
+        if not stated:
+            points = Points.plain(points.positions, points.labels)
+        return measure_feature(points, "bore", association=association, at=(0.0, 0.0, 0.0))
+
+    def test_uncertainty_in_closed_form(self) -> None:
+        """Three contacts at equal angles: the diameter is twice their mean radius."""
+        found = self._bore("inscribed")
+        diameter = found.quantity("diameter")
+        assert diameter.value == pytest.approx(19.99, abs=NEAR)
+        assert diameter.u == pytest.approx(2.0 * np.sqrt(OWN**2 / 3 + TIP**2), rel=1e-9)
+        assert found.quantity("x").u == pytest.approx(np.sqrt(2.0 / 3.0) * OWN, rel=1e-9)
+        assert found.carrying == ("1", "5", "9")
+        # The form of the part is a reason for scatter of least squares, not of the contacts.
+        gaussian = self._bore("gaussian")
+        assert FORM_OF_PART in gaussian.quantity("diameter").parts
+        assert FORM_OF_PART not in diameter.parts
+        assert diameter.expanded_u == pytest.approx(2.0 * diameter.u, rel=1e-12)
+
+    def test_form_is_that_of_least_squares_and_the_zone_beside(self) -> None:
+        gaussian, zone = self._bore("gaussian"), self._bore("minimum-zone")
+        assert zone.form.interval == gaussian.form.interval
+        stated = {q.name: q for q in zone.stated}
+        assert stated["measured range"].value == gaussian.form.measured
+        assert stated["measured range, minimum-zone"].value == pytest.approx(5e-3, abs=NEAR)
+        assert math.isnan(stated["measured range, minimum-zone"].u)
+
+    def test_points_without_uncertainty(self) -> None:
+        """Their scatter stands for it: u is not zero."""
+        found = self._bore("inscribed", stated=False)
+        diameter = found.quantity("diameter")
+        scatter = found.errors.excess
+        assert scatter > 1e-3
+        assert diameter.u == pytest.approx(2.0 * scatter / np.sqrt(3.0), rel=1e-9)
+
+    def test_a_tangent_plane_is_outside_the_material(self) -> None:
+        """Also where the axis of the plane was given into the material."""
+        rng = np.random.default_rng(8)
+        flat = np.c_[rng.uniform(-30.0, 30.0, (20, 2)), E * rng.normal(size=20)]
+        normals = np.tile([0.0, 0.0, -1.0], (20, 1))
+        for axis in (None, (0.0, 0.0, 1.0)):
+            found = measure_feature(
+                feature_points(flat, normals), "plane", axis=axis, association="tangent"
+            )
+            height = (flat - found.association.point) @ normals[0]
+            assert found.association.residuals.max() == pytest.approx(0.0, abs=NEAR)
+            assert height.mean() < -0.5 * E
+
+    def test_noise_moves_extreme_features_to_one_side(self) -> None:
+        """The numbers of docs/how-to/measure-a-bore.md; means of 300 scatter by 0.05 σ."""
+        outward, _ = around(12)
+        rng, axis, sigma = np.random.default_rng(9), (0.0, 0.0, 1.0), 1e-3
+        found, stated = [], []
+        for _ in range(300):
+            points = (10.0 + sigma * rng.normal(size=(12, 1))) * outward
+            one = [associate_by(c, "circle", points, axis=axis)
+                   for c in ("inscribed", "circumscribed", "minimum-zone", "gaussian")]  # fmt: skip
+            assert one[0].diameter is not None
+            assert one[0].diameter_row is not None
+            assert one[1].diameter is not None
+            stated.append(sigma * np.linalg.norm(one[0].diameter_row @ one[0].response))
+            found.append([20.0 - one[0].diameter, one[1].diameter - 20.0, one[2].form, one[3].form])
+        assert np.std(found, axis=0)[0] / sigma == pytest.approx(0.8, abs=0.1)
+        assert np.mean(stated) / sigma == pytest.approx(1.3, abs=0.05)
+        assert np.mean(found, axis=0) / sigma == pytest.approx([2.2, 2.2, 2.6, 3.0], abs=0.15)
+
+
+class TestMessages:
+    def test_an_arc_has_no_inscribed_circle(self) -> None:
+        turn = np.radians(np.arange(0.0, 100.0, 10.0))
+        arc = np.c_[10.0 * np.cos(turn), 10.0 * np.sin(turn), np.zeros(10)]
+        arc[::2] *= 1.0001
+        for criterion in ("inscribed", "circumscribed"):
+            with pytest.raises(PretravelError, match="do not surround the " + criterion):
+                associate_by(criterion, "circle", arc)
+
+    def test_what_has_no_such_association(self) -> None:
+        with pytest.raises(PretravelError, match="a plane has no association 'inscribed'"):
+            associate_by("inscribed", "plane", np.eye(3))
+        with pytest.raises(PretravelError, match="'least' is not an association: gaussian, min"):
+            associate_by("least", "plane", np.eye(3))
+
+    def test_the_side_of_a_tangent_plane(self) -> None:
+        with pytest.raises(PretravelError, match="no normals that say on which side"):
+            associate_by("tangent", "plane", np.eye(3))
