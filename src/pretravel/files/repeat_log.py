@@ -25,6 +25,10 @@ _ONE_PLACE = 0.1
 _ALIKE = 0.5
 """Another axis that scatters by more than this share of the first leaves the direction open."""
 _SERIES_OF_LABEL = re.compile(r"(.+)/\d+")
+_ONCE = (
+    "PROBEOPEN does not write a touch whose position is equal to the one before: such touches are "
+    "missing, and the noise looks larger than it is. Log with LOG instead"
+)
 _COMMENT = ("#", "%", ";", "//")
 
 
@@ -107,12 +111,7 @@ def read_repeats(
     found, unit_known = look_at(file, looking, known)
     if not unit_known:
         raise file.error("the table states no unit; give the units, mm or inch", inputs=("units",))
-    warnings: tuple[str, ...] = ()
-    if known.name == "probeopen":
-        warnings = (
-            "PROBEOPEN does not write a touch whose position is equal to the one before: such "
-            "touches are missing, and the noise looks larger than it is. Log with LOG instead",
-        )
+    warnings = (_ONCE,) if known.name == "probeopen" else ()
     if isinstance(found, FilePositions):
         return _of_positions(file, found, axis, warnings)
     return _of_touches(file, found, (*warnings, *found.notes()))

@@ -1,4 +1,4 @@
-"""What touches of one point say of a probe and its machine: noise, drift, the first touch, outliers.
+"""What touches of one point say of a probe: noise, drift, the first touch, outliers, the next one.
 
 The standard deviation of all touches contains the drift and the first touch: it is too large for
 the noise, and says nothing of the next touch. Here they are told apart with the series of
@@ -21,13 +21,12 @@ from pretravel.qualification.series_breaks import Break, break_at, breaks_of
 from pretravel.qualification.series_courses import (
     CERTAIN,
     OF_TOUCHES,
-    Course,
     PossibleStates,
     course_of,
     fitted_noises,
     weighed_noises,
 )
-from pretravel.qualification.time_series import TimeSeries
+from pretravel.qualification.time_series import TimeSeries, determined_noise
 
 FEWEST_TOUCHES = 5
 """The first one can be apart; level, drift and noise of the others need four."""
@@ -79,10 +78,12 @@ class RepeatSeries:
     first : FirstTouch
     outliers, jumps : tuple of Break
         Their `day` is the row of the touch. [mm]
-    course : Course or None
-        Its time is the number of the touch. None where the touches are equal.
+    walks : bool
+        Whether the level walks at random, beyond what is chance.
     drift, drift_u95 : float
         Change from touch to touch, and half of its interval of 95 %. [mm/touch]
+    p_drift : float
+        Probability that the drift has the other sign, twice.
     noise : float
         Standard deviation of a touch without drift: its own error, and the step of a random walk
         since the touch before. [mm]
@@ -99,9 +100,10 @@ class RepeatSeries:
     first: FirstTouch
     outliers: tuple[Break, ...]
     jumps: tuple[Break, ...]
-    course: Course | None
+    walks: bool
     drift: float
     drift_u95: float
+    p_drift: float
     noise: float
     left: FloatArray
     expected: float
@@ -114,13 +116,8 @@ class RepeatSeries:
 
     @property
     def drifts(self) -> bool:
-        """Whether there is a drift that is not chance."""
-        return self.course is not None and self.course.kind == "drift"
-
-    @property
-    def walks(self) -> bool:
-        """Whether the level walks at random."""
-        return self.course is not None and self.course.kind == "random walk"
+        """Whether there is a drift: by chance with a probability below `CERTAIN`."""
+        return self.p_drift < CERTAIN
 
     @property
     def line(self) -> FloatArray:
@@ -186,7 +183,7 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     predicting = kept.copy()
     predicting[0] = False
     kept[0] &= not first.apart
-    course, noise = _course(touches, u, kept, step)
+    walks, noise = _noise(touches, u, kept, step)
     drift, expected, reach = _predicted(touches, u, predicting, step)
     rows = np.arange(len(touches), dtype=np.float64)[kept]
     left = touches[kept] - np.polyval(np.polyfit(rows, touches[kept], 1), rows)
@@ -197,9 +194,10 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
         first=first,
         outliers=outliers,
         jumps=jumps,
-        course=course,
+        walks=walks,
         drift=drift[0],
         drift_u95=drift[1],
+        p_drift=drift[2],
         noise=noise,
         left=frozen(left),
         expected=expected,
@@ -250,24 +248,25 @@ def _first_touch(touches: FloatArray, u: FloatArray, usual: BoolArray, end: int)
     return FirstTouch(size, own, p_value)
 
 
-def _course(
-    touches: FloatArray, u: FloatArray, kept: BoolArray, step: float
-) -> tuple[Course | None, float]:
-    """How the level moves, and the noise of a touch. [mm]"""
+def _noise(touches: FloatArray, u: FloatArray, kept: BoolArray, step: float) -> tuple[bool, float]:
+    """Whether the level walks, and the standard deviation of a touch beside a drift. [mm]"""
+    rounding = step / math.sqrt(12.0)
     if np.ptp(touches[kept]) <= _EXACT:
-        return None, step / math.sqrt(12.0)
-    rows = np.flatnonzero(kept).astype(np.float64)
-    course = course_of(TimeSeries(rows, touches[kept], u[kept]))
-    noise = math.hypot(course.noise.scatter, math.sqrt(course.noise.walk))
-    return course, max(noise, step / math.sqrt(12.0))
+        return False, rounding
+    series = TimeSeries(np.flatnonzero(kept).astype(np.float64), touches[kept], u[kept])
+    walks = course_of(series).kind == "random walk"
+    found = determined_noise(series, series.times[:, None], walk=walks)
+    return walks, max(math.hypot(found.scatter, math.sqrt(found.walk)), rounding)
 
 
 def _predicted(
     touches: FloatArray, u: FloatArray, kept: BoolArray, step: float
-) -> tuple[tuple[float, float], float, float]:
-    """Drift with half its interval; the next touch, and the reach of its interval."""
+) -> tuple[tuple[float, float, float], float, float]:
+    """Drift with half its interval and its probability by chance; the next touch, and the reach of its interval."""
     if np.ptp(touches[kept]) <= _EXACT:
-        return (0.0, math.nan), float(np.mean(touches[kept])), step or math.nan
+        return (0.0, math.nan, 1.0), float(np.mean(touches[kept])), step or math.nan
+    from scipy.special import ndtr
+
     series = TimeSeries(np.flatnonzero(kept).astype(np.float64), touches[kept], u[kept])
     weighed = list(weighed_noises(fitted_noises(series, series.times[:, None]), OF_TOUCHES))
     possible = PossibleStates.of(series, weighed, trend=True)
@@ -277,8 +276,9 @@ def _predicted(
     means = np.array([float(mean[0]) for mean, _ in ahead])
     spread = np.array([float(variance[0]) for _, variance in ahead]) + own
     drift = _interval(possible.weights, slopes[:, 0], slopes[:, 1])
+    up = float(np.array(possible.weights) @ ndtr(slopes[:, 0] / np.sqrt(slopes[:, 1])))
     expected, reach = _interval(possible.weights, means, spread)
-    return drift, expected, max(reach, step)
+    return (*drift, 2.0 * min(up, 1.0 - up)), expected, max(reach, step)
 
 
 def _interval(

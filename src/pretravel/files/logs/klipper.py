@@ -1,4 +1,4 @@
-"""Console output of Klipper: ``probe at X,Y is z=Z`` of PROBE, PROBE_ACCURACY and meshes; reading."""
+"""Console output of Klipper: ``probe at X,Y is z=Z`` of PROBE, PROBE_ACCURACY, meshes; reading."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.heights_of_log import LoggedHeights
 from pretravel.files.source_file import Source, opened
 
-_TOUCH = re.compile(
-    r"\bprobe:?(?: result)? at (-?[\d.]+), ?(-?[\d.]+) (?:is|bed will contact at) z=(-?[\d.]+)(?![\d.])"
-)
-_TOUCH_BEGINS = re.compile(
-    r"\bprobe:?(?: result)? at -?[\d.]+, ?-?[\d.]+ (?:is|bed will contact at) z="
-)
+_BEFORE = r"\bprobe:?(?: result)? at "
+_BETWEEN = r" (?:is|bed will contact at) z="
+_TOUCH = re.compile(rf"{_BEFORE}(-?[\d.]+), ?(-?[\d.]+){_BETWEEN}(-?[\d.]+)(?![\d.])")
+_TOUCH_BEGINS = re.compile(rf"{_BEFORE}-?[\d.]+, ?-?[\d.]+{_BETWEEN}")
 _SERIES_BEGINS = re.compile(r"\bPROBE_ACCURACY at X:")
 _SERIES_ENDS = "probe accuracy results:"
 

@@ -46,7 +46,8 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
     """
     file = opened(source)
     found = LoggedHeights(file)
-    name, place, testing = "bed", (), False
+    name, testing = "bed", False
+    place: tuple[str, ...] = ()
     for number, line in enumerate(file.lines("console output of Marlin"), start=1):
         if _TEST_BEGINS.search(line):
             name, place, testing = found.new_series("M48"), (), True

@@ -113,7 +113,8 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
         KeyFigure("noise of a touch", judged.noise / MICROMETRE, "µm", _digits(judged.noise),
                   remark=f"standard deviation; the plain one of all touches, {plain},"
                   f"{contained or ' is of the same'}"),
-        KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch", _digits(judged.drift, signed=True),
+        KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch",
+                  _digits(judged.drift, signed=True),
                   remark=f"U = {_um(judged.drift_u95)} (95 %); {_drift_words(judged)}"),
         KeyFigure("first touch apart", _first_words(judged)),
         KeyFigure("step of the positions", _step_words(judged)),
@@ -182,8 +183,8 @@ def _advice(judged: RepeatSeries) -> str:
     if judged.drifts:
         count = touches_to_halve(judged)
         words.append(
-            "wait until the drift ends, or find its reason (warming up, lost steps); a mean of more than "
-            f"{count} touch{'es' if count > 1 else ''} contains more drift than noise"
+            "wait until the drift ends, or find its reason (warming up, lost steps); a mean of "
+            f"more than {count} touch{'es' if count > 1 else ''} contains more drift than noise"
         )
     elif judged.walks:
         words.append("repeats help little: the level moves between the touches")
