@@ -16,7 +16,7 @@ from pretravel.files.format_registry import format_of
 from pretravel.files.preview import look_at
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.table_formats import CSV, PARQUET
-from pretravel.qualification.repeat_series import FEWEST_TOUCHES
+from pretravel.qualification.repeat_series import FEWEST_REPEATS
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")
@@ -58,7 +58,7 @@ class RepeatLog:
     Attributes
     ----------
     series : tuple of LoggedSeries
-        Those with at least `FEWEST_TOUCHES` touches.
+        Those with at least `FEWEST_REPEATS` touches.
     single : int
         Touches of the other places.
     along : str
@@ -194,7 +194,7 @@ def _axis_of(
     scores = []
     for place in range(3):
         across = np.delete(positions, place, axis=1)
-        rows = [rows for _, rows in _groups(labels, across) if len(rows) >= FEWEST_TOUCHES]
+        rows = [rows for _, rows in _groups(labels, across) if len(rows) >= FEWEST_REPEATS]
         scatter = [float(np.std(positions[own, place])) for own in rows]
         scores.append((sum(map(len, rows)), max(scatter, default=0.0)))
     order = sorted(range(3), key=lambda place: scores[place], reverse=True)
@@ -232,7 +232,7 @@ def _groups(labels: Sequence[str] | None, places: FloatArray) -> list[tuple[str,
 
 def _repeated(series: list[LoggedSeries]) -> tuple[list[LoggedSeries], int]:
     """The series that are long enough, and the touches of the others."""
-    enough = [one for one in series if len(one.values) >= FEWEST_TOUCHES]
+    enough = [one for one in series if len(one.values) >= FEWEST_REPEATS]
     return enough, sum(len(one.values) for one in series) - sum(len(one.values) for one in enough)
 
 
@@ -248,9 +248,9 @@ def _checked(
     warnings: tuple[str, ...],
 ) -> RepeatLog:
     most = max((len(one.values) for one in series), default=0)
-    if most < FEWEST_TOUCHES:
+    if most < FEWEST_REPEATS:
         raise file.error(
-            f"no point was touched {FEWEST_TOUCHES} times or more, one touch after the other: in a "
+            f"no point was touched {FEWEST_REPEATS} times or more, one touch after the other: in a "
             "mesh of heights each point is touched once, and says nothing of how a touch repeats. "
             "Touch one point ten times (Klipper PROBE_ACCURACY SAMPLES=10, Marlin M48 P10 V4)"
         )

@@ -28,7 +28,7 @@ from pretravel.qualification.series_courses import (
 )
 from pretravel.qualification.time_series import TimeSeries, determined_noise
 
-FEWEST_TOUCHES = 5
+FEWEST_REPEATS = 5
 """The first one can be apart; level, drift and noise of the others need four."""
 LEVEL = 0.95
 """Probability that the next touch lies in its interval."""
@@ -82,13 +82,9 @@ class RepeatSeries:
         Whether the level walks at random, beyond what is chance.
     drift, drift_u95 : float
         Change from touch to touch, and half of its interval of 95 %. [mm/touch]
-    p_drift : float
-        Probability that the drift has the other sign, twice.
     noise : float
         Standard deviation of a touch without drift: its own error, and the step of a random walk
         since the touch before. [mm]
-    left : (k,) float
-        Touches that are kept less level and drift. [mm]
     expected, reach : float
         The next touch lies within the reach of the expected value in 95 % of the cases. Not a
         number where all touches are equal and no step is known. [mm]
@@ -103,9 +99,7 @@ class RepeatSeries:
     walks: bool
     drift: float
     drift_u95: float
-    p_drift: float
     noise: float
-    left: FloatArray
     expected: float
     reach: float
 
@@ -116,14 +110,20 @@ class RepeatSeries:
 
     @property
     def drifts(self) -> bool:
-        """Whether there is a drift: by chance with a probability below `CERTAIN`."""
-        return self.p_drift < CERTAIN
+        """Whether there is a drift: zero is not in its interval."""
+        return abs(self.drift) > self.drift_u95
 
     @property
     def line(self) -> FloatArray:
         """Level with drift at each touch, (n,). [mm]"""
         rows = np.arange(len(self.values), dtype=np.float64)
-        return np.asarray(self.expected + self.drift * (rows - len(rows)))
+        level = float(np.mean(self.values[self.kept]))
+        return np.asarray(level + self.drift * (rows - float(np.mean(rows[self.kept]))))
+
+    @property
+    def left(self) -> FloatArray:
+        """Touches that are kept less level and drift, (k,). [mm]"""
+        return np.asarray((self.values - self.line)[self.kept])
 
 
 def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
@@ -132,7 +132,7 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     Parameters
     ----------
     values : (n,) float
-        Positions along the direction of the touches; at least `FEWEST_TOUCHES`. [mm]
+        Positions along the direction of the touches; at least `FEWEST_REPEATS`. [mm]
     step : float
         Of the positions, where it is known; else it is looked for. [mm]
 
@@ -162,9 +162,9 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     True
     """
     touches = np.asarray(values, dtype=np.float64)
-    if touches.ndim != 1 or len(touches) < FEWEST_TOUCHES:
+    if touches.ndim != 1 or len(touches) < FEWEST_REPEATS:
         raise PretravelError(
-            f"{touches.size} touches of a point; at least {FEWEST_TOUCHES} tell noise from drift "
+            f"{touches.size} touches of a point; at least {FEWEST_REPEATS} tell noise from drift "
             "and from a first touch that is apart"
         )
     if not np.isfinite(touches).all():
@@ -184,9 +184,8 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     predicting[0] = False
     kept[0] &= not first.apart
     walks, noise = _noise(touches, u, kept, step)
-    drift, expected, reach = _predicted(touches, u, predicting, step)
-    rows = np.arange(len(touches), dtype=np.float64)[kept]
-    left = touches[kept] - np.polyval(np.polyfit(rows, touches[kept], 1), rows)
+    drift = _drift(touches, u, kept)
+    expected, reach = _next_touch(touches, u, predicting)
     return RepeatSeries(
         values=frozen(touches),
         kept=kept,
@@ -197,11 +196,9 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
         walks=walks,
         drift=drift[0],
         drift_u95=drift[1],
-        p_drift=drift[2],
         noise=noise,
-        left=frozen(left),
         expected=expected,
-        reach=reach,
+        reach=max(reach, step) or math.nan,
     )
 
 
@@ -234,14 +231,14 @@ def _breaks(touches: FloatArray, u: FloatArray) -> tuple[Break, ...]:
     values = touches.copy()
     values[0] = math.nan
     found = breaks_of(rows, {"position": (values, u)})
-    last = len(touches) - (FEWEST_TOUCHES - 1)
+    last = len(touches) - (FEWEST_REPEATS - 1)
     return tuple(one for one in found if one.apart or one.day <= last)
 
 
 def _first_touch(touches: FloatArray, u: FloatArray, usual: BoolArray, end: int) -> FirstTouch:
     """Compare the first touch with those before the first jump."""
     rows = np.flatnonzero(usual & (np.arange(len(touches)) < end))
-    if len(rows) < FEWEST_TOUCHES - 1:
+    if len(rows) < FEWEST_REPEATS - 1:
         return FirstTouch(math.nan, math.nan, 1.0)
     series = TimeSeries(rows.astype(np.float64), touches[rows], u[rows])
     size, own, p_value = break_at(series, 0, apart=True)
@@ -259,26 +256,35 @@ def _noise(touches: FloatArray, u: FloatArray, kept: BoolArray, step: float) -> 
     return walks, max(math.hypot(found.scatter, math.sqrt(found.walk)), rounding)
 
 
-def _predicted(
-    touches: FloatArray, u: FloatArray, kept: BoolArray, step: float
-) -> tuple[tuple[float, float, float], float, float]:
-    """Drift with half its interval and its probability by chance; the next touch, and the reach of its interval."""
+def _drift(touches: FloatArray, u: FloatArray, kept: BoolArray) -> tuple[float, float]:
+    """Drift, and half of its interval. [mm/touch]"""
     if np.ptp(touches[kept]) <= _EXACT:
-        return (0.0, math.nan, 1.0), float(np.mean(touches[kept])), step or math.nan
-    from scipy.special import ndtr
-
-    series = TimeSeries(np.flatnonzero(kept).astype(np.float64), touches[kept], u[kept])
-    weighed = list(weighed_noises(fitted_noises(series, series.times[:, None]), OF_TOUCHES))
-    possible = PossibleStates.of(series, weighed, trend=True)
+        return 0.0, math.nan
+    possible, _ = _possible(touches, u, kept)
     slopes = np.array([(one.slope, one.u_slope**2) for one in possible.states])
+    return _interval(possible.weights, slopes[:, 0], slopes[:, 1])
+
+
+def _next_touch(touches: FloatArray, u: FloatArray, kept: BoolArray) -> tuple[float, float]:
+    """The next touch, and half of its interval; zero where the touches are equal. [mm]"""
+    if np.ptp(touches[kept]) <= _EXACT:
+        return float(np.mean(touches[kept])), 0.0
+    possible, own = _possible(touches, u, kept)
     ahead = [one.later([float(len(touches))]) for one in possible.states]
-    own = np.array([one.noise.scatter**2 for _, one in weighed]) + float(u[0]) ** 2
     means = np.array([float(mean[0]) for mean, _ in ahead])
-    spread = np.array([float(variance[0]) for _, variance in ahead]) + own
-    drift = _interval(possible.weights, slopes[:, 0], slopes[:, 1])
-    up = float(np.array(possible.weights) @ ndtr(slopes[:, 0] / np.sqrt(slopes[:, 1])))
-    expected, reach = _interval(possible.weights, means, spread)
-    return (*drift, 2.0 * min(up, 1.0 - up)), expected, max(reach, step)
+    variances = np.array([float(variance[0]) for _, variance in ahead])
+    return _interval(possible.weights, means, variances + own)
+
+
+def _possible(
+    touches: FloatArray, u: FloatArray, kept: BoolArray
+) -> tuple[PossibleStates, FloatArray]:
+    """The courses that the touches may have, and the variance of a touch with each."""
+    series = TimeSeries(np.flatnonzero(kept).astype(np.float64), touches[kept], u[kept])
+    fitted = fitted_noises(series, series.times[:, None])
+    weighed = list(weighed_noises(fitted, OF_TOUCHES))
+    own = np.array([one.noise.scatter**2 for _, one in weighed]) + float(u[0]) ** 2
+    return PossibleStates.of(series, weighed, trend=True), own
 
 
 def _interval(

@@ -81,16 +81,16 @@ def test_the_plain_deviation_misleads() -> None:
 
 
 def test_false_alarms_are_rare() -> None:
-    """1 % for the first touch, the drift, and outliers or jumps: 3 of 100 by chance, 8 at most.
+    """5 % for the drift, 1 % each for the first touch and for outliers or jumps: 7 of 100.
 
-    More than 8 of 100 have a probability below 0.4 % where each has 3 %.
+    14 or more of 100 have a probability of 1 % where each has 7 %.
     """
     rng = np.random.default_rng(3)
     alarms = 0
     for _ in range(100):
         found = judged_repeats(_white(rng, 12))
         alarms += found.first.apart or found.drifts or bool(found.outliers or found.jumps)
-    assert alarms <= 8
+    assert alarms < 14
 
 
 def test_outlier_and_jump_are_named() -> None:
