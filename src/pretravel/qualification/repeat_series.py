@@ -329,7 +329,7 @@ def autocorrelation(left: npt.ArrayLike) -> FloatArray:
     return np.array([float(rest[lag:] @ rest[:-lag]) / size if size else 0.0 for lag in lags])
 
 
-def touches_to_halve(series: RepeatSeries) -> int:
+def touches_before_drift(series: RepeatSeries) -> int:
     """Touches whose drift is as large as the noise of one: more of them no longer help a mean.
 
     Parameters

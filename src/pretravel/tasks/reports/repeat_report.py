@@ -13,7 +13,7 @@ from pretravel.base.units import MICROMETRE
 from pretravel.qualification.repeat_series import (
     RepeatSeries,
     autocorrelation,
-    touches_to_halve,
+    touches_before_drift,
 )
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Area, Bars, Dots, LineMark, Mark, Rule
@@ -181,7 +181,7 @@ def _advice(judged: RepeatSeries) -> str:
     if judged.jumps:
         words.append("find the reason of the jump: lost steps, a loose mount, something knocked")
     if judged.drifts:
-        count = touches_to_halve(judged)
+        count = touches_before_drift(judged)
         words.append(
             "wait until the drift ends, or find its reason (warming up, lost steps); a mean of "
             f"more than {count} touch{'es' if count > 1 else ''} contains more drift than noise"
