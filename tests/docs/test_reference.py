@@ -55,6 +55,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
         ("check", "iso10360-5", SPHERE, *REFERENCE, "--tip-diameter", 5.967),
     ),
     "History of a probe": (("history", "probe.jsonl"),),
+    "Repeated touches": (("repeat", "octoprint.log"),),
     "Drift over days": (("history", "logs", "--map", "map.json", *REFERENCE, "--limit", 2),),
 }  # fmt: skip
 """Commands by the kind of file that they write; later ones read the files of earlier ones."""
@@ -77,6 +78,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.chdir(place)
         harmonic = ("--tip-diameter", 6, "--kind", "harmonic")
         run("qualify", SPHERE, *REFERENCE, *harmonic, "-o", "map.json")
+        heights = "".join(f"// probe at 5.0,5.0 is z={1.32 + 0.001 * (i % 3)}\n" for i in range(9))
+        Path("octoprint.log").write_text(heights)
         shutil.copy(EXAMPLES / "sphere_touches.csv", "today.csv")
         run("verify", "today.csv", "--map", "map.json", *REFERENCE, "--history", "probe.jsonl")
         run("pattern", "iso10360-5", "--diameter", 24.9987, "-o", "targets.csv")

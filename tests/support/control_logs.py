@@ -64,6 +64,26 @@ G2CORE_LOG = (
     "{prb:{e:1,x:-90.000,y:50.000,z:-17.020,a:0.000}}\n"
     '{"prb":{"e":0,"x":-75.000,"y":50.000,"z":-25.000,"a":0.000}}\n'
 )
+KLIPPER_LOG = (
+    "Recv: // probe at 78.000,31.000 is z=2.410000\n"
+    "Recv: // PROBE_ACCURACY at X:97.000 Y:2.000 Z:3.315 (samples=2 retract=2.000)\n"
+    "Recv: // probe at 97.000,2.000 is z=1.320000\n// probe at 97.000,2.000 is z=1.317500\n"
+    "Recv: // probe accuracy results: maximum 1.320000, minimum 1.317500\n"
+    "10:14 PROBE_ACCURACY at X:97.000 Y:2.000 Z:3.315 (samples=1)\n"
+    "10:14 probe: at 97.000,2.000 bed will contact at z=1.320000\n"
+)
+MARLIN_LOG = (
+    "Send: M48 P2 V4\nRecv: M48 Z-Probe Repeatability Test\nRecv: Positioning the probe...\n"
+    "Recv: Bed X: 68.000 Y: 100.000 Z: -0.042\n"
+    "22:09:05.997: 1 of 2: **z: -0.036** mean: -0.0363 sigma: 0.000000 min: -0.036\n"
+    "Recv: 2 of 2: z: -0.037 Mean: -0.036600 Sigma: 0.000236 Min: -0.037\n"
+    "Recv: Mean: -0.036600 Min: -0.037 Max: -0.036 Range: 0.001\n"
+    "Recv: Standard Deviation: 0.000236\nRecv: Bed X: 15.000 Y: 30.000 Z: 0.123\n"
+)
+REPRAP_LOG = (
+    "Stopped at height 0.012 mm\n8.1.2023, 01:29:16\tG32 bed probe heights: -0.005 0.001, "
+    "mean -0.002, deviation from mean 0.003\n"
+)
 PC_DMIS_ROUTINE = (
     "A1         =ALIGNMENT/START,RECALL:STARTUP,LIST=YES\n           ALIGNMENT/END\n"
     "PNT1       =FEAT/CONTACT/VECTOR POINT/DEFAULT,CARTESIAN\n"
@@ -104,9 +124,7 @@ REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
     ),
     "bed-mesh": (
         (
-            "Recv: // probe at 78.000,31.000 is z=2.410000\n",
             "// Mesh Leveling Probed Z positions:\n// 0.01 0.02\n",
-            "Recv: Bed X: 15.000 Y: 30.000 Z: 0.123\n",
             "Bilinear Leveling Grid:\n      0      1\n 0 +0.01 -0.02\n",
             "RepRapFirmware height map file v2 generated at 2021-05-01\nxmin,xmax\n",
         ),
@@ -199,6 +217,9 @@ SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "positions": ("G21\nG1 X0.0 Y0.0 Z2.99\n", POSITIONS_OPTIONS),
     "grbl": (GRBL_LOG, GRBL_OPTIONS),
     "g2core": (G2CORE_LOG, G2CORE_OPTIONS),
+    "klipper": (KLIPPER_LOG, None),
+    "marlin": (MARLIN_LOG, None),
+    "reprap": (REPRAP_LOG, ReadingOptions(look_only=True)),
     "pcdmis": (PC_DMIS_ROUTINE, ReadingOptions(radius_taken_off=3.0, units="mm")),
     "fusion": (FUSION_HAAS, ReadingOptions(units="inch")),
     "qif": (QIF_FILE.replace("UNITS", ""), None),

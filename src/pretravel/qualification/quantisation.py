@@ -144,6 +144,40 @@ def repeat_step(values: npt.ArrayLike, groups: npt.ArrayLike) -> float:
     return 0.0
 
 
+def tied_step(values: npt.ArrayLike, groups: npt.ArrayLike) -> float:
+    """The step of readings of which some are equal to the last digit.
+
+    Continuous readings are never equal. Unlike `repeat_step`, it needs no proof that the step is
+    not chance: it is for series that are too short for one.
+
+    Parameters
+    ----------
+    values : (n,) float
+        Readings. [mm]
+    groups : (n,) int
+        Number of the series of each.
+
+    Returns
+    -------
+    float
+        The largest step of which all differences within a series are multiples, which can be a
+        multiple of the true one; 0.0 if no two readings of a series are equal, or all are. [mm]
+
+    >>> round(tied_step([4.6375, 4.65, 4.65, 4.65], [0, 0, 0, 0]), 9)
+    0.0125
+    >>> tied_step([4.6375, 4.6512, 4.65], [0, 0, 0])
+    0.0
+    """
+    reading = np.asarray(values, dtype=np.float64)
+    label = np.asarray(groups, dtype=np.int64)
+    order = np.lexsort((reading, label))
+    gap = np.diff(reading[order])[np.diff(label[order]) == 0]
+    apart = gap[gap > _EXACT]
+    if len(apart) in (0, len(gap)):
+        return 0.0
+    return _common_divisor(apart)
+
+
 def _candidates(exact: float) -> list[float]:
     """Steps to test, the largest first.
 

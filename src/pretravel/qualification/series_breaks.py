@@ -105,7 +105,7 @@ def _clearest(
             continue
         series = series_of(times[known], values[known], u[known])
         for place, apart in _candidates(series):
-            size, own, p_value = _tested(series, place, apart=apart)
+            size, own, p_value = break_at(series, place, apart=apart)
             possible = len(quantities) * 2.0 * (len(known) - 1)
             p_value *= _OPTIMISM * possible
             if p_value < FALSE_BREAKS and (best is None or p_value < best.p_value):
@@ -146,8 +146,32 @@ def _scores(series: TimeSeries, noise: SeriesNoise) -> tuple[FloatArray, FloatAr
     return np.asarray(jump), np.asarray(np.abs(push[:-1] - push[1:]) / np.sqrt(spread))
 
 
-def _tested(series: TimeSeries, place: int, *, apart: bool) -> tuple[float, float, float]:
-    """Size of a break, its standard uncertainty and its probability by chance."""
+def break_at(series: TimeSeries, place: int, *, apart: bool) -> tuple[float, float, float]:
+    """Size of a break at a given place, its standard uncertainty and its probability by chance.
+
+    Parameters
+    ----------
+    series : TimeSeries
+    place : int
+        Row of the first value after the jump, or of the one that lies apart.
+    apart : bool
+        The value alone lies apart; else the values from there on.
+
+    Returns
+    -------
+    float
+        Size.
+    float
+        Its standard uncertainty.
+    float
+        Probability of such a break at this place by chance, for a place that was not chosen.
+
+    >>> values = np.array([5.0, 0.1, -0.1, 0.1, -0.1, 0.1])
+    >>> size, u, p_value = break_at(TimeSeries(np.arange(6.0), values, np.full(6, 0.1)), 0,
+    ...     apart=True)
+    >>> round(size), p_value < 0.01
+    (5, True)
+    """
     from scipy.special import ndtr
 
     rows = np.arange(len(series))

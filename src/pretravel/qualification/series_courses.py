@@ -66,6 +66,8 @@ _OF_LINES: FloatArray = frozen(
     + (1.0 - _EXACT_SHARE) * _even_noises(scattering=True, walking=False)
 )
 """Of a straight trend: errors of the stated uncertainties, or with scatter beside them."""
+OF_TOUCHES: FloatArray = frozen(0.9 * _OF_LINES + 0.1 * _OF_WALKS)
+"""Of touches of one point, one after the other: a walk is rarer than independent errors."""
 _USUAL: FloatArray = frozen((1.0 - _WALK_SHARE) * _OF_LINES + _WALK_SHARE * _OF_WALKS)
 
 

@@ -49,10 +49,9 @@ def _is_block(code: str) -> bool:
 
 
 _IS_BED_MESH = _any(
-    r"\bprobe(?: result)? at -?[\d.]+, ?-?[\d.]+ is z=|bed will contact at z=|"
     r"Mesh Leveling Probed Z positions|\[bed_mesh\b|mesh_matrix|probed_matrix|"
-    r"\bBed X: ?-?[\d.]+ ?Y: ?-?[\d.]+ ?Z: ?-?[\d.]+|Bilinear Leveling Grid|Bed Topography Report|"
-    r"Measured points:$|^RepRapFirmware height map|^<heightmap\b|\bHeightMap MinX="
+    r"Bilinear Leveling Grid|Bed Topography Report|Measured points:$|"
+    r"^RepRapFirmware height map|^<heightmap\b|\bHeightMap MinX="
 )
 
 PC_DMIS_REPORT = FileFormat(

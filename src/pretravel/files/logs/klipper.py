@@ -1,0 +1,65 @@
+"""Console output of Klipper: ``probe at X,Y is z=Z`` of PROBE, PROBE_ACCURACY, meshes; reading."""
+
+from __future__ import annotations
+
+import re
+
+from pretravel.files.file_format import FileFormat, FileReadings
+from pretravel.files.logs.heights_of_log import LoggedHeights
+from pretravel.files.source_file import Source, opened
+
+_BEFORE = r"\bprobe:?(?: result)? at "
+_BETWEEN = r" (?:is|bed will contact at) z="
+_TOUCH = re.compile(rf"{_BEFORE}(-?[\d.]+), ?(-?[\d.]+){_BETWEEN}(-?[\d.]+)(?![\d.])")
+_TOUCH_BEGINS = re.compile(rf"{_BEFORE}-?[\d.]+, ?-?[\d.]+{_BETWEEN}")
+_SERIES_BEGINS = re.compile(r"\bPROBE_ACCURACY at X:")
+_SERIES_ENDS = "probe accuracy results:"
+
+
+def read_klipper_log(source: Source) -> FileReadings:
+    r"""Read the touches of Klipper's console output, as terminals and klippy.log keep it.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+
+    Returns
+    -------
+    FileReadings
+        In mm, with normals along z. Labels: accuracy 1/1, accuracy 1/2 … of each PROBE_ACCURACY,
+        probe/1 … of the others.
+
+    Raises
+    ------
+    InputError
+        No touches; a line that is cut off. The message contains the line.
+
+    >>> from pretravel.files.source_file import SourceFile
+    >>> text = b"Recv: // probe at 97.000,2.000 is z=1.3200\n// probe at 97.000,2.000 is z=1.3175\n"
+    >>> read_klipper_log(SourceFile("octoprint.log", text)).touches.positions[1].tolist()
+    [97.0, 2.0, 1.3175]
+    """
+    file = opened(source)
+    found = LoggedHeights(file)
+    name = "probe"
+    for number, line in enumerate(file.lines("console output of Klipper"), start=1):
+        if _SERIES_BEGINS.search(line):
+            name = found.new_series("accuracy")
+        elif _SERIES_ENDS in line:
+            name = "probe"
+        elif touch := _TOUCH.search(line):
+            found.take(name, touch.groups(), number)
+        elif _TOUCH_BEGINS.search(line):
+            raise file.error("the line is cut off: probe at X,Y is z=Z is needed", number)
+    return found.readings("the file contains no touch (probe at X,Y is z=Z)")
+
+
+KLIPPER = FileFormat(
+    name="klipper",
+    what="console output of Klipper: probe at X,Y is z=Z, of PROBE_ACCURACY and meshes",
+    reads="touches",
+    verified="lines of seven public threads: their form",
+    self_contained=True,
+    recognises=lambda lines: any(map(_TOUCH_BEGINS.search, lines)),
+    parse=lambda file, _: read_klipper_log(file),
+)

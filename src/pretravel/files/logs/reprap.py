@@ -1,0 +1,72 @@
+"""Console output of RepRapFirmware: heights of G30 S-1; reading.
+
+G30 S-1 reports ``Stopped at height Z mm``, a series of G30 P… its heights in one line,
+``G32 bed probe heights: …``. Neither states x and y.
+"""
+
+from __future__ import annotations
+
+import re
+
+from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
+from pretravel.files.logs.heights_of_log import LoggedHeights
+from pretravel.files.source_file import Source, opened
+
+_STOPPED = re.compile(r"\bStopped at height (-?[\d.]+) mm")
+_HEIGHTS = re.compile(r"\b(?:G32 )?bed probe heights:([^,]*)", re.IGNORECASE)
+_BEGINS = re.compile(r"\bStopped at height |\bbed probe heights:", re.IGNORECASE)
+
+
+def read_reprap_log(source: Source, *, look_only: bool = False) -> FileReadings:
+    r"""Read the heights that RepRapFirmware reports.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    look_only : bool
+        The heights may lack their place; they always do.
+
+    Returns
+    -------
+    FileReadings
+        In mm, with normals along z and x, y zero. Labels: G30/1 …; heights 1/1 … of each line of
+        heights.
+
+    Raises
+    ------
+    InputError
+        No heights; a height that was not probed; the place of the heights matters.
+
+    >>> from pretravel.files.source_file import SourceFile
+    >>> text = b"G32 bed probe heights: -0.005 0.001 0.002, mean 0.001, deviation from mean 0.004\n"
+    >>> found = read_reprap_log(SourceFile("duet.txt", text), look_only=True)
+    >>> found.touches.positions[:, 2].tolist()
+    [-0.005, 0.001, 0.002]
+    """
+    file = opened(source)
+    found = LoggedHeights(file)
+    for number, line in enumerate(file.lines("console output of RepRapFirmware"), start=1):
+        if stopped := _STOPPED.search(line):
+            found.take("G30", stopped.groups(), number)
+        elif heights := _HEIGHTS.search(line):
+            name = found.new_series("heights")
+            for cell in heights[1].split():
+                found.take(name, (cell,), number)
+        elif _BEGINS.search(line):
+            raise file.error("the line is cut off: Stopped at height Z mm is needed", number)
+    return found.readings("the file contains no height of G30", look_only=look_only)
+
+
+def _parsed(file: Source, options: ReadingOptions) -> FileReadings:
+    return read_reprap_log(file, look_only=options.look_only)
+
+
+REPRAP = FileFormat(
+    name="reprap",
+    what="console output of RepRapFirmware: heights of G30 S-1, without x and y",
+    reads="heights, for pretravel repeat",
+    needs="nothing that could be given: no x and y",
+    verified="one public macro with its output, and the firmware's lines that write it",
+    recognises=lambda lines: any(map(_BEGINS.search, lines)),
+    parse=_parsed,
+)
