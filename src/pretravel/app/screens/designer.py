@@ -54,6 +54,7 @@ from pretravel.tasks.task import command_line
 _FIXED_WORDS = {
     "first_contact": "first contact: one seat loses its force",
     "arm_lift": "arm lift: both seats of a rod lose their force",
+    "piezo_stage": "piezo stage: the force on the tip is the threshold",
     "hertz": "elastic (Hertz): rod and ball deform",
     "rigid": "rigid: rod and ball do not deform",
 }
