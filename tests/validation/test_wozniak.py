@@ -385,7 +385,7 @@ def test_a_described_transducer_is_his_full_model(
     # On a plane for each direction the normal stays: the travel along it is the pretravel.
     for normal, pretravel in zip(AROUND[::7], expected[::7], strict=True):
         for turned in (np.eye(3), TURN):
-            at = Targets([[0.0, 0.0, 0.0]], [turned @ normal])
+            at = Targets(np.zeros((1, 3)), (turned @ normal)[None])
             turned_probe = replace(
                 probe, orientation=replace(probe.orientation, axis=tuple(turned[:, 2].tolist()))
             )

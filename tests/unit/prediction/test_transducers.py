@@ -93,7 +93,7 @@ class TestWhatDoesNotContainAnOpening:
     def test_slides_and_responses_say_so(self, opened: Probe) -> None:
         floor = Plane([0.0, 0.0, 0.0], [0.6, 0.0, 0.8])
         with pytest.raises(PretravelError, match="does not contain the opening"):
-            slide(opened, floor, (0.0, 0.0))  # type: ignore[arg-type]
+            slide(opened, floor, (0.0, 0.0))
         with pytest.raises(PretravelError, match=r"opens by 0\.5 µm.* Set opening_um"):
             probe_response(opened)
 
@@ -113,6 +113,6 @@ class TestWhatDoesNotContainAnOpening:
 
 
 def test_the_simple_map_of_wozniak_touches_no_surface(omp40: Probe) -> None:
-    at = Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
+    at = Targets(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
     with pytest.raises(ConvergenceError, match="It has it for descriptions with opening_um"):
         simulate(omp40, Plane([0.0] * 3, [0.0, 0.0, 1.0]), at, model="wozniak")
