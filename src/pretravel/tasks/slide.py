@@ -49,6 +49,8 @@ class Slide(Reported):
         Pair,
         Field(
             help="Surface parameters of the first contact, in radians where they are angles.",
+            label="First contact: surface parameters u,v",
+            hint="In mm, or in radians where they are angles",
             parse=pair,
             metavar="U,V",
         ),

@@ -97,11 +97,11 @@ def _show(state: ScreenState, result: SlideOfDesign) -> None:
     with ui.element("div").classes("button-row"):
         for name, icon, by in (("Previous", "chevron_left", -1), ("Next", "chevron_right", 1)):
             ui.button(name, icon=icon, on_click=lambda by=by: step(by)).props("no-caps outline")
-    live([state.listen], lambda: key_figures(slide_step_figures(history, now())), now)
     with ui.element("div").classes("charts"):
         titles = ("The contact on the surface, at this step", "Deflection over the feed",
                   "Force over the feed")  # fmt: skip
         places = [plot({"data": [], "layout": {}}, title) for title in titles]
+    live([state.listen], lambda: key_figures(slide_step_figures(history, now())), now)
     last: list[int] = []
 
     async def draw() -> None:
