@@ -160,3 +160,43 @@ def test_finite_elements_are_cancelled(page: Any, workbench: RunningWorkbench) -
     page.wait_for_selector(".running-clock")
     page.get_by_role("button", name="Cancel").click()
     page.wait_for_selector("text=Cancelled after")
+
+
+def test_a_touch_steps_until_the_trigger(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Buttons and slider step; the numbers are those of the steps that the command writes."""
+    opened_designer(page, workbench)
+    page.get_by_text("How the tip slides until the trigger").click()
+    page.get_by_text("1 of 20", exact=True).wait_for()
+    slid = {"The contact on the surface, at this step", "Deflection over the feed"}
+    for _ in range(1000):
+        first = pictures(page)
+        if first.keys() >= slid:
+            break
+        page.wait_for_timeout(100)
+    assert page.get_by_text("before the trigger").count() == 1
+    page.get_by_role("button", name="Next").click()
+    page.get_by_text("2 of 20", exact=True).wait_for()
+    for _ in range(1000):
+        if all(pictures(page)[name] != first[name] for name in slid):
+            break
+        page.wait_for_timeout(100)
+    else:
+        raise AssertionError("the pictures stay")
+    page.get_by_label("Step", exact=True).first.fill("20")
+    page.get_by_text("20 of 20", exact=True).wait_for()
+    page.get_by_text("a seat is open").wait_for()
+    page.get_by_role("button", name="Previous").click()
+    page.get_by_text("19 of 20", exact=True).wait_for()
+    assert serious_problems(page) == []
+
+    steps = downloaded(page, "Steps (.csv)", tmp_path).read_bytes()
+    downloaded(page, "Description (.toml)", tmp_path)
+    page.get_by_text("The same on the command line and in Python").last.click()
+    command = page.locator(".code-block pre").nth(2).inner_text()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slide.csv").unlink()
+    result = CliRunner().invoke(app, shlex.split(command)[1:])
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "slide.csv").read_bytes() == steps

@@ -20,10 +20,16 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_cons
 from pretravel.maps.observation import Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
+from pretravel.prediction.catalogue import description_text, parse_probe
 from pretravel.prediction.compliance.wozniak import WozniakProbe, wozniak_pretravel
+from pretravel.prediction.description import Probe
+from pretravel.prediction.materials import material
 from pretravel.prediction.predict import predict
+from pretravel.probing.simulation import simulate
+from pretravel.probing.targets import Targets
 from pretravel.qualification.observe import observe
 from pretravel.qualification.qualify import qualify
+from pretravel.surface.shapes import Plane
 from pretravel.touches import Touches
 from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
 
@@ -329,3 +335,96 @@ def test_a_piezoelectric_stage_triggers_at_one_force() -> None:
     for change in ({"seat_distance": 0.0}, {"opening": -1e-3}):
         with pytest.raises(PretravelError, match=next(iter(change))):
             replace(WINDOW, **change)
+
+
+def _described(trigger: str) -> Probe:
+    text = description_text("omp40-2").replace('criterion = "first_contact"', "", 1)
+    return parse_probe(text.replace("threshold_N = 0.0", trigger, 1))
+
+
+OPENING = 'criterion = "arm_lift"\nopening_um = 0.2'
+STAGE = 'criterion = "piezo_stage"\nthreshold_N = 0.08'
+AROUND = from_angles(np.repeat([90.0, 55.0, 20.0], 24) * DEGREE,
+                     np.tile(np.arange(24) * 15.0 + 3.0, 3) * DEGREE)  # fmt: skip
+TURN = np.array(
+    [[1.0, 0.0, 0.0], [0.0, np.cos(0.6), -np.sin(0.6)], [0.0, np.sin(0.6), np.cos(0.6)]]
+)
+
+
+def _closed_form(normals: np.ndarray, opening: float, stage: float | None) -> np.ndarray:
+    """Equations 2 and 3 for the numbers of the file of omp40-2, on steel: ceramic stem of 4.5 mm,
+    50 mm to the root, lever 64.4 mm, seats at 16.34 mm, 5.91 N, ruby ball of 3 mm. [mm]"""
+    stem, ruby, steel = material("ceramic"), material("ruby"), material("steel")
+    azimuth = np.arctan2(normals[:, 1], normals[:, 0])
+    psi = np.mod(azimuth + np.pi / 3.0, 2.0 * np.pi / 3.0) - np.pi / 3.0
+    across = np.hypot(normals[:, 0], normals[:, 1])
+    arm = 64.4 * across * np.cos(psi) + 0.5 * 16.34 * normals[:, 2]
+    force = 0.5 * 5.91 * 16.34 / arm if stage is None else np.full(len(normals), stage)
+    bending = force * across**2 * 50.0**3 * 64.0
+    bending /= 3.0 * stem.youngs_modulus * np.pi * 4.5**4
+    elastic = sum((1.0 - m.poissons_ratio**2) / m.youngs_modulus for m in (ruby, steel))
+    contact = (9.0 / 16.0 * force**2 * elastic**2 / 3.0) ** (1.0 / 3.0)
+    return np.asarray(bending + contact + opening * arm / (1.5 * 16.34))
+
+
+@pytest.mark.parametrize(
+    ("trigger", "opening", "stage"), [(OPENING, 0.2e-3, None), (STAGE, 0.0, 0.08)]
+)
+def test_a_described_transducer_is_his_full_model(
+    trigger: str, opening: float, stage: float | None
+) -> None:
+    """`predict` and `simulate` with the model wozniak are equations 2 and 3; forces of six seats
+    and of the closed form agree to rounding. The closed form needs a stem of one piece."""
+    probe = _described(trigger)
+    found = predict(probe, AROUND, "wozniak")
+    expected = _closed_form(AROUND, opening, stage)
+    assert probe.stem.diameter == 4.5
+    assert found.pretravel == pytest.approx(expected, rel=1e-9)
+    shares = {"stylus_bending", "tip_on_part"} | ({"opening"} if opening else set())
+    assert set(found.shares) == shares
+    # On a plane for each direction the normal stays: the travel along it is the pretravel.
+    for normal, pretravel in zip(AROUND[::7], expected[::7], strict=True):
+        for turned in (np.eye(3), TURN):
+            at = Targets(np.zeros((1, 3)), (turned @ normal)[None])
+            turned_probe = replace(
+                probe, orientation=replace(probe.orientation, axis=tuple(turned[:, 2].tolist()))
+            )
+            own = turned @ normal @ turned_probe.orientation.matrix
+            expected_there = _closed_form(own[None], opening, stage)[0]
+            touches = simulate(turned_probe, Plane([0.0] * 3, turned @ normal), at, model="wozniak")
+            travel = 3.0 - touches.positions[0] @ (turned @ normal)
+            assert travel == pytest.approx(expected_there, abs=1e-9)
+        assert _closed_form(normal[None], opening, stage)[0] == pytest.approx(pretravel)
+
+
+def test_wozniak_pretravel_of_the_same_numbers() -> None:
+    steel, ruby, stem = material("steel"), material("ruby"), material("ceramic")
+    same = WozniakProbe(
+        spring_force=5.91, seat_distance=16.34 * np.sqrt(3.0), stylus_length=50.0,
+        stylus_diameter=4.5, axis_distance=14.4, tip_diameter=6.0,
+        stylus_modulus=stem.youngs_modulus,
+        tip_modulus=ruby.youngs_modulus / (1.0 - ruby.poissons_ratio**2),
+        part_modulus=steel.youngs_modulus / (1.0 - steel.poissons_ratio**2), opening=0.2e-3,
+    )  # fmt: skip
+    found = predict(_described(OPENING), AROUND, "wozniak").shares
+    closed = wozniak_pretravel(AROUND, same)
+    assert found["stylus_bending"] == pytest.approx(closed.bending, rel=1e-9)
+    assert found["tip_on_part"] == pytest.approx(closed.contact, rel=1e-9)
+    assert found["opening"] == pytest.approx(closed.switching, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", ["analytic", "shen", "ren"])
+def test_every_model_knows_the_transducer(model: str) -> None:
+    """An opening adds one turn of the tripod to any model; a stage is one force for any."""
+    opened, closed = (
+        predict(_described(words), AROUND, model)
+        for words in (OPENING, 'criterion = "arm_lift"\nthreshold_N = 0.0')
+    )
+    turn = _closed_form(AROUND, 0.2e-3, 0.0)
+    assert opened.pretravel - closed.pretravel == pytest.approx(turn, rel=1e-9)
+    assert set(predict(_described(STAGE), AROUND, model).force) == {0.08}
+
+
+def test_a_stated_opening_of_zero_is_the_full_model() -> None:
+    found = predict(_described('criterion = "arm_lift"\nopening_um = 0'), AROUND, "wozniak")
+    assert found.pretravel == pytest.approx(_closed_form(AROUND, 0.0, None), rel=1e-9)

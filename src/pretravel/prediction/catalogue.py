@@ -84,6 +84,7 @@ class _Geometry:
 class _Trigger:
     criterion: str = "first_contact"
     threshold: float = 0.0
+    opening: float | None = None
 
 
 @dataclass(frozen=True)
@@ -240,6 +241,7 @@ def described_probe(document: TomlDocument, folder: Path = Path()) -> Probe:
             orientation=description.orientation,
             criterion=description.trigger.criterion,
             threshold=description.trigger.threshold,
+            opening=description.trigger.opening,
             spring_offset=description.spring.offset,
         )
 
@@ -273,7 +275,7 @@ def _structure(own: tuple[tuple[str, Material], ...]) -> TomlStructure:
     structure.table(Tip, radius="radius_mm", u_radius="u_radius_um")
     structure.table(Moving, mass="mass_g", height="height_mm")
     structure.table(Orientation, rotation="rotation_deg")
-    structure.table(_Trigger, threshold="threshold_N")
+    structure.table(_Trigger, threshold="threshold_N", opening="opening_um")
     structure.value(Material, lambda name: _named(name, dict(own)))
     structure.value(_Solids, _solids)
     return structure

@@ -37,7 +37,7 @@ def described_map(
     """
     description = load_probe(probe)
     trigger = predict(description, fibonacci_cap(400), model)
-    if compliance_model(model).has_response:
+    if compliance_model(model).condenses(description):
         found = response_map(description, probe_response(description, model), trigger)
     else:
         found = predicted_map(description, trigger)

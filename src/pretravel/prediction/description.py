@@ -15,7 +15,8 @@ from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.prediction.materials import Material
 
-CRITERIA = ("first_contact", "arm_lift")
+PIEZO_STAGE = "piezo_stage"
+CRITERIA = ("first_contact", "arm_lift", PIEZO_STAGE)
 CONTACTS = ("hertz", "rigid")
 LARGEST_FRICTION = 0.5
 """Largest friction coefficient of seats. From the tangent of the support angle on, rods jam
@@ -26,6 +27,8 @@ LONGEST = 1000.0
 """Largest length of a probe. [mm]"""
 STRONGEST = 100.0
 """Largest preload of a probe. [N]"""
+WIDEST = 1.0
+"""Largest opening of a contact. [mm]"""
 
 
 def _positive(value: float, what: str, unit: str = "mm", largest: float = LONGEST) -> None:
@@ -307,12 +310,15 @@ class Probe:
         The solid between rods and stylus, for finite elements: one or the other.
     moving, orientation : Moving, Orientation, optional
     criterion : str
-        first_contact or arm_lift.
+        Of an electric contact first_contact or arm_lift; piezo_stage of a piezo element.
     threshold : float
         Seat reaction (first_contact), or sum of a rod's two (arm_lift), at
-        which the circuit opens. [N]
+        which the circuit opens; force on the tip at which a piezo stage triggers. [N]
     spring_offset : two floats
         x and y of the line of the spring's force: Ren's t cos δ₁ and t sin δ₁. [mm]
+    opening : float, optional
+        Woźniak's a: how far the contact of a rod that lifts opens before the circuit is broken.
+        [mm]
 
     Raises
     ------
@@ -338,6 +344,7 @@ class Probe:
     criterion: str = "first_contact"
     threshold: float = 0.0
     spring_offset: tuple[float, float] = (0.0, 0.0)
+    opening: float | None = None
 
     def __post_init__(self) -> None:
         _positive(self.preload, "the spring preload", "N", STRONGEST)
@@ -371,11 +378,31 @@ class Probe:
             raise DescriptionError(
                 f"the trigger threshold is {self.threshold:g} N; it cannot be negative"
             )
+        self._check_transducer()
         if not all(abs(value) <= LONGEST for value in self.spring_offset):
             raise DescriptionError(
                 f"the spring's offset {self.spring_offset} is not two lengths below {LONGEST:g} mm"
             )
         self._check_seating()
+
+    def _check_transducer(self) -> None:
+        if self.criterion == PIEZO_STAGE and not self.threshold > 0.0:
+            raise DescriptionError(
+                f"a piezo stage triggers at a force on the tip: state it as threshold_N of "
+                f"[trigger], which is {self.threshold:g} N"
+            )
+        if self.opening is None:
+            return
+        if not 0.0 <= self.opening <= WIDEST:
+            raise DescriptionError(
+                f"the opening of the contact is {1e3 * self.opening:g} µm; it must lie between 0 "
+                f"and {1e3 * WIDEST:g} µm"
+            )
+        if self.criterion != "arm_lift":
+            raise DescriptionError(
+                f"the opening of a contact is that of a rod that lifts; the criterion "
+                f"'{self.criterion}' has none: make it 'arm_lift', or leave opening_um out"
+            )
 
     @property
     def uneven(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.errors import PretravelError
-from pretravel.prediction.description import CRITERIA
+from pretravel.prediction.description import CRITERIA, PIEZO_STAGE
 
 _NEVER = 1e-12  # unloading per newton below which a seat never opens
 _TIE = 1e-9  # relative difference of forces that is no difference
@@ -40,7 +40,7 @@ def watched_loads(reactions: FloatArray, criterion: str) -> FloatArray:
     Raises
     ------
     PretravelError
-        A criterion that is not known.
+        A criterion that is not known, or that watches no loads of seats.
 
     Notes
     -----
@@ -58,6 +58,8 @@ def watched_loads(reactions: FloatArray, criterion: str) -> FloatArray:
         return reactions
     if criterion == "arm_lift":
         return np.asarray(reactions[:, 0::2] + reactions[:, 1::2])
+    if criterion == PIEZO_STAGE:
+        raise PretravelError(f"the criterion {PIEZO_STAGE} watches the force on the tip, no seats")
     raise PretravelError(
         f"trigger criterion '{criterion}' is not known; known are {', '.join(CRITERIA)}"
     )
@@ -78,16 +80,18 @@ def trigger_force(
     unit_reactions : (n, 6) float
         Change per newton on the tip.
     criterion : str
-        See `watched_loads`.
+        See `watched_loads`; ``piezo_stage``: the force itself is compared with the threshold.
     threshold : float
         [N]
 
     Returns
     -------
     force : (n,) float
-        Infinite where none of the loads decreases. [N]
+        Infinite where none of the loads decreases, and where a rod lifts before a piezo stage
+        triggers. [N]
     seat : (n,) int
-        Which of the six opens; of a rod that lifts, the seat that opens first.
+        Which of the six opens; of a rod that lifts, the seat that opens first; with a piezo stage
+        the seat that would.
 
     References
     ----------
@@ -101,6 +105,10 @@ def trigger_force(
     >>> force.tolist(), seat.tolist()
     ([1.0], [5])
     """
+    if criterion == PIEZO_STAGE:
+        lifting, _ = trigger_force(rest_reactions, unit_reactions, "arm_lift")
+        _, seat = trigger_force(rest_reactions, unit_reactions)
+        return np.where(lifting > threshold, threshold, np.inf), seat
     unit = np.asarray(unit_reactions, dtype=np.float64)
     rest = np.atleast_2d(np.asarray(rest_reactions, dtype=np.float64))
     unloading = -watched_loads(unit, criterion)

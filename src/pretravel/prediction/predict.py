@@ -19,11 +19,11 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
-from pretravel.prediction.description import Probe
+from pretravel.prediction.description import PIEZO_STAGE, Probe
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import Material, default_workpiece
 from pretravel.prediction.seat_frame import SEAT_NAMES
-from pretravel.prediction.seats import statics_in_machine
+from pretravel.prediction.seats import lifted_tip_motion, statics_in_machine
 from pretravel.uncertainty.covariance import Covariance
 
 
@@ -127,7 +127,8 @@ def predict(
     Returns
     -------
     Trigger
-        With friction at the seats: of the third of three equal touches, and with two shares,
+        A contact that opens adds the share ``opening`` to those of the model. With friction at
+        the seats: of the third of three equal touches, and with two shares,
         ``body`` and ``seats``, beside ``tip_on_part``.
 
     Raises
@@ -159,18 +160,30 @@ def predict(
         first = int(np.flatnonzero(never)[0])
         raise PretravelError(
             f"the probe never triggers in {int(never.sum())} of {len(d)} directions, the first "
-            f"at {describe(d[first])}: a force in that direction unloads no seat. This tripod "
-            "cannot probe at polar angles well above 90°."
+            f"at {describe(d[first])}: {_why_never(probe)}"
         )
+    displacements = dict(chosen.displacements(loading))
+    if probe.opening:
+        displacements["opening"] = probe.opening * lifted_tip_motion(probe)[seat // 2]
     return Trigger(
         directions=frozen(d),
         force=frozen(force),
         seat=seat,
         reactions=frozen(loading.reactions),
-        displacements={
-            share: frozen(vector) for share, vector in chosen.displacements(loading).items()
-        },
+        displacements={share: frozen(vector) for share, vector in displacements.items()},
         model=chosen.name,
+    )
+
+
+def _why_never(probe: Probe) -> str:
+    if probe.criterion == PIEZO_STAGE:
+        return (
+            f"a rod lifts before the force is {probe.threshold:g} N, at which the piezo stage "
+            "triggers. Lower threshold_N of [trigger], or raise the preload."
+        )
+    return (
+        "a force in that direction unloads no seat. This tripod cannot probe at polar angles well "
+        "above 90°."
     )
 
 

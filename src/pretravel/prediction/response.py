@@ -16,10 +16,11 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.errors import ConvergenceError, PretravelError
+from pretravel.base.units import MICROMETRE
 from pretravel.maps.basis import MapBasis, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
-from pretravel.prediction.description import Probe
+from pretravel.prediction.description import PIEZO_STAGE, Probe
 from pretravel.prediction.event import trigger_force, watched_loads
 from pretravel.prediction.hertz import curved_part_factor
 from pretravel.prediction.loading import Loading
@@ -92,7 +93,12 @@ class ProbeResponse:
         return np.asarray(self.rest_reactions + forces[:, None] * change)
 
     def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
-        """Smallest watched load less the threshold, (n,): zero at the trigger. [N]"""
+        """Smallest watched load less the threshold, (n,): zero at the trigger. [N]
+
+        With a piezo stage: the threshold less the force.
+        """
+        if self.criterion == PIEZO_STAGE:
+            return np.asarray(self.threshold - forces)
         watched = watched_loads(self.reactions(directions, forces), self.criterion)
         return np.asarray(np.min(watched, axis=1) - self.threshold)
 
@@ -287,6 +293,8 @@ def probe_response(
     ------
     ConvergenceError
         A model that is not of this form.
+    PretravelError
+        Friction at the seats, or a contact that opens.
 
     Notes
     -----
@@ -304,6 +312,12 @@ def probe_response(
             "surfaces and maps without a table follow from statics, which does not contain it. "
             "Set friction of [seats] to 0, or use a table of directions (.csv)",
             inputs=("friction",),
+        )
+    if probe.opening:
+        raise PretravelError(
+            f"the contact of {probe.name} opens by {probe.opening / MICROMETRE:g} µm after the "
+            "force of the trigger is reached, which this calculation does not contain (slide, maps "
+            "without a table). Set opening_um of [trigger] to 0, or use predict or simulate"
         )
     chosen = compliance_model(model)
     statics = statics_in_machine(probe, gravity)
@@ -336,7 +350,7 @@ def probe_response(
 def _check(
     response: ProbeResponse,
     probe: Probe,
-    model: str | ComplianceModel,
+    model: ComplianceModel,
     workpiece: Material,
     gravity: npt.ArrayLike | None,
 ) -> None:
@@ -353,4 +367,5 @@ def _check(
         raise ConvergenceError(
             f"touches on surfaces need a model with a linear compliance and Hertz's law at seats "
             f"and tip; model {expected.model} differs from this form by {off:.1e} mm"
+            + (f". It has it for {model.response_for}" if model.response_for else "")
         )

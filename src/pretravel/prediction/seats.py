@@ -11,7 +11,7 @@ from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import checked_unit
 from pretravel.base.errors import DescriptionError
 from pretravel.base.units import STANDARD_GRAVITY
-from pretravel.prediction.description import Probe
+from pretravel.prediction.description import PIEZO_STAGE, Probe
 from pretravel.prediction.event import watched_loads
 from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.prediction.seat_frame import SEAT_NAMES, seat_frame, tip_wrenches
@@ -149,8 +149,10 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
     rest = np.asarray(np.linalg.solve(wrenches, -load), dtype=np.float64)
     worst = int(np.argmin(rest))
     # No seat may pull, and the loads that the criterion watches must be above its threshold.
-    watched = watched_loads(rest[None], probe.criterion)
-    if rest[worst] <= 1e-12 or watched.min() <= probe.threshold + 1e-12:
+    opens = probe.criterion != PIEZO_STAGE and (
+        watched_loads(rest[None], probe.criterion).min() <= probe.threshold + 1e-12
+    )
+    if rest[worst] <= 1e-12 or opens:
         raise DescriptionError(
             f"at rest seat {SEAT_NAMES[worst]} carries {rest[worst]:.3f} N; with the trigger "
             f"threshold of {probe.threshold:g} N ({probe.criterion}) the probe would never be "
@@ -165,6 +167,28 @@ def seat_statics(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStat
         rest_reactions=frozen(rest),
         tip=frozen([0.0, 0.0, -probe.lever]),
     )
+
+
+def lifted_tip_motion(probe: Probe) -> FloatArray:
+    """Displacement of the tip per opening of the contact of a rod that lifts, (3, 3).
+
+    A row for each rod: the tripod turns as a rigid body about the line through the two others.
+
+    References
+    ----------
+    Woźniak, equation 2: the part of the transducer.
+
+    >>> from pretravel.prediction.catalogue import load_probe
+    >>> lifted_tip_motion(load_probe("omp40-2")).shape
+    (3, 3)
+    """
+    radii = probe.tripod.radius + np.array(probe.tripod.radius_deviations)
+    azimuths = np.array(probe.tripod.rod_azimuths)
+    rods = radii[:, None] * np.stack([np.cos(azimuths), np.sin(azimuths), 0.0 * azimuths], axis=1)
+    first, second = np.roll(rods, -1, axis=0), np.roll(rods, -2, axis=0)
+    line = second - first
+    up = np.cross(line, rods - first)[:, 2:]
+    return np.asarray(np.cross(line, np.array([0.0, 0.0, -probe.lever]) - first) / up)
 
 
 def statics_in_machine(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStatics:

@@ -16,7 +16,7 @@ from pretravel.prediction.description import Probe
 from pretravel.probing.slide_curved import FirstContact, slide_with_model, slide_with_rays
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.probing.slide_one_normal import golden_section_slide, stepped_slide
-from pretravel.probing.tip import LateralTip, PredictedTip, tip_of
+from pretravel.probing.tip import LateralTip, OpeningTip, PredictedTip, tip_of
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import face_of
 
@@ -143,6 +143,11 @@ def slide(
     """
     settings = settings or SlideSettings()
     described = tip_of(tip)
+    if isinstance(described, OpeningTip):
+        raise PretravelError(
+            "a slide ends at the force of the trigger, and does not contain the opening of the "
+            "contact after it: set opening_um of [trigger] to 0, or use predict or simulate"
+        )
     if not isinstance(described, PredictedTip):
         raise PretravelError("a slide needs a described probe: a map contains no forces")
     first = _first_contact(face_of(surface), at)

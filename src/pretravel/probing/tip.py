@@ -18,6 +18,7 @@ from pretravel.prediction.description import Probe
 from pretravel.prediction.hertz import contact_modulus
 from pretravel.prediction.materials import Material, default_workpiece, material
 from pretravel.prediction.response import probe_response
+from pretravel.prediction.seats import lifted_tip_motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +153,48 @@ def predicted_tip(
         radius=probe.tip.radius,
         shear_ratio=0.25 * contact_modulus(ball, part) * shear,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class OpeningTip:
+    """The tip of a probe whose contact opens a little after the force of the trigger is reached.
+
+    Parameters
+    ----------
+    tip : PredictedTip
+        Without the opening.
+    motion : (3, 3) float
+        Displacement of the tip until the contact of each rod is open, probe frame. [mm]
+    """
+
+    tip: PredictedTip
+    motion: FloatArray
+
+    @property
+    def radius(self) -> float:
+        return self.tip.radius
+
+    @property
+    def shear_ratio(self) -> float:
+        return self.tip.shear_ratio
+
+    @property
+    def has_forces(self) -> bool:
+        return True
+
+    def state(self, directions: FloatArray) -> TipState:
+        state, rotation = self.tip.state(directions), self.tip.rotation
+        _, seat = self.tip.response.force(directions @ rotation)
+        return replace(state, deflection=state.deflection + self.motion[seat // 2] @ rotation.T)
+
+    def excess(self, directions: FloatArray, forces: FloatArray) -> FloatArray:
+        return self.tip.excess(directions, forces)
+
+    def supports(self, directions: FloatArray) -> BoolArray:
+        return self.tip.supports(directions)
+
+    def turned(self, rotation: FloatArray) -> OpeningTip:
+        return replace(self, tip=self.tip.turned(rotation))
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,7 +393,11 @@ def tip_of(
     if isinstance(probe, str):
         probe = load_probe(probe)
     if isinstance(probe, Probe):
-        return predicted_tip(probe, model, workpiece=workpiece, gravity=gravity)
+        closed = replace(probe, opening=0.0) if probe.opening else probe
+        tip = predicted_tip(closed, model, workpiece=workpiece, gravity=gravity)
+        if not probe.opening:
+            return tip
+        return OpeningTip(tip, frozen(probe.opening * lifted_tip_motion(probe)))
     if isinstance(probe, PretravelMap):
         return mapped_tip(probe, extrapolate=extrapolate)
     if all(

@@ -56,7 +56,8 @@ def _contact_models() -> Iterable[str]:
     from pretravel.prediction.compliance import MODELS
     from pretravel.prediction.compliance.base import compliance_model
 
-    return [name for name in MODELS if compliance_model(name).has_response]
+    models = {name: compliance_model(name) for name in MODELS}
+    return [name for name, model in models.items() if model.has_response or model.response_for]
 
 
 def existing(value: object) -> list[Path]:
@@ -164,7 +165,8 @@ ModelName: TypeAlias = Annotated[
 ContactModel: TypeAlias = Annotated[
     str,
     Field(
-        help="Model of the probe's compliance: analytic, fem or shen.",
+        help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions "
+        "with a contact opening or a piezo stage.",
         names=_contact_models,
         metavar="MODEL",
     ),

@@ -166,7 +166,7 @@ class PredictedProbe(Result):
         exact : bool
             Whether the map computes its values between the directions, instead of linear
             interpolation. Models without elastic contacts, and probes with friction at their
-            seats, have a table in either case.
+            seats or a contact that opens, have a table in either case.
         """
         from pretravel.prediction.compliance.base import compliance_model
         from pretravel.prediction.materials import material
@@ -175,7 +175,7 @@ class PredictedProbe(Result):
 
         task = self.task
         of_statics = self.probe.seats.friction == 0.0
-        if exact and of_statics and compliance_model(task.model).has_response:
+        if exact and of_statics and compliance_model(task.model).condenses(self.probe):
             workpiece = material(task.workpiece)
             response = probe_response(
                 self.probe, task.model, workpiece=workpiece, gravity=task.gravity

@@ -49,6 +49,8 @@ class Slide(Reported):
         Pair,
         Field(
             help="Surface parameters of the first contact, in radians where they are angles.",
+            label="First contact: surface parameters u,v",
+            hint="In mm, or in radians where they are angles",
             parse=pair,
             metavar="U,V",
         ),
@@ -89,24 +91,33 @@ class Slide(Reported):
     def run(self, progress: Progress = SILENT) -> FollowedSlide:
         """Follow the touch."""
         from pretravel.prediction.catalogue import load_probe
+
+        with progress.working("sliding"):
+            return self.followed(load_probe(self.probe))
+
+    def followed(self, probe: Probe) -> FollowedSlide:
+        """Follow the touch of a probe that has been read.
+
+        Raises
+        ------
+        PretravelError
+            A surface, a process or a model that cannot be followed.
+        """
         from pretravel.prediction.materials import material
         from pretravel.probing.slide import SlideSettings, slide
         from pretravel.probing.tip import predicted_tip
         from pretravel.surface.specification import face_of
 
-        probe = load_probe(self.probe)
         shape = face_of(self.surface)
-        with progress.working("sliding"):
-            tip = predicted_tip(probe, self.model, workpiece=material(self.workpiece))
-            settings = SlideSettings(
-                step=self.step,
-                steps=self.steps,
-                process=self.process,
-                search=self.search,
-                kinematics=self.kinematics,
-            )
-            history = slide(tip, shape, self.at, settings)
-        return FollowedSlide(self, probe, shape, tip, history)
+        tip = predicted_tip(probe, self.model, workpiece=material(self.workpiece))
+        settings = SlideSettings(
+            step=self.step,
+            steps=self.steps,
+            process=self.process,
+            search=self.search,
+            kinematics=self.kinematics,
+        )
+        return FollowedSlide(self, probe, shape, tip, slide(tip, shape, self.at, settings))
 
 
 @dataclass(frozen=True, eq=False)

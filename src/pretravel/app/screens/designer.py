@@ -20,7 +20,15 @@ from pretravel.app.components.fields import (
     text_field,
 )
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.layout import folded, here, live, note, panel, text
+from pretravel.app.components.layout import (
+    folded,
+    folded_until_opened,
+    here,
+    live,
+    note,
+    panel,
+    text,
+)
 from pretravel.app.components.outcome import error_view
 from pretravel.app.components.plot import ColouredPlot
 from pretravel.app.components.same_elsewhere import same_elsewhere
@@ -34,6 +42,7 @@ from pretravel.app.screens.designer_form import (
     setting_names,
     start_values,
 )
+from pretravel.app.screens.designer_slide import slide_panel
 from pretravel.app.screens.designer_work import (
     DESIGN_FILE,
     DESIGNS,
@@ -54,6 +63,7 @@ from pretravel.tasks.task import command_line
 _FIXED_WORDS = {
     "first_contact": "first contact: one seat loses its force",
     "arm_lift": "arm lift: both seats of a rod lose their force",
+    "piezo_stage": "piezo stage: the force on the tip is the threshold",
     "hertz": "elastic (Hertz): rod and ball deform",
     "rigid": "rigid: rod and ball do not deform",
 }
@@ -211,6 +221,8 @@ def _results(state: ScreenState, work: Work) -> None:
         _downloads(state, work)
     with panel("Finite elements"):
         elements_view(state)
+    with panel("A touch step by step"):
+        folded_until_opened("How the tip slides until the trigger", lambda: slide_panel(state))
 
     def grey() -> None:
         place.classes(add="stale" if work.error else "", remove="" if work.error else "stale")

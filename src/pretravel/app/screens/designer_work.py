@@ -17,12 +17,16 @@ from pretravel.app.screens.designer_form import (
     designed_text,
     setting_names,
 )
+from pretravel.app.task_form import TaskForm
+from pretravel.base.errors import PretravelError
+from pretravel.tasks.slide import Slide
 
 if TYPE_CHECKING:
     from pretravel.prediction.description import Probe
     from pretravel.prediction.fem.condensation import ReducedModel
     from pretravel.show.document import Document
     from pretravel.tasks.predict import PredictedProbe
+    from pretravel.tasks.slide import FollowedSlide
 
 FIRST_START = "omp40-2"
 DESIGN_FILE = "design.toml"
@@ -62,6 +66,39 @@ class ComparedDesigns:
 
         pair = (self.other.probe, self.design.probe), (self.other.trigger, self.design.trigger)
         return DesignComparison(*pair).document((self.other_name, DESIGN_FILE))
+
+
+SLIDE_FORM = TaskForm(
+    Slide,
+    without=("process", "search", "model", "workpiece"),
+    prefix="slide_",
+    start={"at": "0.5,0.5", "step": 0.0002},
+)
+SURFACE = "slide_surface"
+SURFACES: Mapping[str, str] = {
+    "convex": "the convex surface of the thesis",
+    "ellipsoid:a=10,c=6": "ellipsoid, semi-axes 10 and 6 mm",
+    "sphere:radius=12.5": "sphere of 25 mm diameter",
+    "cylinder:radius=10": "cylinder of 20 mm diameter",
+    "plane:polar=40": "plane at 40° to the horizontal",
+    "plane:polar=90": "vertical wall",
+}
+"""Surfaces that the screen offers; a name of a file is none of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlideOfDesign:
+    """A touch of a design, step by step.
+
+    Attributes
+    ----------
+    made : FollowedSlide
+    document : Document
+        Its report, which takes longer than a page may wait.
+    """
+
+    made: FollowedSlide
+    document: Document
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +205,18 @@ def compute_finite_elements(inputs: Inputs) -> FiniteElementDesign:
     return FiniteElementDesign(Predict(probe=DESIGN_FILE, model="fem").predicted(probe), reduced)
 
 
+def follow_slide(inputs: Inputs) -> SlideOfDesign:
+    """Follow a touch of the design, by the curved process of the thesis."""
+    settings = inputs.settings
+    surface = settings.get(SURFACE, "convex")
+    if surface not in SURFACES:  # a project that was sent can state anything, such as a script
+        raise PretravelError("choose a surface of the list", inputs=(SURFACE,))
+    start, changes = start_and_changes(settings, inputs.optional_file("description"))
+    task = Slide(probe=DESIGN_FILE, surface=surface, **SLIDE_FORM.given(settings))
+    made = task.followed(designed_probe(start, changes))
+    return SlideOfDesign(made, made.document())
+
+
 _SETTINGS = ("start", "form_of", *setting_names())
 DESIGNS = Job(
     "designs",
@@ -185,4 +234,11 @@ FINITE_ELEMENTS = Job(
     files=("description",),
     automatic=False,
     own_process=True,
+)
+SLIDE = Job(
+    "slide",
+    follow_slide,
+    "Sliding",
+    settings=(*_SETTINGS, SURFACE, *SLIDE_FORM.stored),
+    files=("description",),
 )

@@ -10,6 +10,7 @@ from typing import ClassVar
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.prediction.compliance import MODELS
+from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
 
 TIP_ON_PART = "tip_on_part"
@@ -25,13 +26,20 @@ class ComplianceModel(ABC):
     has_response : bool
         Whether a `pretravel.prediction.response.ProbeResponse` represents the model exactly: linear
         compliance, Hertz's law at the seats and at the tip.
+    response_for : str
+        For which descriptions one does, where not for all; see `condenses`.
     uses_lever_only : bool
         Whether the lever is the only length of the stylus that the model uses.
     """
 
     name: ClassVar[str]
     has_response: ClassVar[bool] = False
+    response_for: ClassVar[str] = ""
     uses_lever_only: ClassVar[bool] = False
+
+    def condenses(self, probe: Probe) -> bool:
+        """Whether a `pretravel.prediction.response.ProbeResponse` is exact for this probe."""
+        return self.has_response and not probe.opening
 
     @abstractmethod
     def displacements(self, loading: Loading) -> Mapping[str, FloatArray]:

@@ -1,4 +1,4 @@
-"""Woźniak's simple map of a described probe, and his full model in closed form."""
+"""Woźniak's two models of a described probe, and the full one in closed form."""
 
 from __future__ import annotations
 
@@ -17,21 +17,27 @@ from pretravel.base.quantities import as_numbers
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance import analytic
-from pretravel.prediction.compliance.base import ComplianceModel
+from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
+from pretravel.prediction.description import PIEZO_STAGE, Probe
 from pretravel.prediction.loading import Loading, loaded_to_trigger
 
 
 @dataclass(frozen=True)
 class Wozniak(ComplianceModel):
-    """Pretravel A cos²γ / cos of the folded azimuth, along the normal; no force enters.
+    """His full model where the description states the transducer; otherwise his simple map.
 
-    A is that of the paper's five-point qualification (equator at 0, 90, 180, 270°, and the
-    pole) of this probe under the model ``analytic``; the lobes lie opposite the first rod.
-    Share: ``wozniak``.
+    The description states it by ``opening_um``, 0 too, or the criterion ``piezo_stage``. Shares of
+    the full model: ``stylus_bending`` (the stem, as one cantilever of the stylus's length) and
+    ``tip_on_part``; `pretravel.prediction.predict.predict` adds ``opening``. The seats are rigid.
+
+    The simple map is A cos²γ / cos of the folded azimuth, along the normal; no force enters. A is
+    that of the paper's five-point qualification (equator at 0, 90, 180, 270°, and the pole) of
+    this probe under the model ``analytic``; the lobes lie opposite the first rod. Share:
+    ``wozniak``.
 
     References
     ----------
-    Woźniak, equations 4 and 9.
+    Woźniak, equations 2, 4 and 9.
 
     >>> from pretravel.prediction.catalogue import load_probe
     >>> from pretravel.prediction.predict import predict
@@ -40,8 +46,14 @@ class Wozniak(ComplianceModel):
     """
 
     name = "wozniak"
+    response_for = "descriptions with opening_um or the criterion piezo_stage in [trigger]"
+
+    def condenses(self, probe: Probe) -> bool:
+        return _states_transducer(probe) and not probe.opening
 
     def displacements(self, loading: Loading) -> Mapping[str, FloatArray]:
+        if _states_transducer(loading.probe):
+            return _full(loading)
         five = five_point_pattern()
         touches, _ = loaded_to_trigger(loading.probe, loading.statics, five, loading.workpiece)
         moved = sum(analytic.MODEL.displacements(touches).values())
@@ -52,6 +64,23 @@ class Wozniak(ComplianceModel):
 
 
 MODEL = Wozniak()
+
+
+def _states_transducer(probe: Probe) -> bool:
+    return probe.opening is not None or probe.criterion == PIEZO_STAGE
+
+
+def _full(loading: Loading) -> Mapping[str, FloatArray]:
+    probe, stem = loading.probe, loading.probe.stem
+    probe.refuse_uneven("the model wozniak")
+    bending = cantilever_compliance(
+        probe.stylus_length, stem.diameter, stem.material.youngs_modulus
+    )
+    lateral = loading.directions * np.array([1.0, 1.0, 0.0])
+    return {
+        "stylus_bending": bending * loading.force[:, None] * lateral,
+        TIP_ON_PART: loading.tip_approach,
+    }
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -177,6 +177,8 @@ def description_of(probe: Probe) -> dict[str, float | str]:
         "tip": probe.tip.material.name,
         "criterion": probe.criterion,
         "threshold / N": probe.threshold,
+        "contact opening / µm": "not stated" if probe.opening is None
+        else probe.opening / MICROMETRE,
         "hub": "not described" if probe.hub is None else f"Ø {2.0 * probe.hub.radius:g} mm, "
         f"height {probe.hub.height:g} mm, holder Ø {probe.hub.holder_diameter:g} mm, "
         f"{probe.hub.material.name}",

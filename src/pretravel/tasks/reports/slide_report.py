@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.probing.slide_history import SlideHistory
 from pretravel.show.chart import Axis, Chart, PlaneChart, SpaceChart, View
 from pretravel.show.chart_marks import (
+    Dots,
     LineMark,
     Rule,
     SpaceArrow,
@@ -117,8 +120,110 @@ def slide_view(history: SlideHistory, surface: Surface, title: str = "") -> View
     return View(title or "A tip slides", charts)
 
 
-def _curves(history: SlideHistory) -> list[PlaneChart]:
-    """Deflection and force over the feed."""
+def slide_step_view(history: SlideHistory, surface: Surface, tip_radius: float, step: int) -> View:
+    """One step of a slide: the state in space, and its place on the curves over the feed.
+
+    Parameters
+    ----------
+    history : SlideHistory
+    surface : Surface
+        That it slid on.
+    tip_radius : float
+        [mm]
+    step : int
+        From 1.
+
+    Returns
+    -------
+    View
+        In space, in µm from first contact: the contact with its normal, and how far spindle and
+        tip centre have moved; the line between these two is the deflection (C - P).
+
+    Raises
+    ------
+    PretravelError
+        A step that the slide does not have.
+    """
+    row = _row(history, step)
+    chart = slide_chart(history, surface, f"step {step} of {len(history)}")
+    normal = surface.local(surface.nearest(history.start[None])).normal[0]
+    rest = history.start + tip_radius * normal
+    here, spindle, center = (
+        (place[row] - origin) / MICROMETRE
+        for place, origin in (
+            (history.contact, history.start),
+            (history.spindle, rest),
+            (history.center, rest),
+        )
+    )
+    arrow = next(mark for mark in chart.marks if isinstance(mark, SpaceArrow))
+    length = float(np.linalg.norm(arrow.vector))
+    origin = np.zeros(3)
+
+    def line(start: FloatArray, end: FloatArray, name: str, colour: Colour) -> SpaceLines:
+        return SpaceLines(start[None], end[None], name, colour, 2.5)
+
+    state: tuple[SpaceMark, ...] = (
+        SpacePoints(here[None], "contact now", "ink", None, "ring", 9.0),
+        SpaceArrow(here, length * history.normal[row], "normal", "series2"),
+        line(origin, spindle, "movement of the spindle", "series2"),
+        line(origin, center, "movement of the tip centre", "series3"),
+        line(spindle, center, "deflection", "limit"),
+    )
+    kept = tuple(mark for mark in chart.marks if not isinstance(mark, SpaceArrow))
+    return View(chart.title, (replace(chart, marks=kept + state), *_curves(history, row)))
+
+
+def slide_step_figures(history: SlideHistory, step: int) -> tuple[KeyFigure, ...]:
+    """The state of one step in numbers.
+
+    Parameters
+    ----------
+    history : SlideHistory
+    step : int
+        From 1.
+
+    Returns
+    -------
+    tuple of KeyFigure
+
+    Raises
+    ------
+    PretravelError
+        A step that the slide does not have.
+    """
+    row = _row(history, step)
+    after = bool(history.triggered[row])
+    force = KeyFigure("force", float(history.force[row]), "N", decimals(4))
+    return (
+        KeyFigure("step", f"{step} of {len(history)}",
+                  remark="after the trigger" if after else "before the trigger"),
+        KeyFigure("feed", history.feed[row] / MICROMETRE, "µm", decimals(3)),
+        KeyFigure("deflection", history.deflection[row] / MICROMETRE, "µm", decimals(3)),
+        KeyFigure("force", "a seat is open") if after else force,
+        *(
+            KeyFigure(name, tuple(place[row].tolist()), "mm", decimals(5))
+            for name, place in (
+                ("contact point (T)", history.contact),
+                ("tip centre (C)", history.center),
+                ("spindle (P)", history.spindle),
+            )
+        ),
+        KeyFigure("normal", tuple(history.normal[row].tolist()), "", decimals(6)),
+    )  # fmt: skip
+
+
+def _row(history: SlideHistory, step: int) -> int:
+    rows = np.flatnonzero(history.step == step)
+    if not len(rows):
+        raise PretravelError(
+            f"the slide has no step {step}: its steps are 1 to {len(history)}", inputs=("step",)
+        )
+    return int(rows[0])
+
+
+def _curves(history: SlideHistory, row: int | None = None) -> list[PlaneChart]:
+    """Deflection and force over the feed, with a ring at one step."""
     order = np.argsort(history.feed)  # a golden section search goes to and fro
     feed = _from_zero(history.feed[order] / MICROMETRE)
     axis = Axis("feed since first contact", "µm", 0.0)
@@ -129,16 +234,25 @@ def _curves(history: SlideHistory) -> list[PlaneChart]:
     deflection = LineMark(feed, _from_zero(history.deflection[order] / MICROMETRE), "deflection",
                           marked=True)  # fmt: skip
     itself = LineMark(feed, feed, "feed itself", "reference", dashed=True)
+    bent: list[LineMark | Rule | Dots] = [itself, deflection, *trigger]
+    bent += _ring(history, row, history.deflection / MICROMETRE)
     charts = [
-        PlaneChart("deflection of the stylus", axis, Axis("deflection", "µm", 0.0),
-                   (itself, deflection, *trigger))
-    ]  # fmt: skip
+        PlaneChart("deflection of the stylus", axis, Axis("deflection", "µm", 0.0), tuple(bent))
+    ]
     known = order[np.isfinite(history.force[order])]
     if len(known):
         fed = _from_zero(history.feed[known] / MICROMETRE)
         force = LineMark(fed, _from_zero(history.force[known]), "force", "series2", marked=True)
-        charts.append(PlaneChart("contact force", axis, Axis("force", "N", 0.0), (force, *trigger)))
+        marks: list[LineMark | Rule | Dots] = [force, *trigger, *_ring(history, row, history.force)]
+        charts.append(PlaneChart("contact force", axis, Axis("force", "N", 0.0), tuple(marks)))
     return charts
+
+
+def _ring(history: SlideHistory, row: int | None, values: FloatArray) -> tuple[Dots, ...]:
+    if row is None or not np.isfinite(values[row]):
+        return ()
+    at = history.feed[row : row + 1] / MICROMETRE
+    return (Dots(at, values[row : row + 1], "this step", "ink", symbol="ring", size=10.0),)
 
 
 def _from_zero(values: FloatArray) -> FloatArray:
