@@ -109,7 +109,12 @@ def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
         for count in COUNTS:
             placement, positions, wrong = touched(shop, count, form, count // 50)
             start = beside(placement, shop.generator, 0.005, 0.3)
-            result = align(TipCentres(positions), part, shop.pretravel_map, start, extrapolate=True)
+            tips = TipCentres(positions)
+            try:
+                result = align(tips, part, shop.pretravel_map, start, extrapolate=True)
+            except PretravelError as error:
+                print(f"set {number}, {name}, {count} touches: {error}", file=sys.stderr)
+                continue
             if result.motions.shape[1] == 6:
                 found[f"{name}, {count} touches"] = row(result, placement, wrong, shop.centre_error)
     x, y, z = np.meshgrid(*part.box.T)

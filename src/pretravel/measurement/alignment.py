@@ -409,15 +409,20 @@ class _Fit:
         )
         return at_rest(toward, made.delay).positions
 
-    def at(self, placement: Placement, face: IntArray, taken: BoolArray) -> _State:
-        """Distances from the faces, and what they say of the motions."""
+    def at(
+        self, placement: Placement, face: IntArray, taken: BoolArray, *, edges: bool = True
+    ) -> _State:
+        """Distances from the faces, and what they say of the motions.
+
+        With `edges` touches beyond those of their face are not used.
+        """
         part_points = placement.inverse.points(self.resting())
         feet = feet_on_faces(self.part, part_points, face)
         normals = placement.vectors(feet.local.normal)
         late = self.pretravel_map.pretravel(normals, extrapolate=True)
         distance = feet.distance - self.pretravel_map.tip_radius + np.nan_to_num(late)
         used = taken & self._on_datums(feet.face)
-        if np.any(used & feet.inside):  # a touch beyond the edges of its face says nothing of it
+        if edges and np.any(used & feet.inside):  # one beyond the edges says nothing of the face
             used &= feet.inside
         foot = placement.points(feet.local.point)
         about = foot[used].mean(axis=0)
@@ -476,10 +481,12 @@ class _Fit:
                 break
         for _ in range(_ROUNDS):
             own = self._nearest_faces(state.placement) if face is None else face
-            if state.feet.face is not own and np.any(state.feet.face != own):
-                state = self.at(state.placement, own, taken)
+            state = self.at(state.placement, own, taken)
+            # The touches that are used do not change within a round, or it could go to and fro.
+            used = state.used
             for _ in range(_MOST_ITERATIONS):
-                state, moved = self._advanced(state, state.response @ state.distance, own, taken)
+                motion = state.response @ state.distance
+                state, moved = self._advanced(state, motion, own, used, edges=False)
                 if moved < _CLOSED:
                     break
             if face is not None or np.all(self._nearest_faces(state.placement) == own):
@@ -494,7 +501,13 @@ class _Fit:
         return state
 
     def _advanced(
-        self, state: _State, motion: FloatArray, face: IntArray | None, taken: BoolArray
+        self,
+        state: _State,
+        motion: FloatArray,
+        face: IntArray | None,
+        taken: BoolArray,
+        *,
+        edges: bool = True,
     ) -> tuple[_State, float]:
         """The state after a motion, and how far the touched points moved against the part. [mm]"""
         turn = float(np.linalg.norm(motion[3:]))
@@ -502,7 +515,7 @@ class _Fit:
         moved = float(np.max(np.abs(state.slopes @ motion), initial=0.0))
         placement = _moved(state.placement, motion, state.about)
         face = self._faces_of_samples(placement) if face is None else face
-        return self.at(placement, face, taken), moved
+        return self.at(placement, face, taken, edges=edges), moved
 
     def _faces_of_samples(self, placement: Placement) -> IntArray:
         """The face of the nearest sample of the part: quick, and wrong near some edges."""
