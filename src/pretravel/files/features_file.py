@@ -80,9 +80,7 @@ def read_features(path: str | Path) -> list[DrawnFeature]:
     >>> read_features(path.write_text(text) and path)[0].nominal
     20.0
     """
-    found = _STRUCTURE.make(
-        read_toml(path, "file of features"), _Drawing
-    ).feature
+    found = _STRUCTURE.make(read_toml(path, "file of features"), _Drawing).feature
     if not found:
         raise PretravelError(f"{path}: no [[feature]]", inputs=("features",))
     names = [each.label or each.select for each in found]
