@@ -14,6 +14,7 @@ from pretravel.base.quantities import as_numbers
 from pretravel.base.units import DEGREE
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
+from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
@@ -274,7 +275,8 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
             "mm, do the normals point out of the part, is the nominal where the part is?"
         )
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
-    return [*warnings, elsewhere] if elsewhere else warnings
+    stated = (elsewhere, gross_points_sentence(touches.gross))
+    return [*warnings, *(sentence for sentence in stated if sentence)]
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
