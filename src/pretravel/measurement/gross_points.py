@@ -162,8 +162,8 @@ def _of_movement(positions: FloatArray, normals: FloatArray, deviation: FloatArr
     rows = np.column_stack([normals, np.cross(offset, normals)])
     some = slice(None, None, len(deviation) // _FITTED + 1)
     fitted, values = rows[some], deviation[some]
-    weights = np.ones(len(values))
-    solution = np.zeros(6)
+    weights: FloatArray = np.ones(len(values))
+    solution: FloatArray = np.zeros(6)
     for _ in range(_ROUNDS):  # least absolute deviations by weights
         weighted = fitted * weights[:, None]
         solution = np.linalg.lstsq(weighted.T @ fitted, weighted.T @ values, rcond=1e-10)[0]
@@ -179,7 +179,7 @@ def _neighbours(positions: FloatArray, normals: FloatArray, rows: IntArray) -> I
     most = min(_NEIGHBOURS, len(positions) - 1)
     size = float(np.ptp(positions, axis=0).max())
     places = np.hstack([positions, size * normals])
-    found = cKDTree(places).query(places[rows], k=most + 1)[1]
+    found = np.asarray(cKDTree(places).query(places[rows], k=most + 1)[1])
     # Points at one place: the point itself need not be the first.
     itself = found == rows[:, None]
     itself[~itself.any(axis=1), -1] = True

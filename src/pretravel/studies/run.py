@@ -119,8 +119,8 @@ def run_study(
     Raises
     ------
     PretravelError
-        No design can be computed; another process runs a study with this output; another study's journal; a full disk; lost
-        workers.
+        No design can be computed; another process runs a study with this output; another study's
+        journal; a full disk; lost workers.
     """
     needed("h5netcdf", "scale")  # before hours of computation
     workers = workers or Workers()
