@@ -163,10 +163,12 @@ def _of_movement(positions: FloatArray, normals: FloatArray, deviation: FloatArr
     some = slice(None, None, len(deviation) // _FITTED + 1)
     fitted, values = rows[some], deviation[some]
     weights: FloatArray = np.ones(len(values))
-    solution: FloatArray = np.zeros(6)
+    solution = np.zeros(6)
     for _ in range(_ROUNDS):  # least absolute deviations by weights
         weighted = fitted * weights[:, None]
-        solution = np.linalg.lstsq(weighted.T @ fitted, weighted.T @ values, rcond=1e-10)[0]
+        solution = np.asarray(
+            np.linalg.lstsq(weighted.T @ fitted, weighted.T @ values, rcond=1e-10)[0]
+        )
         missed = np.abs(values - fitted @ solution)
         weights = 1.0 / np.maximum(missed, max(0.1 * float(np.median(missed)), 1e-9))
     return np.asarray(rows @ solution)

@@ -116,9 +116,11 @@ def _of_geometry(probe: Probe, overtravel: float) -> dict[str, float]:
     A tripod that tilts about two of its rods' ends lifts the third by the tilt times the height of
     the triangle, 1.5 radii; the tip moves by the tilt times the lever.
     """
+    lengths = {"lever": probe.lever, "stylus_length": probe.stylus_length}
+    if not overtravel:  # not stated: the lift is not known
+        return lengths
     return {
-        "lever": probe.lever,
-        "stylus_length": probe.stylus_length,
+        **lengths,
         "rod_lift": 1.5 * probe.tripod.radius * overtravel / probe.lever,
     }
 

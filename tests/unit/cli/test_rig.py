@@ -170,6 +170,7 @@ class TestRig:
 
     def test_one_trace(self, tmp_path: Path) -> None:
         text = run("rig", TRACES[0], "--plot", tmp_path / "one.png")
+        assert text.startswith("1 trace, 1 direction\n")
         assert "nothing was repeated" in text
 
     def test_bad_input(self, tmp_path: Path) -> None:

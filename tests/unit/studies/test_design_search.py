@@ -126,6 +126,13 @@ def test_the_rise_of_a_rod() -> None:
     assert tried_design(one, {}).quantities["rod_lift"] == pytest.approx(1.902950, abs=1e-6)
 
 
+def test_the_rise_at_no_overtravel_is_not_stated() -> None:
+    """The report said "rod lift 0" where no overtravel was asked."""
+    assert "rod_lift" not in tried_design(wish('[wish]\nmost = "lever"\n' + PRELOAD), {}).quantities
+    with pytest.raises(PretravelError, match="state overtravel_mm"):
+        wish('[wish]\nleast = "rod_lift"\n' + PRELOAD)
+
+
 def test_conditions_of_a_wish_are_those_of_studies() -> None:
     """Fewer touches leave more of the same probe."""
     text = (
