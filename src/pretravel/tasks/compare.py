@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.tasks.fields import Reported, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
@@ -57,8 +57,8 @@ class Compare(Reported):
     part: Annotated[
         Path | None,
         Field(
-            help="Touches or targets of a part, to compare there too. Of a table the columns "
-            "nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
+            help="Touches, targets or compensated points of a part, to compare there too. Of a "
+            "table the columns nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
             reads=True,
         ),
     ] = None
@@ -81,14 +81,13 @@ class Compare(Reported):
         ComparedMap
             Or `ComparedProbes`, with a second probe.
         """
-        from pretravel.files.readings import read_directions
         from pretravel.tasks.map_argument import map_or_prediction
 
         if self.other is not None:
             return self._of_probes(self.other, progress)
         with progress.working("comparing"):
             pretravel_map = map_or_prediction(self.map_file)
-            normals = None if self.part is None else read_directions(self.part)
+            normals = None if self.part is None else _normals_of(self.part)
             return self.compared(pretravel_map, normals)
 
     def compared(
@@ -116,6 +115,22 @@ class Compare(Reported):
             )
         with progress.working("comparing"):
             return ComparedProbes(self, compare_designs(*names))
+
+
+def _normals_of(part: Path) -> npt.ArrayLike:
+    """The normals of a file of touches, targets or points."""
+    from pretravel.files.readings import read_directions
+
+    try:
+        return read_directions(part)
+    except InputError as error:
+        if not part.is_file():
+            raise
+        raise PretravelError(
+            f"{error}. The points that compensate writes of this file have normals: take them as "
+            f"the part; or make touches of it: pretravel convert {part.name}",
+            inputs=error.inputs,
+        ) from None
 
 
 @dataclass(frozen=True, eq=False)

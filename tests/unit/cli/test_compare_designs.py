@@ -117,3 +117,18 @@ def test_what_cannot_be_compared(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("nx,ny,nz\n0,0,1\n")
     told = run("compare", *NAMES, "--part", tmp_path / "t.csv", code=2)
     assert "leave it out" in told
+
+
+def test_a_part_without_named_normals_says_how_to_go_on(tmp_path: Path) -> None:
+    """compensate reads such a table with --columns; compare knows no columns. The points do."""
+    part, points, options = tmp_path / "part.csv", tmp_path / "points.csv", ("--map", "omp40-2")
+    part.write_text("a;b;c;d;e;f\n1;2;3;0;0;1\n1;2;4;0;1;0\n")
+    columns = ("--columns", "x=1,y=2,z=3,nx=4,ny=5,nz=6", "--units", "mm")
+    run("compensate", part, *options, *columns, "-o", points)
+    told = " ".join(run("compare", "omp40-2", "--part", part, code=2).split())
+    assert "The points that compensate writes of this file have normals" in told
+    assert "pretravel convert part.csv" in told
+    run("compare", "omp40-2", "--part", points)
+    told = run("compare", "omp40-2", "--part", tmp_path / "none.csv", code=2)
+    assert "there is no such file" in told
+    assert "convert" not in told

@@ -247,7 +247,8 @@ def _repeatability_figure(spread: Spread) -> KeyFigure:
         "µm",
         decimals(3),
         interval=Span(spread.low / MICROMETRE, spread.high / MICROMETRE),
-        remark=f"{number_text(spread.dof, decimals(0))} degrees of freedom; "
+        remark=f"{number_text(spread.dof, decimals(0))} "
+        f"degree{'' if spread.dof == 1.0 else 's'} of freedom; "
         + ("what three equal lobes leave" if spread.of_lobes else "unidirectional, pooled")
         + ("; that of the sampling: the touches differ by less" if spread.of_sampling else ""),
     )
