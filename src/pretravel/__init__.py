@@ -25,6 +25,7 @@ _load, _names, _listed = lazy_loader.attach_stub(__name__, __file__)
 __all__ = ["__version__", *_listed]
 
 forms.register("card", "pretravel.tasks.reports.notebook_card:notebook_html")
+forms.register("plot", "pretravel.tasks.reports.plots:plotted")
 forms.register("dataframe", "pretravel.files.other_libraries:dataframe")
 forms.register("dataset", "pretravel.files.other_libraries:dataset")
 forms.register("touches", "pretravel.files.readings:touches_meant")

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import checked_unit, describe
 from pretravel.base.errors import PretravelError, RowError
-from pretravel.base.forms import ShownInNotebooks, WithDataFrame, from_file
+from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithPlot, from_file
 from pretravel.base.frames import Placement
 from pretravel.base.quantities import (
     ANGLE,
@@ -136,7 +136,7 @@ def refuse_glancing(
 
 
 @dataclass(frozen=True, eq=False)
-class Touches(ShownInNotebooks, WithDataFrame):
+class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
     """Touches in the machine's frame; a row is a touch.
 
     Parameters

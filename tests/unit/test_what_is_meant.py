@@ -41,6 +41,10 @@ def test_positions_on_a_sphere_need_no_normals(tmp_path: Path, made: Qualificati
     path.write_text("\n".join(",".join(row) for row in rows))
     found = pretravel.qualify(path, 24.9987, tip_diameter=6.0, kind="mean")
     assert found.effective_radius == pytest.approx(made.effective_radius, abs=1e-5)
+    read = pretravel.read_touches(path, pretravel.ReadingOptions(reference_diameter=24.9987))
+    assert np.sum(read.normals * pretravel.read_touches(SPHERE).normals, axis=1).min() > 0.9999
+    with pytest.raises(PretravelError, match="touches need the columns nx, ny, nz"):
+        pretravel.read_touches(path)
 
 
 def test_an_array_with_normals_is_touches(made: Qualification) -> None:

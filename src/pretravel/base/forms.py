@@ -59,6 +59,27 @@ class ShownInNotebooks:
         return str(_made("card", self))
 
 
+class WithPlot:
+    """A value with a picture, as the reports show it."""
+
+    def plot(self) -> tuple[Any, ...]:
+        """Draw the value, as the reports do, with matplotlib.
+
+        Returns
+        -------
+        tuple of matplotlib.axes.Axes
+            Of a new figure, which notebooks show; ``axes[0].figure.savefig("picture.png")``
+            writes it.
+
+        >>> from pretravel.touches import Touches
+        >>> touch = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
+        >>> print(touch.plot()[0].get_title())
+        places of the tip
+        frame of the machine
+        """
+        return tuple(_made("plot", self))
+
+
 class WithDataFrame:
     """A value that is a table, too."""
 

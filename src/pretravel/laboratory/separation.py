@@ -11,7 +11,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.errors import PretravelError
-from pretravel.base.forms import ShownInNotebooks
+from pretravel.base.forms import ShownInNotebooks, WithPlot
 from pretravel.base.quantities import extent
 from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.multi_step_readings import (
@@ -44,7 +44,7 @@ _SQUARE_MICROMETRE = MICROMETRE**2
 
 
 @dataclass(frozen=True, eq=False)
-class Separation(ShownInNotebooks):
+class Separation(ShownInNotebooks, WithPlot):
     """Systematic errors and variances of machine and probe.
 
     Attributes

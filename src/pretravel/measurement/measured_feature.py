@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.errors import PretravelError
-from pretravel.base.forms import from_file
+from pretravel.base.forms import WithPlot, from_file
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.association import Association, associate
@@ -73,7 +73,7 @@ class Quantity:
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredFeature:
+class MeasuredFeature(WithPlot):
     """A feature of least squares through compensated points.
 
     Attributes
