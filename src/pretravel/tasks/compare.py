@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.tasks.fields import Reported, existing, output
+from pretravel.tasks.fields import ModelName, Reported, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ class Compare(Reported):
             reads=True,
         ),
     ] = None
+    model: ModelName = "analytic"
     output: Annotated[
         Path | None,
         output(
@@ -86,7 +87,7 @@ class Compare(Reported):
         if self.other is not None:
             return self._of_probes(self.other, progress)
         with progress.working("comparing"):
-            pretravel_map = map_or_prediction(self.map_file)
+            pretravel_map = map_or_prediction(self.map_file, self.model)
             normals = None if self.part is None else _normals_of(self.part)
             return self.compared(pretravel_map, normals)
 
@@ -114,7 +115,7 @@ class Compare(Reported):
                 inputs=("part",),
             )
         with progress.working("comparing"):
-            return ComparedProbes(self, compare_designs(*names))
+            return ComparedProbes(self, compare_designs(*names, self.model))
 
 
 def _normals_of(part: Path) -> npt.ArrayLike:

@@ -112,6 +112,18 @@ def test_command_with_a_file_and_a_name(tmp_path: Path) -> None:
     assert coloured_share(tmp_path / "c.png") > 0.001
 
 
+def test_two_probes_by_another_model(tmp_path: Path) -> None:
+    """compare knew no --model. The largest pretravel is that of the model's prediction."""
+    for model in ("analytic", "shen"):
+        path = tmp_path / f"{model}.csv"
+        told = run("compare", *NAMES, "--model", model, "-o", path)
+        assert f"Predicted by model {model}" in " ".join(told.split())
+        table = {row["quantity"]: row for row in rows(path)}
+        found = next(float(r["a"]) for name, r in table.items() if "pretravel, largest" in name)
+        own = compare_designs(*NAMES, model).triggers[0].pretravel
+        assert found == pytest.approx(own.max() / MICROMETRE, rel=1e-6)
+
+
 def test_what_cannot_be_compared(tmp_path: Path) -> None:
     assert "one map, or two probes" in run("compare", "omp40-2", "map.json", code=2)
     (tmp_path / "t.csv").write_text("nx,ny,nz\n0,0,1\n")

@@ -167,7 +167,8 @@ def test_the_description_is_that_of_the_design(tmp_path: Path) -> None:
     assert math.degrees(probe.tripod.rod_azimuths[2]) == pytest.approx(235.0)
     assert probe.stylus[1].material.name == "steel"
     assert "# axis to the points where the rods rest" in text
-    assert probe.name == "OMP40-2 with 50 mm ceramic stylus, x"
+    # Not "OMP40-2 with 50 mm ceramic stylus, x": its stem is of steel.
+    assert probe.name == "x, designed from omp40-2"
 
 
 @pytest.mark.parametrize(
