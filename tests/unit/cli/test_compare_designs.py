@@ -119,7 +119,11 @@ def test_two_probes_by_another_model(tmp_path: Path) -> None:
         told = run("compare", *NAMES, "--model", model, "-o", path)
         assert f"Predicted by model {model}" in " ".join(told.split())
         table = {row["quantity"]: row for row in rows(path)}
-        found = next(float(r["a"]) for name, r in table.items() if "pretravel, largest" in name)
+        found = next(
+            float(r["a"])
+            for name, r in table.items()
+            if name.startswith("pretravel in all directions, largest /")
+        )
         own = compare_designs(*NAMES, model).triggers[0].pretravel
         assert found == pytest.approx(own.max() / MICROMETRE, rel=1e-6)
 
