@@ -47,7 +47,7 @@ class Compare(Reported):
     other: Annotated[
         str | None,
         Field(
-            help="A second probe: both are described ones, and are compared.",
+            help="A second probe, of the catalogue or .toml: two descriptions are compared.",
             label="Second probe",
             positional=True,
             metavar="PROBE",

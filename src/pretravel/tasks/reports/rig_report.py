@@ -39,7 +39,7 @@ from pretravel.show.whiskers import interval_lines
 from pretravel.tasks.reports.budget_report import budget_table, budgets_data, expanded_figure
 from pretravel.uncertainty.gum import Budget, coverage_factor
 
-BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction touched least often"
+BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction with the fewest touches"
 _MOST_SAMPLES = 1500
 """Of a trace in a picture."""
 
@@ -103,7 +103,9 @@ def rig_document(
         if calibration.starts_differ
         else (),
         warnings=tuple(warnings),
-        budgets=(replace(budget, result="mean pretravel of the direction touched least often"),),
+        budgets=(
+            replace(budget, result="mean pretravel of the direction with the fewest touches"),
+        ),
     )
 
 
