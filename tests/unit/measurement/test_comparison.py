@@ -177,7 +177,7 @@ class TestComparison:
         assert re.search(r"^map \(2 u, u\) *$", told, re.MULTILINE)
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
-        assert re.search(r"^map \(2 u, u\) +0\.[1-9]\d +0\.[1-9]\d", known, re.MULTILINE)
+        assert re.search(r"^map \(2 u, u\) +[1-9]\.\d\d +0\.[1-9]\d", known, re.MULTILINE)
         assert "one radius for all" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}
