@@ -1,7 +1,9 @@
 """The parts of the reference that are made from the code when the site is built.
 
 A page contains a comment ``<!-- generated: NAME ARGUMENT -->``; it is replaced with Markdown. What
-is new in the code is thus in the site without a change of a page. What the code does not say, such
+is new in the code is thus in the site without a change of a page. Where a second comment, `END`,
+follows, the Markdown between the two is in the repository too, for those who read the page there:
+``python -m docs.generated_reference`` renews it. What the code does not say, such
 as the meaning of a column, is beside the pages in TOML, and what is missing there stops the build.
 """
 
@@ -25,7 +27,12 @@ from pretravel.tasks import GROUPS, task_named
 from pretravel.tasks.task import Setting, Task, settings_of
 
 HERE = Path(__file__).parent
-_MARK = re.compile(r"<!-- generated: (\S+) *(.*?) *-->")
+END = "<!-- generated until here -->"
+_MARK = re.compile(
+    r"<!-- generated: (\S+) *(.*?) *-->"
+    rf"(?P<written>\n(?:(?!<!-- generated:).)*?{re.escape(END)})?",
+    re.DOTALL,
+)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -42,6 +49,18 @@ def _fill_in(app: Sphinx, docname: str, source: list[str]) -> None:
     up = "../" * docname.count("/")
     text = source[0].replace(f"({up}../CHANGELOG.md", f"({up}reference/changelog.md")
     source[0] = _MARK.sub(lambda found: PARTS[found[1]](found[2]), text)
+
+
+def renewed(text: str) -> str:
+    """A page with new text between its marks, where they have an end."""
+
+    def part(found: re.Match[str]) -> str:
+        if found["written"] is None:
+            return found[0]
+        mark = f"<!-- generated: {f'{found[1]} {found[2]}'.strip()} -->"
+        return f"{mark}\n\n{PARTS[found[1]](found[2]).strip()}\n\n{END}"
+
+    return _MARK.sub(part, text)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -386,3 +405,7 @@ PARTS: dict[str, Callable[[str], str]] = {
     "materials": materials,
     "toml-keys": toml_keys,
 }
+
+if __name__ == "__main__":
+    for page in sorted((HERE / "reference").glob("*.md")):
+        page.write_text(renewed(page.read_text("utf-8")), "utf-8")

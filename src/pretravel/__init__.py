@@ -25,8 +25,12 @@ _load, _names, _listed = lazy_loader.attach_stub(__name__, __file__)
 __all__ = ["__version__", *_listed]
 
 forms.register("card", "pretravel.tasks.reports.notebook_card:notebook_html")
+forms.register("plot", "pretravel.tasks.reports.plots:plotted")
 forms.register("dataframe", "pretravel.files.other_libraries:dataframe")
 forms.register("dataset", "pretravel.files.other_libraries:dataset")
+forms.register("touches", "pretravel.files.readings:touches_meant")
+forms.register("points", "pretravel.files.points_reading:read_points")
+forms.register("map", "pretravel.files.map_file:read_map")
 
 
 def __getattr__(name: str) -> Any:

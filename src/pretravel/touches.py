@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +14,7 @@ import numpy.typing as npt
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import checked_unit, describe
 from pretravel.base.errors import PretravelError, RowError
-from pretravel.base.forms import ShownInNotebooks, WithDataFrame
+from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithPlot, from_file
 from pretravel.base.frames import Placement
 from pretravel.base.quantities import (
     ANGLE,
@@ -24,6 +26,9 @@ from pretravel.base.quantities import (
     extent,
 )
 from pretravel.base.units import SECONDS_PER_MINUTE
+
+TouchesLike: TypeAlias = Union["Touches", npt.ArrayLike, str, Path]
+"""What functions take in the place of touches, see `as_touches`."""
 
 GLANCING = 0.05
 """Smallest cosine between an approach and the inward normal, which are then 87° apart."""
@@ -45,6 +50,61 @@ def glancing_rows(approaches: FloatArray, normals: FloatArray) -> IntArray:
     [1]
     """
     return np.flatnonzero(-np.sum(approaches * normals, axis=1) < GLANCING)
+
+
+def as_touches(
+    given: TouchesLike, *, reference_diameter: float | None = None, ring: bool = False
+) -> Touches:
+    """The touches that are meant: touches, a file of them, or an array with normals.
+
+    Parameters
+    ----------
+    given : Touches, str, Path or (n, 6) float
+        An array has x, y, z of the tip centre in mm and the outward normal.
+    reference_diameter : float, optional
+        Of a reference that was touched, for a file. [mm]
+    ring : bool
+        The reference is a ring.
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    PretravelError
+        Something else; as the reader of the file.
+
+    >>> as_touches([[0.0, 0.0, 3.0, 0.0, 0.0, 1.0]]).normals.tolist()
+    [[0.0, 0.0, 1.0]]
+    >>> as_touches([[0.0, 0.0, 3.0]])
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: touches need a normal beside each position: \
+Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one is (1, 3)
+    """
+    if isinstance(given, Touches):
+        return given
+    if isinstance(given, str | Path):
+        stated = {"reference_diameter": reference_diameter, "ring": ring}
+        found = from_file("touches", given, **stated)
+        assert isinstance(found, Touches)
+        return found
+    try:
+        values = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        values = np.empty(0)
+    if values.ndim == 2 and values.shape[1] == 6:
+        return Touches(values[:, :3], values[:, 3:])
+    if values.ndim and values.size:
+        raise PretravelError(
+            "touches need a normal beside each position: Touches(positions, normals), or an array "
+            f"(n, 6) of x, y, z, nx, ny, nz; this one is {values.shape}"
+        )
+    raise PretravelError(
+        f"expected touches, not a {type(given).__name__}: read_touches makes them of a file, "
+        "Touches(positions, normals) of arrays"
+    )
 
 
 def refuse_glancing(
@@ -77,7 +137,7 @@ def refuse_glancing(
 
 
 @dataclass(frozen=True, eq=False)
-class Touches(ShownInNotebooks, WithDataFrame):
+class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
     """Touches in the machine's frame; a row is a touch.
 
     Parameters

@@ -60,7 +60,7 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
     step(page, "Type the diameter of the tip")
     page.get_by_label("Diameter of the tip [mm]").fill("6")
     step(page, "Choose your control")
-    page.wait_for_selector("text=eight radii up to 7.2 µm, the full map 0.3 µm")
+    page.wait_for_selector("text=eight radii up to 7.2 µm, the map 0.3 µm")
     choose_control(page, "Fanuc (macro programs)")
     step(page, "Download the values")
     archive = downloaded(page, "Download fanuc.zip", tmp_path)
@@ -149,7 +149,7 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     page.get_by_role("button", name="Millimetres", exact=True).click()
     page.wait_for_selector("text=mm (stated)")
     state_diameters(page)
-    page.wait_for_selector("text=the full map 0.3 µm")
+    page.wait_for_selector("text=the map 0.3 µm")
     page.get_by_label(f"Use touch {label}", exact=True).wait_for()
     page.wait_for_selector(".plot-area canvas")
     point = "{points: [{curveNumber: 2, pointNumber: 3}]}"  # as Plotly says that it was clicked

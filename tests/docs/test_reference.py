@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from docs.generated_reference import csv_files, toml_keys
+from docs.generated_reference import END, HERE, csv_files, renewed, toml_keys
 
 from pretravel.files.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
 from tests.support.commands import run
@@ -129,3 +129,20 @@ def test_a_key_has_its_unit_and_its_usual_value() -> None:
     """The lengths inside are in mm; the keys of a description and a study state µm."""
     assert "| `noise_um` | number | 0.3 |" in toml_keys("conditions")
     assert "| `tip_diameter_mm` | number | needed |" in toml_keys("machine")
+
+
+@pytest.mark.parametrize("name", ["materials", "toml-files", "csv-columns"])
+def test_pages_are_whole_in_the_repository(name: str) -> None:
+    """They were a comment alone for those who read them there. `python -m docs.generated_reference`
+    renews them."""
+    text = (HERE / "reference" / f"{name}.md").read_text("utf-8")
+    assert END in text
+    assert "| --- |" in text
+    assert renewed(text) == text
+
+
+def test_a_part_without_an_end_is_made_for_the_site_alone() -> None:
+    alone = "<!-- generated: commands Start -->"
+    both = f"{alone}\n\n<!-- generated: materials -->\nold\n{END}\n"
+    assert renewed(both).startswith(f"{alone}\n\n<!-- generated: materials -->\n\n| name |")
+    assert "old" not in renewed(both)

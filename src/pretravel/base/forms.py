@@ -1,13 +1,15 @@
-"""Other forms of a result: a card in notebooks, a table of pandas, a dataset of xarray.
+"""Other forms of a value: a card in notebooks, a table of pandas, a dataset of xarray; a file.
 
 Notebooks ask a value itself for its card, and users look for `to_dataframe` at the value. The types
 are in early rooms, what makes these forms is in late ones: the package states who makes which form
-when it is imported (`register`), and the maker is imported with the first call.
+when it is imported (`register`), and the maker is imported with the first call. In the same way
+early rooms take the path of a file in the place of the value that it contains (`from_file`).
 """
 
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 _MAKERS: dict[str, str] = {}
@@ -19,16 +21,35 @@ def register(form: str, maker: str) -> None:
     Parameters
     ----------
     form : str
-        ``card``, ``dataframe`` or ``dataset``.
+        ``card``, ``dataframe`` or ``dataset``; ``touches``, ``points`` or ``map``, of a file.
     maker : str
         Module and function: ``pretravel.files.other_libraries:dataframe``.
     """
     _MAKERS[form] = maker
 
 
-def _made(form: str, value: object) -> Any:
+def _made(form: str, value: object, **stated: object) -> Any:
     module, _, function = _MAKERS[form].partition(":")
-    return getattr(import_module(module), function)(value)
+    return getattr(import_module(module), function)(value, **stated)
+
+
+def from_file(form: str, path: str | Path, **stated: object) -> Any:
+    """The value that a file contains.
+
+    Parameters
+    ----------
+    form : str
+        ``touches``, ``points`` or ``map``.
+    path : str or Path
+    **stated
+        What the file does not contain, for the reader.
+
+    Raises
+    ------
+    PretravelError
+        As the reader.
+    """
+    return _made(form, path, **stated)
 
 
 class ShownInNotebooks:
@@ -36,6 +57,27 @@ class ShownInNotebooks:
 
     def _repr_html_(self) -> str:
         return str(_made("card", self))
+
+
+class WithPlot:
+    """A value with a picture, as the reports show it."""
+
+    def plot(self) -> tuple[Any, ...]:
+        """Draw the value, as the reports do, with matplotlib.
+
+        Returns
+        -------
+        tuple of matplotlib.axes.Axes
+            Of a new figure, which notebooks show; ``axes[0].figure.savefig("picture.png")``
+            writes it.
+
+        >>> from pretravel.touches import Touches
+        >>> touch = Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])
+        >>> print(touch.plot()[0].get_title())
+        places of the tip
+        frame of the machine
+        """
+        return tuple(_made("plot", self))
 
 
 class WithDataFrame:

@@ -85,6 +85,10 @@ STEP = QuantityRange(1e-6, 1e5, "mm")
 """A length that is not zero: the spacing of points, the height of a chord."""
 UNCERTAINTY = QuantityRange(0.0, 1e3, "mm")
 """Of a length; also scatter and deviations of form."""
+U_OF_DIAMETER = QuantityRange(0.0, 0.05, "mm")
+"""Of a calibrated reference: a hundred times that of a usual certificate."""
+DEVIATION_OF_FORM = QuantityRange(0.0, 0.1, "mm")
+"""Of a reference."""
 NOISE = QuantityRange(0.0, 10.0, "mm")
 PRETRAVEL = QuantityRange(-1e3, 1e3, "mm")
 FEED = QuantityRange(1e-9, 1e6, "mm/min")
@@ -101,6 +105,10 @@ FRICTION = QuantityRange(0.0, 1e3)
 VARIANCE = QuantityRange(0.0, 1.0, "mm²")
 COUNT = QuantityRange(0.0, 1e9)
 TEMPERATURE_DIFFERENCE = QuantityRange(0.0, 1e3, "K")
+
+
+_SMALL = 1.0
+"""Lengths up to this one are often thought of in micrometres. [mm]"""
 
 
 def checked(
@@ -149,7 +157,9 @@ def _rule(number: float, quantity: QuantityRange) -> str:
     if quantity.lowest == 0.0 and not 0.0 <= number < math.inf:
         return "it cannot be negative" if number < 0.0 else "it must be finite and not negative"
     unit = f" {quantity.unit}" if quantity.unit else ""
-    return f"it must lie between {quantity.lowest:g} and {quantity.highest:g}{unit}"
+    rule = f"it must lie between {quantity.lowest:g} and {quantity.highest:g}{unit}"
+    micrometres = quantity.unit == "mm" and quantity.highest <= _SMALL
+    return f"{rule}. Were µm meant? 1 µm is 0.001 mm" if micrometres else rule
 
 
 def check_numbers(owner: object, **quantities: QuantityRange) -> None:

@@ -46,6 +46,8 @@ class CsvTable:
         The file's own name of a column, for messages, where it is another.
     unread : tuple of str
         Names of other columns of the file.
+    of_touches : bool
+        A line can be excluded where touches are read, and only there.
     """
 
     path: str
@@ -56,6 +58,7 @@ class CsvTable:
     scales: Mapping[str, float] = field(default_factory=dict)
     titles: Mapping[str, str] = field(default_factory=dict)
     unread: tuple[str, ...] = ()
+    of_touches: bool = False
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -129,12 +132,12 @@ class CsvTable:
         sign, other = ("comma", ".") if self.decimal == "," else ("point", ",")
         hint = f"; use a {sign} as decimal sign" if other in cell or cell.count(".") > 1 else ""
         if not hint:
-            hint = "; correct it, or exclude the line"
+            hint = "; correct it" + (", or exclude the line" if self.of_touches else "")
         raise InputError(
             f"{self.titles.get(name, name)} {what}{hint}",
             path=self.path,
             line=line,
-            inputs=("exclude",),
+            inputs=("exclude",) if self.of_touches else (),
         )
 
     def decimals(self, *names: str) -> int:

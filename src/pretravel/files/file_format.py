@@ -20,7 +20,7 @@ from pretravel.base.quantities import (
     check_numbers,
     checked_values,
 )
-from pretravel.files.source_file import SourceFile
+from pretravel.files.source_file import UNITS, SourceFile
 from pretravel.measurement.points import Points
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches, moved
@@ -83,6 +83,11 @@ class ReadingOptions:
         For positions without normals and without a plan: outward normals (n, 3) of a surface near
         given tip centres, (n, 3) in mm, with their labels or None.
 
+    Raises
+    ------
+    PretravelError
+        A word that is not known, a number outside its range.
+
     >>> ReadingOptions(units="inch").units
     'inch'
     """
@@ -108,6 +113,8 @@ class ReadingOptions:
 
     def __post_init__(self) -> None:
         for name, value, known in (
+            ("units", self.units, (None, *UNITS)),
+            ("decimal", self.decimal, (None, "comma", "point")),
             ("join", self.join, ("line", "label", "feature")),
             ("double_touches", self.double_touches, (None, "last", "all")),
         ):

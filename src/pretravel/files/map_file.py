@@ -14,6 +14,7 @@ from pretravel.base.quantities import TIP_BALL, checked
 from pretravel.files.map_json import map_from_json, write_json_map
 from pretravel.files.map_table import read_csv_map, write_csv_map
 from pretravel.files.source_file import opened
+from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
 
@@ -29,7 +30,7 @@ _NO_NETCDF = (
 
 def write_map(
     path: str | Path,
-    pretravel_map: PretravelMap,
+    pretravel_map: MapLike,
     *,
     table: Mapping[str, npt.ArrayLike] | None = None,
 ) -> None:
@@ -41,7 +42,7 @@ def write_map(
     Parameters
     ----------
     path : str or Path
-    pretravel_map : PretravelMap
+    pretravel_map : PretravelMap or Qualification
     table : mapping of str to (n,) values, optional
         A prediction's columns, for ``.csv``.
 
@@ -50,6 +51,7 @@ def write_map(
     PretravelError
         Another ending.
     """
+    pretravel_map = as_map(pretravel_map)
     ending = Path(path).suffix.lower()
     if ending == ".json":
         write_json_map(path, pretravel_map)

@@ -55,6 +55,7 @@ def read_points(source: Source, *, units: str | None = None) -> Points:
     >>> (points.standard_uncertainty * 1e3).round(9).tolist(), points.shared
     ([0.5], None)
     """
+    options = ReadingOptions(units=units, normals_from=_no_normals)
     file = opened(source)
     if file.ending == ".nc":
         return _from_dataset(file)
@@ -62,13 +63,13 @@ def read_points(source: Source, *, units: str | None = None) -> Points:
         return points_of_table(file, _json_table(file))
     if file.ending == ".parquet":
         table = read_parquet_table(file)
-        return _plain_points(file, units) if _is_plain(table) else points_of_table(file, table)
+        return _plain_points(file, options) if _is_plain(table) else points_of_table(file, table)
     if file.ending in _TABLES:
         compensated = _COMPENSATED in file.content[:_HEAD]
         return (
             points_of_table(file, read_csv_table(file))
             if compensated
-            else _plain_points(file, units)
+            else _plain_points(file, options)
         )
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
@@ -85,9 +86,9 @@ def _no_normals(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatA
     return np.full_like(positions, np.nan)
 
 
-def _plain_points(file: SourceFile, units: str | None) -> Points:
+def _plain_points(file: SourceFile, options: ReadingOptions) -> Points:
     """Points of a table with coordinates alone."""
-    found = read_table_of_touches(file, ReadingOptions(units=units, normals_from=_no_normals))
+    found = read_table_of_touches(file, options)
     if not isinstance(found, FilePositions):
         raise file.error(
             "these are positions with normals, without uncertainties (no column u_um): touches, "

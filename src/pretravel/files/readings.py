@@ -85,6 +85,38 @@ def read_readings(
     return replace(readings, touches=without(readings.touches, names))
 
 
+def touches_meant(
+    source: Source, reference_diameter: float | None = None, *, ring: bool = False
+) -> Touches:
+    r"""The touches of a file that is given in the place of touches, in machine axes.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+        Of a format that contains everything; others are read by `read_readings` with options.
+    reference_diameter : float, optional
+        Diameter of the reference that was touched: positions on a sphere then need no normals, and
+        a table that states no unit is taken in mm. [mm]
+    ring : bool
+        The reference is a ring.
+
+    Returns
+    -------
+    Touches
+
+    Raises
+    ------
+    InputError
+        As `read_readings`.
+
+    >>> file = SourceFile("a.csv", b"x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+    >>> len(touches_meant(file))
+    1
+    """
+    options = ReadingOptions(reference_diameter=reference_diameter, ring=ring)
+    return read_readings(source, options).in_machine_axes().touches
+
+
 def read_directions(source: Source) -> FloatArray:
     r"""Read outward normals from a file of touches or a table of normals, (n, 3).
 

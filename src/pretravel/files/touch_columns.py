@@ -112,6 +112,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         scales={_own_name(role): _scale(role, roles, unit) for role in roles.index},
         titles={_own_name(role): text.title(i) for role, i in roles.index.items()},
         unread=tuple(text.title(i) for i in _other_columns(text, roles)),
+        of_touches=True,
     )
     refuse_control_characters(table)
     own_form = (

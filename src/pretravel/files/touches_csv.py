@@ -15,7 +15,7 @@ from pretravel.base.units import DEGREE
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import refuse_inward, stated_normals
+from pretravel.files.stated_normals import refuse_inward, stated_normals, with_sphere_normals
 from pretravel.files.tables import write_table
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
 from pretravel.probing.targets import Targets
@@ -39,17 +39,18 @@ _DIRECTIONS = ReadingOptions(
 def read_touches(source: Source, options: ReadingOptions | None = None) -> Touches:
     r"""Read touches from a table: CSV in any usual form, or Parquet.
 
-    The table needs positions and normals. Its columns are found by their names, such as ``x_mm``,
-    ``X [mm]``, ``nx``, ``I`` (see docs/formats.md), or as the options state them. Optional are
-    approaches, a feed, the spindle's orientation, a label and nominal points. Other columns are
-    ignored.
+    The table needs positions and normals; on a sphere whose diameter the options state, positions
+    alone: the normals are then those of the fitted sphere. Its columns are found by their names,
+    such as ``x_mm``, ``X [mm]``, ``nx``, ``I`` (see docs/formats.md), or as the options state them.
+    Optional are approaches, a feed, the spindle's orientation, a label and nominal points. Other
+    columns are ignored.
 
     Parameters
     ----------
     source : str, Path or SourceFile
         Text; Parquet where its ending is .parquet.
     options : ReadingOptions, optional
-        Columns, unit, decimal sign, rows to leave out.
+        Columns, unit, decimal sign, rows to leave out, diameter of the reference.
 
     Returns
     -------
@@ -69,9 +70,16 @@ def read_touches(source: Source, options: ReadingOptions | None = None) -> Touch
     [[12.7, 0.0, 76.2]]
     """
     file = opened(source)
+    options = options or ReadingOptions()
+    on_sphere = options.reference_diameter is not None and not options.ring
     columns = read_touch_columns(file, options)
+    if on_sphere and not any(columns.table.has(name) for name in _NORMAL):
+        found = read_table_of_touches(file, options)
+        assert isinstance(found, FilePositions)
+        assert options.reference_diameter is not None
+        return with_sphere_normals(found, options.reference_diameter).touches
     columns.table.require(*_POSITION, *_NORMAL, what="touches")
-    return touches_of_columns(file, columns, options or ReadingOptions())[0]
+    return touches_of_columns(file, columns, options)[0]
 
 
 def read_table_of_touches(

@@ -294,7 +294,10 @@ def _effective_dof(problem: SixSeatProblem, x: FloatArray, weighted: WeightedSca
 def _misfit(
     problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales, repeats: Scatter
 ) -> float:
-    """Lack of fit of a six-seat probe alone: its residuals against the scatter of repeats."""
+    """Lack of fit of a six-seat probe alone: its residuals against the scatter of repeats.
+
+    The error of the reference's diameter is common to all touches: a level, not residuals.
+    """
     if repeats.dof < WELL_KNOWN_NOISE:
         return math.nan
     from scipy.special import fdtrc
@@ -303,14 +306,14 @@ def _misfit(
     alone = PriorScales(weighted.scales[0].asymmetry, LEAST_NOISE, 0.0, noise)
     best, _ = most_probable(problem, alone, x)
     misses, slopes = problem.misses(best)
-    root = np.sqrt(problem.count) / noise
-    rows = slopes * root[:, None]
+    covariance = problem.covariance(alone)
+    rows = covariance.whitened(slopes)
     priors = np.zeros(problem.size)
     priors[problem.extra :] = problem.spread(alone.asymmetry) ** -2
     information = rows.T @ rows
     spent = float(np.trace(np.linalg.solve(information + np.diag(priors), information)))
     free = max(len(misses) - spent, 1.0)
-    beyond = float(np.sum((misses * root) ** 2))
+    beyond = float(np.sum(covariance.whitened(misses) ** 2))
     return float(fdtrc(free, repeats.dof, beyond / free))
 
 

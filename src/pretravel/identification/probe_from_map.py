@@ -15,7 +15,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.identification.evidence import Evidence, evidence_of
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.prediction.catalogue import rewritten
 from pretravel.prediction.compliance.base import ComplianceModel
 from pretravel.prediction.description import Probe, StylusSegment
@@ -76,7 +76,7 @@ class Identification:
 
 
 def identify(
-    pretravel_map: PretravelMap,
+    pretravel_map: MapLike,
     probe: Probe,
     free: Sequence[str],
     *,
@@ -86,7 +86,7 @@ def identify(
 
     Parameters
     ----------
-    pretravel_map : PretravelMap
+    pretravel_map : PretravelMap, Qualification, str or Path
         Of any kind, with what was touched; else predicted, harmonic, physical or averaged.
     probe : Probe
         The start, and the numbers that are not free.
@@ -116,6 +116,7 @@ def identify(
     stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
     read `unknown`.
     """
+    pretravel_map = as_map(pretravel_map)
     numbers = free_numbers(free)
     if probe.seats.friction > 0.0:
         raise PretravelError(

@@ -267,9 +267,9 @@ def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponen
     edges = float(
         np.mean([t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)])
     )
-    if coverage_factor(spread.dof) * spread.value >= COVERAGE_FACTOR * edges:
+    if coverage_factor(spread.dof) * spread.measured >= COVERAGE_FACTOR * edges:
         source = "scatter about three equal lobes" if spread.of_lobes else "repeatability"
-        source, kind, single, dof = f"{source} of pretravel", "A", spread.value, spread.dof
+        source, kind, single, dof = f"{source} of pretravel", "A", spread.measured, spread.dof
     else:
         source, kind, single, dof = "edges between samples", "B", edges, math.inf
     return LengthComponent(

@@ -33,12 +33,15 @@ class Spread:
     Attributes
     ----------
     value, low, high : float
-        [mm]
+        Value and upper end are not below what the sampling of the traces alone produces. [mm]
     dof : float
         Degrees of freedom.
     of_lobes : bool
         Nothing was repeated: it is what three equal lobes leave of the touches. Where the lobes
         differ from each other it is too large.
+    measured : float
+        Standard deviation of the touches themselves: repeats that fall between the same samples
+        make it smaller than the sampling, down to zero. [mm]
     """
 
     value: float
@@ -46,6 +49,18 @@ class Spread:
     high: float
     dof: float
     of_lobes: bool = False
+    measured: float = math.nan
+
+    @property
+    def of_sampling(self) -> bool:
+        """Whether the value is that of the sampling, above what the touches show."""
+        return self.value > self.measured
+
+    def not_below(self, sampling: float) -> Spread:
+        """The spread, not below that of edges between samples."""
+        if not self.value < sampling:
+            return self
+        return replace(self, value=sampling, high=max(self.high, sampling))
 
 
 @dataclass(frozen=True)
@@ -114,7 +129,7 @@ class RigCalibration:
     pretravel, u_pretravel : float
         Mean over the directions, and its standard uncertainty. [mm]
     anisotropy : float
-        Largest less smallest mean pretravel. [mm]
+        Largest less smallest mean pretravel; nan of one direction. [mm]
     anisotropy_interval : (2,) float
         Coverage interval, see `calibrate_rig`. [mm]
     hysteresis, largest_hysteresis : float
@@ -154,18 +169,24 @@ class RigCalibration:
         return (
             f"RigCalibration({len(self.touches):,} touches, {len(self.directions)} directions; "
             f"mean pretravel {self.pretravel / MICROMETRE:.3f} µm; "
-            f"anisotropy {self.anisotropy / MICROMETRE:.3f} µm; "
-            f"repeatability {self.repeatability.value / MICROMETRE:.3f} µm)"
+            f"anisotropy {_known(self.anisotropy)}; "
+            f"repeatability {_known(self.repeatability.value)})"
         )
 
     @property
     def hysteresis_anisotropy(self) -> float:
-        """Largest less smallest mean hysteresis of a direction (Ren 2020, section 2.2). [mm]"""
+        """Largest less smallest mean hysteresis of a direction (Ren 2020, section 2.2). [mm]
+
+        nan of one direction.
+        """
         return _range_of([d.hysteresis for d in self.directions])
 
     @property
     def repeatability_anisotropy(self) -> float:
-        """Largest less smallest repeatability of a direction; nan without repeats. [mm]"""
+        """Largest less smallest repeatability of a direction. [mm]
+
+        nan without repeats in two directions.
+        """
         return _range_of([d.repeatability.value for d in self.directions])
 
     @property
@@ -176,9 +197,13 @@ class RigCalibration:
         return reasons | dict.fromkeys(self.excluded, "excluded")
 
 
+def _known(length: float) -> str:
+    return f"{length / MICROMETRE:.3f} µm" if math.isfinite(length) else "unknown"
+
+
 def _range_of(values: Sequence[float]) -> float:
     known = [value for value in values if math.isfinite(value)]
-    return max(known) - min(known) if known else math.nan
+    return max(known) - min(known) if len(known) > 1 else math.nan
 
 
 def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Spread:
@@ -194,9 +219,8 @@ def spread_from(squares: float, dof: float, probability: float = COVERAGE) -> Sp
         return Spread(math.nan, math.nan, math.nan, 0.0)
     half = 0.5 * probability
     high, low = (2.0 * float(gammaincinv(0.5 * dof, 0.5 + side)) for side in (-half, half))
-    return Spread(
-        math.sqrt(squares / dof), math.sqrt(squares / low), math.sqrt(squares / high), dof
-    )
+    value = math.sqrt(squares / dof)
+    return Spread(value, math.sqrt(squares / low), math.sqrt(squares / high), dof, measured=value)
 
 
 @cache
@@ -366,7 +390,7 @@ def _calibration(
         repeatability=repeatability,
         pretravel=float(means.mean()),
         u_pretravel=_u_of_overall_mean(directions, repeatability),
-        anisotropy=float(np.ptp(means)),
+        anisotropy=_range_of(means.tolist()),
         anisotropy_interval=frozen(_anisotropy_interval(directions, repeatability, probability)),
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
         largest_hysteresis=float(shifts[np.argmax(np.abs(shifts))]) if len(shifts) else math.nan,
@@ -440,7 +464,7 @@ def _performance(
         pretravel=float(pretravel.mean()),
         u_pretravel=math.nan,  # needs the repeats of all directions
         expanded_pretravel=math.nan,
-        repeatability=spread,
+        repeatability=spread.not_below(_of_sampling(touches)),
         pretravel_range=float(np.ptp(pretravel)),
         trigger_range=float(np.ptp(triggers)),
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
@@ -448,6 +472,12 @@ def _performance(
         expanded_hysteresis=math.nan,
         polar=angles_of(touches[0].trace)[1],
     )
+
+
+def _of_sampling(touches: Sequence[RigTouch]) -> float:
+    """Standard deviation of a pretravel that edges between samples alone produce. [mm]"""
+    known = [touch.u_pretravel for touch in touches if math.isfinite(touch.u_pretravel)]
+    return float(np.mean(known or [0.0]))
 
 
 def _shifts(touches: Sequence[RigTouch]) -> FloatArray:
@@ -466,8 +496,7 @@ def _with_pooled_scatter(
     """
     factor = coverage_factor(repeatability.dof) if repeatability.dof > 0.0 else math.nan
     u_hysteresis, expanded_hysteresis = _hysteresis_scatter(groups)
-    touched = [touch.u_pretravel for group in groups.values() for touch in group]
-    edges = COVERAGE_FACTOR * float(np.mean([u for u in touched if math.isfinite(u)] or [0.0]))
+    edges = COVERAGE_FACTOR * _of_sampling([t for group in groups.values() for t in group])
     found = []
     for d in directions:
         shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
@@ -477,7 +506,7 @@ def _with_pooled_scatter(
                 d,
                 u_pretravel=u,
                 # Few repeats may be alike by chance; edges between samples are not.
-                expanded_pretravel=max(factor * u, edges / math.sqrt(d.count)),
+                expanded_pretravel=max(factor * repeatability.measured, edges) / math.sqrt(d.count),
                 u_hysteresis=u_hysteresis / shown,
                 expanded_hysteresis=expanded_hysteresis / shown,
             )
@@ -516,17 +545,19 @@ def _pooled_repeatability(
     probability: float,
 ) -> Spread:
     """The repeatability of single touches, pooled over the directions."""
+    sampling = _of_sampling([touch for group in groups.values() for touch in group])
     dof = sum(d.count - 1 for d in directions)
     if dof == 0:
         named = [d for d in directions if d.across or math.isnan(d.azimuth)]
         means = np.array([d.pretravel for d in named])
         azimuths = np.array([d.azimuth for d in named])
         squares, dof = scatter_about_lobes(means, azimuths)
-        return replace(spread_from(squares, dof, probability), of_lobes=dof > 0)
+        spread = replace(spread_from(squares, dof, probability), of_lobes=dof > 0)
+        return spread.not_below(sampling)
     squares = math.fsum(
         (touch.pretravel - d.pretravel) ** 2 for d in directions for touch in groups[d.name]
     )
-    return spread_from(squares, dof, probability)
+    return spread_from(squares, dof, probability).not_below(sampling)
 
 
 def _u_of_overall_mean(directions: Sequence[DirectionPerformance], repeatability: Spread) -> float:
@@ -543,6 +574,12 @@ def _anisotropy_interval(
         return np.full(2, math.nan)
     measured = float(np.ptp([d.pretravel for d in directions]))
     fewest = float(min(d.count for d in directions))
-    quantile = _studentized_range(probability, len(directions), repeatability.dof)
-    half = quantile * repeatability.value / math.sqrt(fewest)
+    half = max(
+        _studentized_range(probability, len(directions), dof) * scatter / math.sqrt(fewest)
+        for dof, scatter in (
+            (repeatability.dof, repeatability.measured),
+            # That of the sampling is known, not estimated from few repeats.
+            *(((math.inf, repeatability.value),) if repeatability.of_sampling else ()),
+        )
+    )
     return np.array([max(measured - half, 0.0), measured + half])

@@ -11,7 +11,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.errors import PretravelError
-from pretravel.base.forms import ShownInNotebooks
+from pretravel.base.forms import ShownInNotebooks, WithPlot
 from pretravel.base.quantities import extent
 from pretravel.base.units import MICROMETRE
 from pretravel.laboratory.multi_step_readings import (
@@ -44,7 +44,7 @@ _SQUARE_MICROMETRE = MICROMETRE**2
 
 
 @dataclass(frozen=True, eq=False)
-class Separation(ShownInNotebooks):
+class Separation(ShownInNotebooks, WithPlot):
     """Systematic errors and variances of machine and probe.
 
     Attributes
@@ -421,9 +421,9 @@ def _notes(
     """Sentences on the quantities that the readings do not determine."""
     of_errors = (
         f"{len(design.row)} readings, {len(design.machines)} machine and {len(design.probes)} "
-        f"probe directions: the identification matrix has rank {design.size - 1} of {design.size}. "
-        "The readings do not determine a constant that is common to all errors of machine and "
-        "probe; the machine's errors are made to add up to zero"
+        f"probe directions. The readings do not determine a constant that is common to all errors "
+        "of machine and probe, and all else they do (the matrix of the equations has rank "
+        f"{design.size - 1} of {design.size}); the machine's errors are made to add up to zero"
     )
     of_variances = (
         "the variances' matrix lacks one rank too: variances of pairs are absolute, but no "

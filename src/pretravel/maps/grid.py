@@ -12,9 +12,16 @@ from pretravel.base.directions import grid, polar_angle
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.pretravel_map import PretravelMap
 
+_NEARLY = 0.5
+"""Touches of one ring differ by less: a table for people has no row of 90.0397°. [deg]"""
+
 
 def map_grid(
-    pretravel_map: PretravelMap, polar_step: float = 5.0, azimuth_step: float = 10.0
+    pretravel_map: PretravelMap,
+    polar_step: float = 5.0,
+    azimuth_step: float = 10.0,
+    *,
+    least_rest: float = 0.01,
 ) -> dict[str, Any]:
     """A map on a regular grid of angles, nan where it is not supported.
 
@@ -23,6 +30,9 @@ def map_grid(
     pretravel_map : PretravelMap
     polar_step, azimuth_step : float
         [deg]
+    least_rest : float
+        The largest polar angle of the map is a row of its own where it lies this much beyond the
+        last step. [deg]
 
     Returns
     -------
@@ -33,7 +43,7 @@ def map_grid(
     largest = math.degrees(float(polar_angle(pretravel_map.support.nodes).max()))
     largest = min(largest, 165.0)
     polar = np.arange(0.0, largest + 1e-9, polar_step)
-    if largest - polar[-1] > 0.01:
+    if largest - polar[-1] > least_rest:
         polar = np.append(polar, largest)
     azimuth = np.arange(0.0, 360.0, azimuth_step)
     directions = grid(polar * DEGREE, azimuth * DEGREE)
@@ -68,7 +78,7 @@ def effective_radius_table(
     mapping of str to (n,) values
         polar_deg, azimuth_deg (probe frame), effective_radius_mm, pretravel_um, u_um.
     """
-    values = map_grid(pretravel_map)
+    values = map_grid(pretravel_map, least_rest=_NEARLY)
     polar, azimuth = np.meshgrid(values["polar_deg"], values["azimuth_deg"], indexing="ij")
     held = np.isfinite(values["pretravel_um"])
     pretravel = values["pretravel_um"][held] + travel / MICROMETRE

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pretravel.base.arrays import BoolArray, FloatArray, frozen
 from pretravel.base.directions import checked_unit, describe
 from pretravel.base.errors import ExtrapolationError, PretravelError
-from pretravel.base.forms import ShownInNotebooks, WithDataset
+from pretravel.base.forms import ShownInNotebooks, WithDataset, WithPlot
 from pretravel.base.frames import Placement, checked_rotation
 from pretravel.base.quantities import (
     DELAY,
@@ -45,7 +45,7 @@ _FEW = 4
 
 
 @dataclass(frozen=True, eq=False)
-class PretravelMap(ShownInNotebooks, WithDataset):
+class PretravelMap(ShownInNotebooks, WithPlot, WithDataset):
     """Pretravel in every supported direction, with its covariance.
 
     Parameters

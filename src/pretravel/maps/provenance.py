@@ -12,15 +12,17 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.quantities import (
-    PRETRAVEL,
+    DEVIATION_OF_FORM,
     REFERENCE_DIAMETER,
     TEMPERATURE_DIFFERENCE,
     TIP_BALL,
-    UNCERTAINTY,
+    U_OF_DIAMETER,
+    QuantityRange,
     check_numbers,
     checked,
 )
 from pretravel.base.units import MICROMETRE
+from pretravel.maps.plausibility import LARGEST_PRETRAVEL
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE
 """Pretravel along the probe axis that a harmonic map is given where nothing better is known. [mm]
@@ -39,6 +41,7 @@ STEEL_EXPANSION = 11.5e-6
 """Coefficient of thermal expansion of steel. [1/K]"""
 
 
+_AXIAL = QuantityRange(-LARGEST_PRETRAVEL, LARGEST_PRETRAVEL, "mm")
 U_AXIAL_PRETRAVEL = 0.7 * MICROMETRE
 """Standard uncertainty of that assumption: probes have 0.3 to 2.5 µm along the axis. [mm]"""
 
@@ -123,16 +126,18 @@ class QualificationSetup:
         x, y, z = np.asarray(self.axis, dtype=np.float64).reshape(3)
         object.__setattr__(self, "axis", (float(x), float(y), float(z)))
         what = f"the {self.reference}'s diameter"
-        checked(self.diameter, what, REFERENCE_DIAMETER, inputs=("diameter",))
+        diameter = checked(self.diameter, what, REFERENCE_DIAMETER, inputs=("diameter",))
+        object.__setattr__(self, "diameter", diameter)
         if self.tip_diameter is not None:
             what = "the tip's diameter"
-            checked(self.tip_diameter, what, TIP_BALL, inputs=("tip_diameter",))
+            tip = checked(self.tip_diameter, what, TIP_BALL, inputs=("tip_diameter",))
+            object.__setattr__(self, "tip_diameter", tip)
         check_numbers(
             self,
-            u_diameter=UNCERTAINTY,
+            u_diameter=U_OF_DIAMETER,
             u_temperature=TEMPERATURE_DIFFERENCE,
-            sphere_form=UNCERTAINTY,
-            axial_pretravel=PRETRAVEL,
+            sphere_form=DEVIATION_OF_FORM,
+            axial_pretravel=_AXIAL,
         )
 
     @property

@@ -14,6 +14,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
+from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import equator, resampled_sectors, touched_sectors
 
@@ -68,13 +69,13 @@ class Comparison:
 
 
 def compare_corrections(
-    pretravel_map: PretravelMap, part_normals: npt.ArrayLike | None = None
+    pretravel_map: MapLike, part_normals: npt.ArrayLike | None = None
 ) -> Comparison:
     """Compare the corrections of today's controls, and Woźniak's, with a map.
 
     Parameters
     ----------
-    pretravel_map : PretravelMap
+    pretravel_map : PretravelMap, Qualification, str or Path
         Represents the probe. The corrections are made from it, without errors of touching.
     part_normals : (n, 3) float, optional
         Outward unit normals of the touches of a part.
@@ -104,6 +105,7 @@ def compare_corrections(
     >>> round(compare_corrections(flat).rows[2].largest, 12)
     0.0
     """
+    pretravel_map = as_map(pretravel_map)
     azimuth = np.arange(0.0, 360.0, 1.0)
     around = from_angles(0.5 * np.pi, azimuth * DEGREE)
     places = {"equator": around, "all": _supported(pretravel_map)}

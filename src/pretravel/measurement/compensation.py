@@ -12,8 +12,10 @@ from pretravel.base.directions import checked_unit, describe
 from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.base.quantities import as_numbers
 from pretravel.base.units import DEGREE
+from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
+from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
@@ -30,15 +32,15 @@ from pretravel.surface.search import (
     faces_to_touch,
 )
 from pretravel.surface.undetermined import LEAST_PLAY, distance_from_apexes, play_of_ball
-from pretravel.touches import Touches, at_rest, refuse_glancing
+from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_glancing
 
 OBLIQUE = 10.0 * DEGREE
 """Approaches at a larger angle to the normal than this are warned about. [rad]"""
 
 
 def apply(
-    touches: Touches,
-    pretravel_map: PretravelMap,
+    touches: TouchesLike,
+    pretravel_map: MapLike,
     *,
     nominal: Surface | Part | None = None,
     extrapolate: bool = False,
@@ -58,9 +60,10 @@ def apply(
 
     Parameters
     ----------
-    touches : Touches
-    pretravel_map : PretravelMap
-        Predicted or measured.
+    touches : Touches, str, Path or (n, 6) float
+        Touches, their file, or x, y, z of the tip centres in mm with the outward normals.
+    pretravel_map : PretravelMap, Qualification, str or Path
+        Predicted or measured; a qualification has one, a file contains one.
     nominal : Surface or Part, optional
         Not given: deviations are from the nominal points of the touches, where there are any.
     extrapolate : bool
@@ -98,6 +101,7 @@ def apply(
     >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
     ([[0.0, 0.0, 0.0]], [0.316])
     """
+    touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
     latched = touches.positions
     if pretravel_map.delay is not None:
         touches = at_rest(touches, pretravel_map.delay)
@@ -274,7 +278,8 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
             "mm, do the normals point out of the part, is the nominal where the part is?"
         )
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
-    return [*warnings, elsewhere] if elsewhere else warnings
+    stated = (elsewhere, gross_points_sentence(touches.gross))
+    return [*warnings, *(sentence for sentence in stated if sentence)]
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
@@ -324,7 +329,7 @@ def _one_unknown_feed(*, known_of_touches: bool) -> str:
 def embed(
     positions: npt.ArrayLike,
     normals: npt.ArrayLike,
-    pretravel_map: PretravelMap,
+    pretravel_map: MapLike,
     *,
     approaches: npt.ArrayLike | None = None,
     feeds: npt.ArrayLike | None = None,
@@ -366,6 +371,7 @@ def embed(
     >>> embed([[0.0, 0.0, 0.0]], up, mean).positions.round(9).tolist()
     [[0.0, 0.0, 2.99]]
     """
+    pretravel_map = as_map(pretravel_map)
     n = checked_unit(normals, "normals")
     a = -n if approaches is None else checked_unit(approaches, "approaches")
     refuse_glancing(a, n, lambda row: f"point {row + 1}")

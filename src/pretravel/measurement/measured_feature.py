@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.errors import PretravelError
+from pretravel.base.forms import WithPlot, from_file
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.association import Association, associate
@@ -76,7 +78,7 @@ class Quantity:
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredFeature:
+class MeasuredFeature(WithPlot):
     """A feature through compensated points: of least squares, or an extreme one.
 
     Attributes
@@ -224,8 +226,18 @@ class MeasuredFeature:
         raise PretravelError(f"a {self.kind} has no {name}; it has {known}, {self.form_name}")
 
 
+def _as_points(given: object) -> Points:
+    found = from_file("points", given) if isinstance(given, str | Path) else given
+    if not isinstance(found, Points):
+        raise PretravelError(
+            f"expected points, not a {type(given).__name__}: apply makes them of touches and a "
+            "map, read_points reads them"
+        )
+    return found
+
+
 def measure_feature(
-    points: Points,
+    points: Points | str | Path,
     kind: str,
     *,
     axis: npt.ArrayLike | None = None,
@@ -241,10 +253,10 @@ def measure_feature(
 
     Parameters
     ----------
-    points : Points
-        From `apply` or `read_points`. Points without normals have those of the feature. Where they
-        do not state which errors are common (`Points.shared` is None), uncertainties are the
-        largest that any correlation allows.
+    points : Points, str or Path
+        From `apply` or `read_points`; or their file. Points without normals have those of the
+        feature. Where they do not state which errors are common (`Points.shared` is None),
+        uncertainties are the largest that any correlation allows.
     kind : str
         circle, bore, boss, sphere, plane, line, cylinder or cone.
     axis : (3,) float, optional
@@ -286,6 +298,7 @@ def measure_feature(
     >>> round(bore.value, 6), round(bore.u * 1e3, 4)      # 2 sqrt(0.6²/8 + 0.8²)
     (20.0, 1.6553)
     """
+    points = _as_points(points)
     if len(points) == 0:
         raise PretravelError(f"there are no points for the {kind}")
     what = "the standard uncertainty by the machine"

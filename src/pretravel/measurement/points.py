@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithDataset
+from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithDataset, WithPlot
 from pretravel.base.frames import Placement
 from pretravel.base.quantities import extent
 from pretravel.base.units import MICROMETRE
@@ -19,7 +19,7 @@ what repeated touches of a direction do not reduce (`PretravelMap.fixed_scatter`
 
 
 @dataclass(frozen=True, eq=False)
-class Points(ShownInNotebooks, WithDataFrame, WithDataset):
+class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     """Surface points, one for each touch, in the touches' order and frame.
 
     Attributes

@@ -9,6 +9,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.measurement.gross_points import GrossPoint, gross_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.rigid_movement import MovementSums
 from pretravel.touches import Touches
@@ -151,6 +152,8 @@ class TouchSummary:
         Normals outside the map.
     movement : MovementSums or None
         Of the deviations, from which it is seen whether the part lies elsewhere.
+    gross : tuple of GrossPoint
+        Points far from the nominal and from their neighbours; of joined summaries, within each.
     """
 
     count: int
@@ -159,6 +162,7 @@ class TouchSummary:
     middle: float | None = None
     outside: int = 0
     movement: MovementSums | None = field(default=None, compare=False)
+    gross: tuple[GrossPoint, ...] = ()
 
     @staticmethod
     def of(touches: Touches, points: Points, pretravel_map: PretravelMap) -> TouchSummary:
@@ -182,6 +186,15 @@ class TouchSummary:
             None
             if deviation is None
             else MovementSums.of(points.positions, points.normals, deviation),
+            ()
+            if deviation is None
+            else gross_points(
+                points.positions,
+                points.normals,
+                deviation,
+                points.standard_uncertainty,
+                touches.where,
+            ),
         )
 
     def joined(self, other: TouchSummary) -> TouchSummary:
@@ -201,4 +214,5 @@ class TouchSummary:
             middle,
             self.outside + other.outside,
             movement,
+            self.gross + other.gross,
         )

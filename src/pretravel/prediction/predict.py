@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import checked_unit, describe
 from pretravel.base.errors import PretravelError
-from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithDataset
+from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithDataset, WithPlot
 from pretravel.base.quantities import extent
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.kinds.tabulated import TabulatedBasis
@@ -28,7 +28,7 @@ from pretravel.uncertainty.covariance import Covariance
 
 
 @dataclass(frozen=True, eq=False)
-class Trigger(ShownInNotebooks, WithDataFrame, WithDataset):
+class Trigger(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     """The state of a probe at the trigger, for each of n directions, probe frame.
 
     Attributes

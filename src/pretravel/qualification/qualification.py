@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.forms import ShownInNotebooks
+from pretravel.base.forms import ShownInNotebooks, WithPlot
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.harmonic import HarmonicMapFit
@@ -95,7 +95,7 @@ class KindScore:
 
 
 @dataclass(frozen=True, eq=False)
-class Qualification(ShownInNotebooks):
+class Qualification(ShownInNotebooks, WithPlot):
     """The result of touches on a reference sphere or ring.
 
     Attributes

@@ -25,9 +25,11 @@ from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit
 from pretravel.maps.kinds import AUTO, kind_named, kinds
 from pretravel.maps.kinds.averaged import AveragedBasis
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
+from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup, SetupOptions
+from pretravel.maps.setup_keywords import check_keywords, with_setup_keywords
 from pretravel.maps.support import DirectionSupport
 from pretravel.maps.touched_means import MOST_KEPT, TouchedMeans
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
@@ -42,13 +44,14 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches, TouchesLike, as_touches, at_rest
 
 _LOG = logging.getLogger(__name__)
 
 
+@with_setup_keywords
 def qualify(
-    touches: Touches,
+    touches: TouchesLike,
     diameter: float,
     *,
     kind: str | KindOfMap = AUTO,
@@ -71,9 +74,9 @@ def qualify(
 
     Parameters
     ----------
-    touches : Touches
-        In the order in which they were made. Repeats of a direction are recognised by their
-        normals.
+    touches : Touches, str, Path or (n, 6) float
+        In the order in which they were made: touches, their file, or x, y, z of the tip centres in
+        mm with the outward normals. Repeats of a direction are recognised by their normals.
     diameter : float
         Calibrated diameter of the sphere or ring. [mm]
     kind : str or KindOfMap
@@ -104,7 +107,9 @@ def qualify(
     >>> abs(result.center.round(9)).tolist(), round(result.effective_radius, 9)
     ([100.0, 0.0, 0.0], 2.99)
     """
+    check_keywords("qualify", options)
     setup = QualificationSetup(diameter, **options)  # type: ignore[arg-type]  # axis: any array
+    touches = as_touches(touches, reference_diameter=setup.diameter, ring=setup.ring)
     return qualified(touches, setup, kind)
 
 
@@ -420,15 +425,15 @@ def _touched(
 
 
 def qualify_like(
-    touches: Touches, earlier: PretravelMap, diameter: float, *, ring: bool = False
+    touches: TouchesLike, earlier: MapLike, diameter: float, *, ring: bool = False
 ) -> Qualification:
     """A new map of the same kind and with the same setup as an earlier one.
 
     Parameters
     ----------
-    touches : Touches
+    touches : Touches, str, Path or (n, 6) float
         New ones on the reference.
-    earlier : PretravelMap
+    earlier : PretravelMap, Qualification, str or Path
         Of a qualification.
     diameter : float
         Of the reference. [mm]
@@ -449,6 +454,8 @@ def qualify_like(
     Maps of earlier versions do not contain their setup. What they contain is used: tip, axis and
     the uncertainty of the radius, which is half that of the reference's diameter.
     """
+    earlier = as_map(earlier)
+    touches = as_touches(touches, reference_diameter=diameter, ring=ring)
     if earlier.delay is not None and not several_feeds(touches):
         raise PretravelError(
             "the old map contains the signal delay, which touches at one feed do not determine; "

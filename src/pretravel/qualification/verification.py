@@ -12,6 +12,7 @@ from pretravel.base.directions import describe
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import PROBABILITY, checked
 from pretravel.base.units import MICROMETRE
+from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.change_causes import LikelyCause, likely_causes
@@ -27,7 +28,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches, TouchesLike, as_touches, at_rest
 
 _MOST_GROSS = 0.1
 """Share of the touches that can be left out as gross errors; more of them are a change."""
@@ -99,8 +100,8 @@ class Verification:
 
 
 def verify(
-    touches: Touches,
-    pretravel_map: PretravelMap,
+    touches: TouchesLike,
+    pretravel_map: MapLike,
     diameter: float,
     *,
     ring: bool = False,
@@ -110,9 +111,9 @@ def verify(
 
     Parameters
     ----------
-    touches : Touches
+    touches : Touches, str, Path or (n, 6) float
         New ones on the reference, wherever it stands now.
-    pretravel_map : PretravelMap
+    pretravel_map : PretravelMap, Qualification, str or Path
         Qualified, of the same tip, at the same feed (or with its signal delay separated).
     diameter : float
         Of the reference, that of the qualification. [mm]
@@ -141,6 +142,8 @@ def verify(
 
     Touches far outside their noise are left out one at a time, and named.
     """
+    touches = as_touches(touches, reference_diameter=diameter, ring=ring)
+    pretravel_map = as_map(pretravel_map)
     _refuse_rate(false_alarm_rate)
     compared = touches_beside_map(touches, pretravel_map, diameter, ring=ring)
     tests = changes_of(compared.kept, false_alarm_rate)

@@ -55,12 +55,14 @@ _LEGEND_SIGNS = 66
 _SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
 
 
-def drawn_figure(view: View) -> Figure:
+def drawn_figure(view: View, *, interactive: bool = False) -> Figure:
     """A view as a matplotlib figure.
 
     Parameters
     ----------
     view : View
+    interactive : bool
+        A figure of pyplot, which notebooks show and ``plt.show()`` opens.
 
     Returns
     -------
@@ -73,7 +75,9 @@ def drawn_figure(view: View) -> Figure:
     """
     columns = min(view.columns, len(view.charts))
     rows = math.ceil(len(view.charts) / columns)
-    figure = new_figure(max(4.6 * columns, 6.0), 4.7 * rows + 0.2, view.title)
+    figure = new_figure(
+        max(4.6 * columns, 6.0), 4.7 * rows + 0.2, view.title, interactive=interactive
+    )
     for index, chart in enumerate(view.charts, start=1):
         _draw(chart, figure, (rows, columns, index))
     return figure

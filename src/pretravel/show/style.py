@@ -37,12 +37,21 @@ def _drop_settings_of_folder() -> None:
     _folder["trusted"] = True
 
 
-def new_figure(width: float, height: float, title: str = "") -> Figure:
-    """An empty figure of a size in inches, with a title above all of it."""
+def new_figure(
+    width: float, height: float, title: str = "", *, interactive: bool = False
+) -> Figure:
+    """An empty figure of a size in inches, with a title above all of it.
+
+    An interactive one is known to pyplot: notebooks show it below the cell, ``plt.show()`` in a
+    window.
+    """
     from matplotlib.figure import Figure
 
     _drop_settings_of_folder()
-    figure = Figure(figsize=(width, height), layout="constrained", dpi=130)
+    make = Figure
+    if interactive:
+        from matplotlib.pyplot import figure as make  # type: ignore[assignment]
+    figure = make(figsize=(width, height), layout="constrained", dpi=130)
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.set(w_pad=0.15, h_pad=0.12)  # type: ignore[call-arg]

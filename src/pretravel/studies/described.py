@@ -34,5 +34,6 @@ def found_description(found: FoundDesign) -> str:
             continue
         put(document, key, value if isinstance(value, str) else float(f"{value:.9g}"))
         sources[key] = f"designed for the wish '{study.name}'"
-    document["name"] = f"{document.get('name', study.probe)}, {study.name}"
+    # The start's name can state a length or a material that is no longer true.
+    document["name"] = f"{study.name}, designed from {study.probe}"
     return tomlkit.dumps(document)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution, minimize
@@ -19,6 +19,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.prediction.description import Probe
 from pretravel.studies.conditions import case_of
 from pretravel.studies.definition import Level
+from pretravel.studies.extremes import extremes_between
 from pretravel.studies.outputs import computed
 from pretravel.studies.wish import Wish
 
@@ -34,6 +35,10 @@ _IMPOSSIBLE = 1e6
 """Goal of a design that cannot be: worse than any."""
 _FAR = 1.0
 """Largest violation of a limit that the search sees, relative to the limit."""
+_ATTEMPTS = 6
+"""To keep the limits between the directions of the grid, too."""
+_MARGIN = 1e-3
+"""Of what a limit is narrowed by, for each attempt: the difference changes with the design."""
 _FRONT = 7
 """Designs between the two ends of a front."""
 
@@ -98,15 +103,24 @@ def tried_design(wish: Wish, levels: Mapping[str, Level]) -> TriedDesign:
     )
 
 
+def _in_all_directions(wish: Wish, design: TriedDesign) -> TriedDesign:
+    """The design with its least and greatest values also between the directions of the grid."""
+    study = wish.study
+    between = extremes_between(study.directions, case_of(study, design.levels), study.outputs)
+    return replace(design, quantities={**design.quantities, **between})
+
+
 def _of_geometry(probe: Probe, overtravel: float) -> dict[str, float]:
     """Lengths of the description. [mm]
 
     A tripod that tilts about two of its rods' ends lifts the third by the tilt times the height of
     the triangle, 1.5 radii; the tip moves by the tilt times the lever.
     """
+    lengths = {"lever": probe.lever, "stylus_length": probe.stylus_length}
+    if not overtravel:  # not stated: the lift is not known
+        return lengths
     return {
-        "lever": probe.lever,
-        "stylus_length": probe.stylus_length,
+        **lengths,
         "rod_lift": 1.5 * probe.tripod.radius * overtravel / probe.lever,
     }
 
@@ -132,7 +146,9 @@ def find_design(wish: Wish) -> FoundDesign:
     front: tuple[TriedDesign, ...] = ()
     if wish.second:
         front = _front(search, best)
-    return FoundDesign(wish, best, tried_design(wish, {}), front, len(search.known))
+    return FoundDesign(
+        wish, best, _in_all_directions(wish, tried_design(wish, {})), front, len(search.known)
+    )
 
 
 class _Search:
@@ -170,10 +186,9 @@ class _Search:
         return _IMPOSSIBLE if found is None else sign * found.quantities[name]
 
     def violations(
-        self, point: FloatArray, limits: Mapping[str, tuple[float, float]]
+        self, found: TriedDesign | None, limits: Mapping[str, tuple[float, float]]
     ) -> FloatArray:
-        """By how much each limit is broken, relative to it; 0 or less: it holds."""
-        found = self.design(point)
+        """By how much a design breaks each limit, relative to it; 0 or less: it holds."""
         broken = []
         for name, ends in limits.items():
             for end, side in zip(ends, (1.0, -1.0), strict=True):
@@ -194,19 +209,28 @@ class _Search:
         def value(point: FloatArray) -> float:
             return self.value(point, name, sign)
 
-        def violations(point: FloatArray) -> FloatArray:
-            return self.violations(point, limits)
+        # Between the directions of the grid a design can break a limit that it keeps on it. The
+        # limit on the grid is then narrowed by the difference, and the place found again.
+        narrowed = dict(limits)
 
-        region = self._region(value, violations, len(limits))
-        point = self._polished(region, value, violations, len(limits))
-        found = self.design(point)
-        if found is None or (limits and violations(point).max() > _SLACK):
-            raise PretravelError(
-                "no design within the ranges keeps the limits: "
-                + ", ".join(_limit_text(name, ends) for name, ends in limits.items())
-                + ". Widen a range or a limit"
-            )
-        return found
+        def violations(point: FloatArray) -> FloatArray:
+            return self.violations(self.design(point), narrowed)
+
+        point = self._region(value, violations, len(limits))
+        for attempt in range(1, _ATTEMPTS + 1):
+            point = self._polished(point, value, violations, len(limits))
+            found = self.design(point)
+            if found is None or (limits and violations(point).max() > _SLACK):
+                break
+            everywhere = _in_all_directions(self.wish, found)
+            if not limits or self.violations(everywhere, limits).max() <= _SLACK:
+                return everywhere
+            narrowed = _narrowed(limits, found, everywhere, 1.0 + _MARGIN * attempt)
+        raise PretravelError(
+            "no design within the ranges keeps the limits in all directions: "
+            + ", ".join(_limit_text(name, ends) for name, ends in limits.items())
+            + ". Widen a range or a limit"
+        )
 
     def _bounds(self) -> tuple[Bounds, list[bool]]:
         factors = self.wish.study.factors
@@ -258,8 +282,24 @@ class _Search:
             options={"initial_tr_radius": 0.05, "final_tr_radius": 1e-6, "maxfev": 400},
         )  # fmt: skip
         point = full(np.asarray(found.x))
-        held = not limits or violations(point).max() <= _SLACK
-        return point if held and value(point) <= value(region) else region
+        held, held_before = (
+            not limits or violations(place).max() <= _SLACK for place in (point, region)
+        )
+        return point if held and (not held_before or value(point) <= value(region)) else region
+
+
+def _narrowed(
+    limits: Mapping[str, tuple[float, float]],
+    on_grid: TriedDesign,
+    everywhere: TriedDesign,
+    share: float,
+) -> dict[str, tuple[float, float]]:
+    """Limits on the grid that keep the limits between its directions, near a design."""
+    found = {}
+    for name, (low, high) in limits.items():
+        beyond = share * (everywhere.quantities[name] - on_grid.quantities[name])
+        found[name] = (low - min(beyond, 0.0), high - max(beyond, 0.0))
+    return found
 
 
 def _limit_text(name: str, ends: tuple[float, float]) -> str:

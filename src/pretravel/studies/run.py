@@ -8,6 +8,7 @@ import logging
 import math
 import os
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,8 @@ _SHORT = 20.0
 """Work that one process does in this time needs no cluster. [s]"""
 _BLOCK = 1.0
 """Work of a block: a scheduler needs some milliseconds for each. [s]"""
+_REASONS = 3
+"""Reasons that a message states."""
 _TIMED = 2
 """Designs that are computed here first; the time of the last one is without what loads once."""
 _LONGEST_BLOCK = 500
@@ -116,8 +119,8 @@ def run_study(
     Raises
     ------
     PretravelError
-        Another process runs a study with this output; another study's journal; a full disk; lost
-        workers.
+        No design can be computed; another process runs a study with this output; another study's
+        journal; a full disk; lost workers.
     """
     needed("h5netcdf", "scale")  # before hours of computation
     workers = workers or Workers()
@@ -129,11 +132,25 @@ def run_study(
             log.info("%d of %d designs are done already", len(done), len(plan))
         if missing:
             _compute(plan, missing, workers, journal)
-        log.info("writing %s", output.name)
         results = collected(study, plan, journal.outcomes())
-        write_results(output, results, study, journal.outcomes())
+        if results.succeeded.any():
+            log.info("writing %s", output.name)
+            write_results(output, results, study, journal.outcomes())
         journal.remove()
+    if not results.succeeded.any():
+        raise PretravelError(_why_none(results))
     return results
+
+
+def _why_none(results: StudyResults) -> str:
+    """The commonest reasons why no design can be computed."""
+    common = Counter(results.reasons).most_common(_REASONS)
+    reasons = "; ".join(f"{reason} ({count})" for reason, count in common)
+    more = "; …" if len(set(results.reasons)) > _REASONS else ""
+    return (
+        f"none of the {len(results)} designs of this study can be computed: {reasons}{more}. "
+        "Correct the study; nothing was written"
+    )
 
 
 def _compute(plan: Plan, missing: list[int], workers: Workers, journal: Journal) -> None:

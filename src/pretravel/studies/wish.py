@@ -149,6 +149,11 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
                 f"there is no quantity '{name}'; known are {', '.join(known_quantities())}", *place
             )
     names = {goal, table.and_least, *(limit.of for limit in parts.limit)}
+    if "rod_lift" in names and not table.overtravel:
+        raise document.error(
+            "rod_lift is the rise of a rod at the overtravel of the tip: state overtravel_mm",
+            "wish",
+        )
     outputs = tuple(output for output, numbers in MEANINGS.items() if names & set(numbers))
     return Wish(
         study=study_of_parts(_as_study(parts, outputs), document, folder, "wish", "free"),

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base.errors import PretravelError
-from pretravel.tasks.fields import Reported, existing, output
+from pretravel.base.errors import InputError, PretravelError
+from pretravel.tasks.fields import ModelName, Reported, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Compare(Reported):
     other: Annotated[
         str | None,
         Field(
-            help="A second probe: both are described ones, and are compared.",
+            help="A second probe, of the catalogue or .toml: two descriptions are compared.",
             label="Second probe",
             positional=True,
             metavar="PROBE",
@@ -57,11 +57,12 @@ class Compare(Reported):
     part: Annotated[
         Path | None,
         Field(
-            help="Touches or targets of a part, to compare there too. Of a table the columns "
-            "nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
+            help="Touches, targets or compensated points of a part, to compare there too. Of a "
+            "table the columns nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
             reads=True,
         ),
     ] = None
+    model: ModelName = "analytic"
     output: Annotated[
         Path | None,
         output(
@@ -81,14 +82,13 @@ class Compare(Reported):
         ComparedMap
             Or `ComparedProbes`, with a second probe.
         """
-        from pretravel.files.readings import read_directions
         from pretravel.tasks.map_argument import map_or_prediction
 
         if self.other is not None:
             return self._of_probes(self.other, progress)
         with progress.working("comparing"):
-            pretravel_map = map_or_prediction(self.map_file)
-            normals = None if self.part is None else read_directions(self.part)
+            pretravel_map = map_or_prediction(self.map_file, self.model)
+            normals = None if self.part is None else _normals_of(self.part)
             return self.compared(pretravel_map, normals)
 
     def compared(
@@ -115,7 +115,23 @@ class Compare(Reported):
                 inputs=("part",),
             )
         with progress.working("comparing"):
-            return ComparedProbes(self, compare_designs(*names))
+            return ComparedProbes(self, compare_designs(*names, self.model))
+
+
+def _normals_of(part: Path) -> npt.ArrayLike:
+    """The normals of a file of touches, targets or points."""
+    from pretravel.files.readings import read_directions
+
+    try:
+        return read_directions(part)
+    except InputError as error:
+        if not part.is_file():
+            raise
+        raise PretravelError(
+            f"{error}. The points that compensate writes of this file have normals: take them as "
+            f"the part; or make touches of it: pretravel convert {part.name}",
+            inputs=error.inputs,
+        ) from None
 
 
 @dataclass(frozen=True, eq=False)

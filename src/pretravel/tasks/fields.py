@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import (
     ANGLE,
+    DEVIATION_OF_FORM,
     FEED,
     REFERENCE_DIAMETER,
     TIP_BALL,
+    U_OF_DIAMETER,
 )
 from pretravel.tasks.task import PICTURES, SILENT, Field, Progress, Task, by_name
 from pretravel.tasks.values import (
@@ -101,7 +103,7 @@ Ring: TypeAlias = Annotated[
 U_DIAMETER = Field(
     help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by its k; "
     "0.2 is assumed when not given.",
-    range=(0.0, 1000.0),
+    range=U_OF_DIAMETER,
     label="Standard uncertainty of the diameter",
     hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
 )
@@ -117,7 +119,7 @@ UTemperature: TypeAlias = Annotated[
 ]
 SPHERE_FORM = Field(
     help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
-    range=(0.0, 100.0),
+    range=DEVIATION_OF_FORM,
     label="Form deviation of the reference",
 )
 TOOL_OF_SUBROUTINES = (

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import TIP_BALL
 from pretravel.tasks.fields import LaboratoryReport, existing, output
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
@@ -186,15 +186,22 @@ class Rig(LaboratoryReport):
             REN_BUDGET if self.budget is None else read_budget(self.budget), checked
         )
         paths = _traces_meant(self.traces)
+        unread = [path.stem for path in paths if self._is_excluded(path) and _is_damaged(path)]
+        paths = [path for path in paths if path.stem not in unread]
         with progress.working(f"reading {len(paths)} traces"):
             traces, touches = self._read(paths)
         if self.output is not None and self.output.suffix.lower() == ".csv":
             # Single touches need no calibration.
             _write_touches(self.output, touches, forces=_forces(touches, terms))
-        calibration = calibrate_rig(touches, exclude=self.exclude)
+        exclude = [name for name in self.exclude if name.removesuffix(".csv") not in unread]
+        calibration = calibrate_rig(touches, exclude=exclude)
+        calibration = replace(calibration, excluded=(*calibration.excluded, *unread))
         return CalibratedRig(
             self, traces, touches, calibration, tuple(components), statements, terms, checked
         )
+
+    def _is_excluded(self, path: Path) -> bool:
+        return path.stem in self.exclude or path.name in self.exclude
 
     def _terms(self) -> RenTerms | None:
         """What determines a force from a pretravel; None without a description."""
@@ -253,13 +260,27 @@ class Rig(LaboratoryReport):
                 f"there is no trace {unknown[0]} to mark; there are {', '.join(names[:8])}",
                 inputs=("mark",),
             )
+        try:
+            read = [read_rig_trace(path) for path in paths]
+        except InputError as error:
+            raise PretravelError(f"{error}. Or leave this trace out", inputs=("exclude",)) from None
         traces = tuple(
-            at_reference_temperature(read_rig_trace(path), self.temperature, self.expansion * 1e-6)
-            for path in paths
+            at_reference_temperature(trace, self.temperature, self.expansion * 1e-6)
+            for trace in read
         )
         return traces, tuple(
             with_marks(rig_touch(trace), marks.get(trace.name, {})) for trace in traces
         )
+
+
+def _is_damaged(path: Path) -> bool:
+    from pretravel.files.rig_csv import read_rig_trace
+
+    try:
+        read_rig_trace(path)
+    except InputError:
+        return True
+    return False
 
 
 def _forces(touches: Sequence[RigTouch], terms: RenTerms | None) -> list[float] | None:

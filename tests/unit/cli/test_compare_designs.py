@@ -112,8 +112,39 @@ def test_command_with_a_file_and_a_name(tmp_path: Path) -> None:
     assert coloured_share(tmp_path / "c.png") > 0.001
 
 
+def test_two_probes_by_another_model(tmp_path: Path) -> None:
+    """compare knew no --model. The largest pretravel is that of the model's prediction."""
+    for model in ("analytic", "shen"):
+        path = tmp_path / f"{model}.csv"
+        told = run("compare", *NAMES, "--model", model, "-o", path)
+        assert f"Predicted by model {model}" in " ".join(told.split())
+        table = {row["quantity"]: row for row in rows(path)}
+        found = next(
+            float(r["a"])
+            for name, r in table.items()
+            if name.startswith("pretravel in all directions, largest /")
+        )
+        own = compare_designs(*NAMES, model).triggers[0].pretravel
+        assert found == pytest.approx(own.max() / MICROMETRE, rel=1e-6)
+
+
 def test_what_cannot_be_compared(tmp_path: Path) -> None:
     assert "one map, or two probes" in run("compare", "omp40-2", "map.json", code=2)
     (tmp_path / "t.csv").write_text("nx,ny,nz\n0,0,1\n")
     told = run("compare", *NAMES, "--part", tmp_path / "t.csv", code=2)
     assert "leave it out" in told
+
+
+def test_a_part_without_named_normals_says_how_to_go_on(tmp_path: Path) -> None:
+    """compensate reads such a table with --columns; compare knows no columns. The points do."""
+    part, points, options = tmp_path / "part.csv", tmp_path / "points.csv", ("--map", "omp40-2")
+    part.write_text("a;b;c;d;e;f\n1;2;3;0;0;1\n1;2;4;0;1;0\n")
+    columns = ("--columns", "x=1,y=2,z=3,nx=4,ny=5,nz=6", "--units", "mm")
+    run("compensate", part, *options, *columns, "-o", points)
+    told = " ".join(run("compare", "omp40-2", "--part", part, code=2).split())
+    assert "The points that compensate writes of this file have normals" in told
+    assert "pretravel convert part.csv" in told
+    run("compare", "omp40-2", "--part", points)
+    told = run("compare", "omp40-2", "--part", tmp_path / "none.csv", code=2)
+    assert "there is no such file" in told
+    assert "convert" not in told

@@ -55,6 +55,8 @@ class TestExportCommand:
         for row in rows(tmp_path / "r.csv")[:5]:
             radius = 3.0 - float(row["pretravel_um"]) * 1e-3
             assert float(row["effective_radius_mm"]) == pytest.approx(radius, abs=1e-9)
+        # Touches of the equator lie up to 0.04° below it: there was a row of 90.039526044.
+        assert {float(row["polar_deg"]) % 5.0 for row in rows(tmp_path / "r.csv")} == {0.0}
 
     def test_linuxcnc_folder_without_stale_tables(self, tmp_path: Path, map_file: Path) -> None:
         out = tmp_path / "subs"

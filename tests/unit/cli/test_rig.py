@@ -168,8 +168,26 @@ class TestRig:
         path.write_text("source,type,uncertainty_um,per_metre_um\nscale,B,abc,0\n")
         assert "line 2: uncertainty_um is 'abc'" in run("rig", *TRACES, "--budget", path, code=2)
 
+    def test_a_damaged_trace_is_left_out_as_advised(self, tmp_path: Path) -> None:
+        """The advice was to exclude the line, which a trace does not take, and --exclude of the
+        trace gave the same error."""
+        bad = tmp_path / "rig_000_3.csv"
+        lines = TRACES[0].read_text().splitlines()
+        bad.write_text("\n".join([*lines[:49], lines[49].replace(",", ",abc", 1), *lines[50:]]))
+        told = run("rig", *TRACES, bad, code=2)
+        assert "Or leave this trace out (--exclude)" in told
+        assert "exclude the line" not in told
+        for name in ("rig_000_3", "rig_000_3.csv"):
+            text = run("rig", *TRACES, bad, "--exclude", name)
+            assert "left out as requested: rig_000_3" in text
+            assert "1 trace is not in the results" in text
+        assert "rig_000_3.csv, line 50" in run(
+            "rig", *TRACES, bad, "--exclude", "rig_090_1", code=2
+        )
+
     def test_one_trace(self, tmp_path: Path) -> None:
         text = run("rig", TRACES[0], "--plot", tmp_path / "one.png")
+        assert text.startswith("1 trace, 1 direction\n")
         assert "nothing was repeated" in text
 
     def test_bad_input(self, tmp_path: Path) -> None:

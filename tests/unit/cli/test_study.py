@@ -64,6 +64,19 @@ def test_the_report_names_what_decides_and_what_failed(tmp_path: Path) -> None:
     assert run("study", output) == said
 
 
+def test_a_study_without_any_design_is_a_fault_and_writes_nothing(tmp_path: Path) -> None:
+    """A mistyped key fails every design: it exited with 0, and wrote a file of nothing."""
+    study, output = tmp_path / "study.toml", tmp_path / "study.nc"
+    study.write_text(
+        '[study]\nname = "preload"\n[directions]\nazimuth_deg = "0:330:30"\npolar_deg = 90\n'
+        '[[factor]]\nkey = "spring.preloadd_N"\nvalues = [4.0, 8.0, 9.0]\n'
+    )
+    said = " ".join(run("study", study, "-o", output, code=2).split())
+    assert "none of the 3 designs of this study can be computed: [spring] has no preloadd_N" in said
+    assert "Did you mean preload_N? (3)" in said
+    assert [file.name for file in tmp_path.iterdir()] == ["study.toml"]
+
+
 def test_without_an_output_nothing_is_computed(tmp_path: Path) -> None:
     assert "-o study.nc" in run("study", "preload-and-seats", code=2)
 

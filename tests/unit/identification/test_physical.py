@@ -16,6 +16,7 @@ from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from tests.support.example_maps import example_qualification
 from tests.support.examples import PART as PART_TOUCHES
+from tests.support.examples import SPHERE as SPHERE_TOUCHES
 from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of
 
 PART = read_touches(PART_TOUCHES).normals
@@ -31,6 +32,20 @@ def test_example_probe() -> None:
     assert result.residuals.std() == pytest.approx(0.30e-3, rel=0.1)
     assert list(result.warnings) == []
     assert result.pretravel_map.kind == "physical"
+
+
+@pytest.mark.parametrize("error", [0.0, 2e-3, -4e-3])
+def test_a_wrong_diameter_within_its_uncertainty_is_a_level(error: float) -> None:
+    """At 4 µm with u = 2 µm the report said "not quite of the six-seat kind" (probability 4e-31):
+    the error is common to all touches. The probability stays as large as that of the right
+    diameter, 0.46; 4 µm are two u, and curve the model a little."""
+    result = qualify(
+        read_touches(SPHERE_TOUCHES), 24.9987 + error, tip_diameter=6.0, u_diameter=2e-3,
+        kind="physical",
+    )  # fmt: skip
+    assert isinstance(result.fit, PhysicalMapFit)
+    assert result.fit.misfit > 0.2
+    assert list(result.warnings) == []
 
 
 def _departing_touches(seed: int) -> tuple[Touches, np.ndarray]:

@@ -17,6 +17,7 @@ from pretravel.laboratory.rig_calibration import angles_of, calibrate_rig
 from pretravel.laboratory.rig_map import rig_map
 from pretravel.prediction.catalogue import load_probe
 from pretravel.show.result_file import read_result
+from pretravel.tasks.reports.rig_report import performance_figures
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.results import data_of
@@ -110,6 +111,43 @@ def test_lobes_are_searched_across_the_axis_alone() -> None:
     assert calibration.repeatability.value == alone.repeatability.value
 
 
+def test_a_repeatability_is_not_below_the_sampling() -> None:
+    """Each edge lies between samples: a pretravel has u = √2 · 10 nm here. Three touches of 1 nm
+    scatter fell between the same samples: a certificate stated s = 0.001 µm. The lower end of the
+    interval stays that of the touches, since a probe may repeat better than the rig can show."""
+    sampling = math.sqrt(2.0) * 1e-5
+    touches = [_touch(f"a_000_{k}", 4e-3 + k * 1e-6) for k in (1, 2, 3)]
+    found = calibrate_rig(touches, search_outliers=False)
+    for spread in (found.repeatability, found.directions[0].repeatability):
+        assert spread.measured == pytest.approx(1e-6, rel=1e-6)
+        assert (spread.value, spread.high) == pytest.approx((sampling, sampling))
+        assert spread.low == pytest.approx(1e-6 / math.sqrt(7.378 / 2.0), rel=1e-3)  # chi-square
+        assert spread.of_sampling
+    assert found.directions[0].u_pretravel == pytest.approx(sampling / math.sqrt(3.0))
+    assert found.directions[0].expanded_pretravel == pytest.approx(2.0 * sampling / math.sqrt(3.0))
+    touches = [_touch(f"a_000_{k}", 4e-3 + k * 5e-5) for k in (1, 2, 3)]
+    assert not calibrate_rig(touches, search_outliers=False).repeatability.of_sampling
+
+
+def test_an_anisotropy_of_equal_repeats_contains_the_sampling() -> None:
+    """Tukey's quantile of two means with a known s is 1.96 √2."""
+    touches = [_touch(f"a_{a:03d}_{k}", 4e-3 + a * 1e-6) for a in (0, 90) for k in (1, 2)]
+    found = calibrate_rig(touches, search_outliers=False)
+    half = 1.96 * math.sqrt(2.0) * math.sqrt(2.0) * 1e-5 / math.sqrt(2.0)
+    assert found.anisotropy_interval == pytest.approx([9e-5 - half, 9e-5 + half], rel=1e-3)
+
+
+def test_one_direction_shows_no_anisotropy() -> None:
+    """The report said "1 traces, 1 directions" and "anisotropy 0.000 µm"."""
+    one = calibrate_rig([_touch("a_000_1", 4e-3)])
+    assert math.isnan(one.anisotropy)
+    assert math.isnan(one.hysteresis_anisotropy)
+    assert "anisotropy unknown; repeatability unknown" in repr(one)
+    figures = {figure.name: figure.value for figure in performance_figures(one)}
+    for name in ("anisotropy", "anisotropy of hysteresis", "anisotropy of repeatability"):
+        assert str(figures[name]).startswith("unknown")
+
+
 def test_one_direction_has_one_name() -> None:
     with pytest.raises(PretravelError, match="a_090 and a_Y are the same direction"):
         calibrate_rig([_touch("a_090_1", 4e-3), _touch("a_Y_1", 4e-3)])
@@ -123,7 +161,7 @@ def test_anisotropies_of_hysteresis_and_repeatability() -> None:
     """Ren 2020, section 2.2, names them beside that of pretravel: largest less smallest."""
     touches = [
         _touch(f"a_{azimuth}_{repeat}", 4e-3 + scatter * step, 1e-4 * rank)
-        for rank, (azimuth, scatter) in enumerate(((0, 1e-5), (90, 4e-5), (180, 2e-5)))
+        for rank, (azimuth, scatter) in enumerate(((0, 2e-5), (90, 5e-5), (180, 3e-5)))
         for repeat, step in ((1, -1.0), (2, 0.0), (3, 1.0))
     ]
     found = calibrate_rig(touches, search_outliers=False)

@@ -437,7 +437,7 @@ class TestLeftOut:
         made["p_075"] = [8.0]
         found = _calibration(made, search_outliers=True)
         _, effect, missing = left_out_sentences(found)
-        assert effect.startswith("with it, repeatability would be 1.02 µm instead of 0.00")
+        assert effect.startswith("with it, repeatability would be 1.02 µm instead of 0.0141")
         assert missing == "no touch is left of p_075; touch again there"
 
 

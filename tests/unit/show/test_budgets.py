@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,8 @@ from pretravel.qualification.qualification import Qualification, part_point_budg
 from pretravel.qualification.qualify import qualify
 from pretravel.show.as_json import document_from_values, document_values
 from pretravel.show.document import Document
+from pretravel.show.terminal import table_text
+from pretravel.tasks.reports.budget_report import budget_table
 from pretravel.tasks.reports.qualification_report import qualification_document
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component
@@ -108,3 +111,13 @@ def test_a_document_keeps_its_budgets_through_json(qualified: Qualification) -> 
     parts = (Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, 2.0, dof=9.0))
     plain = Document("x", budgets=(Budget(parts, "length"),))
     assert document_from_values(json.loads(json.dumps(document_values(plain)))) == plain
+
+
+def test_very_many_degrees_of_freedom_are_many() -> None:
+    """A budget stated "55217" effective ones. The limit is kept as a number."""
+    for dof, shown in ((10_000.0, "10000"), (10_001.0, "many"), (math.inf, "∞")):
+        budget = Budget((Component("repeats", "A", 4e-4, dof=dof),))
+        lines = table_text(budget_table(budget)).splitlines()
+        assert [line.split()[-1] for line in lines if line.startswith(("repeats", "combined"))] == [
+            shown, shown,
+        ]  # fmt: skip

@@ -40,7 +40,7 @@ class TestComparison:
                 assert colours.setdefault(name, bar.colour) == bar.colour
                 assert bar.values[0] > 0.0
             assert bars[-1].values[0] == pytest.approx(2.0 * result.u_map / MICROMETRE)
-        assert (colours["uncorrected"], colours["full map"]) == ("before", "after")
+        assert (colours["tip radius alone"], colours["map"]) == ("before", "after")
         assert len(set(colours.values())) == len(colours)
         assert isinstance(curves, PlaneChart)
         for mark in curves.marks:

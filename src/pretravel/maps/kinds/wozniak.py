@@ -149,12 +149,16 @@ def wozniak_constant(
     return float(mean / shape.mean())
 
 
-def _basis(lobe_azimuth: float, transducer: str) -> WozniakBasis:
+def _check_transducer(transducer: str) -> None:
     if transducer not in TRANSDUCERS:
         raise PretravelError(
             f"transducer '{transducer}' is not known; there are {', '.join(TRANSDUCERS)}",
             inputs=("transducer",),
         )
+
+
+def _basis(lobe_azimuth: float, transducer: str) -> WozniakBasis:
+    _check_transducer(transducer)
     return WozniakBasis(lobe_azimuth, transducer)
 
 
@@ -183,6 +187,7 @@ class WozniakKind(KindOfMap):
 
     def __post_init__(self) -> None:
         check_numbers(self, lobe_azimuth=ANGLE)
+        _check_transducer(self.transducer)
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:
         """See `KindOfMap.fit`; the tip's diameter must be known."""

@@ -115,6 +115,7 @@ def reduced_model(
     probe : Probe
     settings : MeshSettings, optional
     solver : str
+        auto, cholmod, pardiso or superlu.
 
     Returns
     -------
@@ -122,6 +123,8 @@ def reduced_model(
 
     Raises
     ------
+    PretravelError
+        An unknown solver.
     DescriptionError, InputError, MeshError, CapacityError
         From the steps of which it consists.
 
@@ -131,6 +134,7 @@ def reduced_model(
         A cached file was damaged or foreign and has been made anew; the cache cannot
         be written, or other users can write to it: it is then not used, which is said once.
     """
+    check_solver(solver)  # also where the model comes from the cache
     settings = settings or MeshSettings()
     return _reduced_model(probe, settings, solver, reduction_key(probe, settings), cache_folder())
 

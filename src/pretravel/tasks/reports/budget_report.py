@@ -13,6 +13,9 @@ from pretravel.show.document import Column, KeyFigure, Section, Table
 from pretravel.show.formatting import decimals, number_text, significant
 from pretravel.uncertainty.gum import Budget
 
+_MANY_DOF = 10_000.0
+"""Above it, their number is no statement: k differs from 2 by less than 0.0002."""
+
 
 def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") -> Table:
     """A budget of a length by source, the largest share first, then the combined uncertainty.
@@ -45,8 +48,7 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
     kinds = [str(row["evaluation"]) for row in budget.rows()]
     u = _numbers(budget, "standard_uncertainty", 1.0 / own)
     dof: list[float | str] = [
-        *_numbers(budget, "dof")[:-2],
-        budget.effective_dof,
+        *(_shown_dof(each) for each in (*_numbers(budget, "dof")[:-2], budget.effective_dof)),
         _coverage_text(budget),
     ]
     return Table(
@@ -69,6 +71,11 @@ def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") ->
         title=title,
         detail=True,
     )
+
+
+def _shown_dof(dof: float) -> float | str:
+    """Degrees of freedom; k is that of infinitely many where there are very many."""
+    return "many" if _MANY_DOF < dof < math.inf else dof
 
 
 def budgets_data(budgets: Sequence[Budget]) -> Table:

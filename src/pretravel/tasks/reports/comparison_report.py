@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -28,6 +30,15 @@ _COLOURS: dict[str, Colour] = {
     _FULL: "after",
 }
 
+_SHOWN = {
+    UNCORRECTED: "tip radius alone",
+    "mean radius": "one radius for all",
+    "eight sectors": "eight radii, as touched",
+    "eight sectors, resampled": "eight radii, made from the map",
+    "Woźniak": "Woźniak's constant",
+}
+"""Names for readers; those of files and of Python stay."""
+
 
 def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     """The report of a comparison of corrections.
@@ -48,18 +59,22 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         row for row in result.rows if row.where == place and row.method not in (_FULL, UNCORRECTED)
     ]
     best = min(simpler, key=lambda row: row.largest)
-    u_map = KeyFigure("u of the full map", result.u_map / MICROMETRE, "µm",
+    u_map = KeyFigure("u of the map", result.u_map / MICROMETRE, "µm",
                       remark="rms; the others are taken without any error of touching")  # fmt: skip
     return Document(
         title=title,
-        verdict=f"Of the corrections simpler than the map, {best.method} leaves the smallest error "
-        f"{_WHERE[place] if place != 'all' else 'in all directions'}: up to "
+        verdict=f"Of the corrections simpler than the map, '{_shown(best.method)}' leaves the "
+        f"smallest error {_WHERE[place] if place != 'all' else 'in all directions'}: up to "
         f"{value_text(best.largest / MICROMETRE, 'µm')}",
         figures=(u_map,) if result.u_map > 0.0 else (),
         tables=(_errors_table(result),),
         pictures=(Picture("Errors left by corrections", lambda: comparison_view(result, title)),),
         data=(Table.of(comparison_columns(result), "Errors left"),),
     )
+
+
+def _shown(method: str) -> str:
+    return "map (2 u, u)" if method == _FULL else _SHOWN.get(method, method)
 
 
 def _places(result: Comparison) -> list[str]:
@@ -69,15 +84,20 @@ def _places(result: Comparison) -> list[str]:
 def _errors_table(result: Comparison) -> Table:
     methods = list(dict.fromkeys(row.method for row in result.rows))
     by_name = {(row.method, row.where): row for row in result.rows}
-    columns = [Column.of("left by", methods)]
+    columns = [Column.of("left by", [_shown(method) for method in methods])]
     for where in _places(result):
         rows = [by_name[method, where] for method in methods]
         largest, rms = ([getattr(row, n) / MICROMETRE for row in rows] for n in ("largest", "rms"))
+        if _FULL in methods:  # measured against itself it leaves nothing: its u is what it leaves
+            of_map = methods.index(_FULL)
+            u = result.u_map / MICROMETRE or math.nan
+            largest[of_map], rms[of_map] = 2.0 * u, u
         columns += [Column.of(f"{_WHERE[where]}: max", largest, "µm"), Column.of("rms", rms, "µm")]
     return Table(
         tuple(columns),
-        explanation="The radii of a control describe one plane, and the length of its tool the "
-        "axis; between plane and axis the control mixes both.",
+        explanation="map: its 2 u and u, which are unknown of a prediction; the other rows are "
+        "differences from the map. The radii of a control describe one plane, and the length of "
+        "its tool the axis; between plane and axis the control mixes both.",
     )
 
 
@@ -121,9 +141,9 @@ def _curves_chart(result: Comparison) -> PlaneChart:
     marks: list[Mark] = [Rule(0.0)]
     if result.u_map > 0.0:
         band = np.full(len(azimuth), 2.0 * result.u_map / MICROMETRE)
-        marks.append(Area(azimuth, -band, band, "full map, ± 2 u (rms)", _COLOURS[_FULL], 0.3))
+        marks.append(Area(azimuth, -band, band, "map, ± 2 u (rms)", _COLOURS[_FULL], 0.3))
     marks += [
-        LineMark(azimuth, result.curves[name] / MICROMETRE, name, _COLOURS[name])
+        LineMark(azimuth, result.curves[name] / MICROMETRE, _shown(name), _COLOURS[name])
         for name in _CURVES
     ]
     return PlaneChart("errors left on the equator", azimuth_axis("machine"),
@@ -147,7 +167,7 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
                 if known
                 else "the reference, u not stated"
             )
-        names.append(name)
+        names.append("map" if name == _FULL else _shown(name))
         bars.append(Bars(np.array([float(place)]), np.array([length]), "", _COLOURS[name],
                          horizontal=True, texts=(text,)))  # fmt: skip
     longest = max(row.largest for row in rows) / MICROMETRE

@@ -54,7 +54,7 @@ def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
         f"On vertical walls the pretravel changes by {_micrometres(lobe_size(pretravel_map))} "
         "around the probe (lobes). One radius in the control leaves errors of up to "
         f"{_micrometres(left['mean radius'])}, eight radii up to "
-        f"{_micrometres(left['eight sectors'])}, the full map {_micrometres(expanded)} "
+        f"{_micrometres(left['eight sectors'])}, the map {_micrometres(expanded)} "
         f"(U, k = 2){beyond}"
     )
 

@@ -163,8 +163,9 @@ def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
             detail=True,
         ),
         KeyFigure(
-            "fixed scatter", pretravel_map.fixed_scatter / MICROMETRE, "µm",
-            remark="of a touch, which repeats do not reduce", detail=True,
+            "scatter of places", pretravel_map.fixed_scatter / MICROMETRE, "µm",
+            remark="of one place from another, which repeats at a place do not reduce",
+            detail=True,
         ),
         KeyFigure(
             "residuals", float(np.std(result.residuals[result.used])) / MICROMETRE, "µm",
@@ -239,9 +240,14 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
             figure("lateral deflection", "lateral_deflection", "µm", 1.0 / MICROMETRE),
             figure("seat indentation", "seat_indentation", "µm", 1.0 / MICROMETRE, "at rest"),
             KeyFigure(
-                "learned", learned, remark="share of the prior variance that the touches removed"
+                "known from the touches", learned,
+                remark="100 %: from the touches alone; 0 %: the value of usual probes",
             ),
-            KeyFigure("asymmetry", f"{fit.scales.mean('asymmetry'):.2g} of the usual (averaged)"),
+            KeyFigure(
+                "unevenness",
+                f"{fit.scales.mean('asymmetry'):.2g} times that of usual probes: differences "
+                "between rods and between seats",
+            ),
         ),
         detail=True,
     )  # fmt: skip

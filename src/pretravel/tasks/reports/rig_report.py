@@ -39,7 +39,7 @@ from pretravel.show.whiskers import interval_lines
 from pretravel.tasks.reports.budget_report import budget_table, budgets_data, expanded_figure
 from pretravel.uncertainty.gum import Budget, coverage_factor
 
-BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction touched least often"
+BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction with the fewest touches"
 _MOST_SAMPLES = 1500
 """Of a trace in a picture."""
 
@@ -69,11 +69,14 @@ def rig_document(
     -------
     Document
     """
-    title = f"{len(calibration.touches)} touches on the rig"
+    title = (
+        f"{len(calibration.touches)} touch{'es' if len(calibration.touches) > 1 else ''} on the rig"
+    )
     left_out = len(calibration.not_used)
     return Document(
         title=title,
-        verdict=f"{len(calibration.touches)} traces, {len(calibration.directions)} directions"
+        verdict=f"{_counted(calibration.touches, 'trace')}, "
+        + _counted(calibration.directions, "direction")
         + (
             f"; {left_out} trace{'s are' if left_out > 1 else ' is'} not in the results"
             if left_out
@@ -100,8 +103,14 @@ def rig_document(
         if calibration.starts_differ
         else (),
         warnings=tuple(warnings),
-        budgets=(replace(budget, result="mean pretravel of the direction touched least often"),),
+        budgets=(
+            replace(budget, result="mean pretravel of the direction with the fewest touches"),
+        ),
     )
+
+
+def _counted(things: Sequence[object], word: str) -> str:
+    return f"{len(things)} {word}{'s' if len(things) > 1 else ''}"
 
 
 def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
@@ -118,10 +127,10 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
             coverage_factor=None if math.isnan(u) else coverage_factor(dof),
             remark="mean of the directions" + ("" if math.isnan(u) else f"; u from {source} alone"),
         ),
-        KeyFigure(
-            "anisotropy", calibration.anisotropy / MICROMETRE, "µm", digits,
-            interval=None if math.isnan(low) else Span(low, high),
-            remark="largest less smallest" + ("" if math.isnan(low) else f"; from {source} alone"),
+        _range_figure(
+            "anisotropy", calibration.anisotropy,
+            "largest less smallest" + ("" if math.isnan(low) else f"; from {source} alone"),
+            None if math.isnan(low) else Span(low, high),
         ),
         _repeatability_figure(calibration.repeatability),
         KeyFigure(
@@ -134,14 +143,13 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "largest hysteresis", calibration.largest_hysteresis / MICROMETRE, "µm", digits
         ),
-        KeyFigure(
-            "anisotropy of hysteresis", calibration.hysteresis_anisotropy / MICROMETRE, "µm",
-            digits, remark="largest less smallest mean of a direction", detail=True,
+        _range_figure(
+            "anisotropy of hysteresis", calibration.hysteresis_anisotropy,
+            "largest less smallest mean of a direction", detail=True,
         ),
-        KeyFigure(
-            "anisotropy of repeatability", calibration.repeatability_anisotropy / MICROMETRE, "µm",
-            digits, remark="largest less smallest of a direction; few repeats differ by chance",
-            detail=True,
+        _range_figure(
+            "anisotropy of repeatability", calibration.repeatability_anisotropy,
+            "largest less smallest of a direction; few repeats differ by chance", detail=True,
         ),
     )  # fmt: skip
 
@@ -221,6 +229,17 @@ def _force_figures(
     )  # fmt: skip
 
 
+def _range_figure(
+    name: str, value: float, remark: str, interval: Span | None = None, *, detail: bool = False
+) -> KeyFigure:
+    """A range over directions, which one direction does not show."""
+    if math.isnan(value):
+        return KeyFigure(name, "unknown: fewer than two directions show it", detail=detail)
+    return KeyFigure(
+        name, value / MICROMETRE, "µm", decimals(3), interval=interval, remark=remark, detail=detail
+    )
+
+
 def _repeatability_figure(spread: Spread) -> KeyFigure:
     if math.isnan(spread.value):
         return KeyFigure("repeatability", "unknown: nothing was repeated")
@@ -230,8 +249,10 @@ def _repeatability_figure(spread: Spread) -> KeyFigure:
         "µm",
         decimals(3),
         interval=Span(spread.low / MICROMETRE, spread.high / MICROMETRE),
-        remark=f"{number_text(spread.dof, decimals(0))} degrees of freedom; "
-        + ("what three equal lobes leave" if spread.of_lobes else "unidirectional, pooled"),
+        remark=f"{number_text(spread.dof, decimals(0))} "
+        f"degree{'' if spread.dof == 1.0 else 's'} of freedom; "
+        + ("what three equal lobes leave" if spread.of_lobes else "unidirectional, pooled")
+        + ("; that of the sampling: the touches differ by less" if spread.of_sampling else ""),
     )
 
 

@@ -211,7 +211,7 @@ def _limits(fitted: FittedSet) -> list[Rule]:
         return []
     residuals = fitted.fit.residuals
     middle = 0.5 * float(residuals.max() + residuals.min())
-    text = f"limit of the range of the {fitted.name}, {fitted.limit / MICROMETRE:g} µm"
+    text = f"largest allowed range ({fitted.name}): {fitted.limit / MICROMETRE:g} µm"
     return [
         Rule((middle + side * 0.5 * fitted.limit) / MICROMETRE, text if side > 0 else "", "limit")
         for side in (-1.0, 1.0)
