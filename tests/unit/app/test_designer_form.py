@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pretravel.app.screens.designer_form import (
@@ -88,3 +89,24 @@ def test_an_error_names_the_fields_that_can_correct_it() -> None:
     with pytest.raises(PretravelError, match=r"a tip of 5 mm diameter is smaller") as caught:
         designed_probe(text, changes)
     assert set(caught.value.inputs) == {"design.tip.radius_mm", "design.stylus.1.diameter_mm"}
+
+
+def test_a_design_with_a_contact_that_opens_beside_one_without() -> None:
+    """Only one of both has the share of the opening; the picture of the parts shows 0 for the
+    other (was: KeyError, "a flaw of pretravel")."""
+    from pretravel.app.screens.designer_pictures import design_figures
+    from pretravel.app.screens.designer_work import predicted_text
+
+    text = description_text("omp40-2")
+    stated = text.replace('"first_contact" ', '"arm_lift"\nopening_um = 0.1 #')
+    assert "design.trigger.opening_um" in start_values(stated)
+    assert "design.trigger.opening_um" not in start_values(text)
+    opened = predicted_text(designed_text(stated, {"design.trigger.opening_um": 0.2}))
+    assert opened.probe.opening == pytest.approx(0.2e-3)
+    for pair in ((opened, predicted_text(text)), (predicted_text(text), opened)):
+        parts = design_figures(("A", pair[0]), pair[1])["parts"]
+        # The mean turn on walls, a L / (1.5 R) times the mean of |cos psi| of 72 directions.
+        psi = np.radians(np.mod(np.arange(0.0, 360.0, 5.0) + 60.0, 120.0) - 60.0)
+        mean = 0.2 * 64.4 / (1.5 * 16.34) * np.cos(psi).mean()
+        last = sorted({float(bars["x"][-1]) for bars in parts["data"]})
+        assert last == pytest.approx([0.0, mean], abs=1e-6)  # a picture has six digits

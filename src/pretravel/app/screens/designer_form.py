@@ -152,6 +152,9 @@ def form_groups(text: str) -> tuple[FieldGroup, ...]:
                 ),
                 DesignField(("trigger", "criterion"), "Trigger criterion", choices=CRITERIA),
                 DesignField(("trigger", "threshold_N"), "Trigger threshold", "N", (0.0, 1.0), 0.01),
+                DesignField(
+                    ("trigger", "opening_um"), "Contact opening, arm lift", "µm", (0.0, 5.0), 0.01
+                ),
             ),
             opened=True,
         ),
@@ -170,7 +173,7 @@ def _has(tables: Mapping[str, Any], field: DesignField) -> bool:
     try:
         field.value(tables)
     except (LookupError, TypeError, ValueError):
-        return field.path[0] == "trigger" or field.path == ("seats", "contact")
+        return field.path in _DEFAULTS
     return True
 
 

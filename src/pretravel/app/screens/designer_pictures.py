@@ -103,12 +103,13 @@ def _around(name: str, unit: str, shown: Sequence[_Shown], polar_deg: float) -> 
 
 def _parts(shown: Sequence[_Shown], polar_deg: float) -> PlaneChart:
     """Mean contribution of each elastic part at a polar angle."""
-    names = list(shown[0].predicted.trigger.shares)
+    # A contact that opens is a part of one design, perhaps, and not of the other.
+    names = [*dict.fromkeys(name for one in shown for name in one.predicted.trigger.shares)]
     marks = []
     for offset, one in zip((-0.2, 0.2), shown, strict=True):
         rows = _rows(one.predicted, polar_deg)
-        shares = one.predicted.trigger.shares
-        values = np.array([shares[name][rows].mean() for name in names]) / MICROMETRE
+        shares, none = one.predicted.trigger.shares, np.zeros(len(one.predicted.trigger.force))
+        values = np.array([shares.get(name, none)[rows].mean() for name in names]) / MICROMETRE
         marks.append(
             Bars(
                 np.arange(float(len(names))) + offset,
