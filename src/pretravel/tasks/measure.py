@@ -33,7 +33,7 @@ Criterion: TypeAlias = Literal["gaussian", "minimum-zone", "inscribed", "circums
 class Measure(LaboratoryReport):
     """Measure features from compensated points: form, size, position, distances, conformity.
 
-    Exit code 3: a feature does not conform to its tolerances.
+    Exit code 3: a feature does not conform to its tolerances, or this cannot be decided.
     """
 
     name = "measure"
@@ -327,7 +327,7 @@ class MeasuredFeatures(Result):
     relations : tuple of FeatureRelation
         Distances and angles between the features.
     exit_code : int
-        `ANSWER` where a feature does not conform to its tolerances.
+        `ANSWER` where a feature does not conform to its tolerances, or this cannot be decided.
     """
 
     task: Measure
@@ -374,9 +374,10 @@ def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFe
     from pretravel.measurement.conformity import ConformityVerdict
 
     relations = relations_between([each.feature for each in features])
-    failed = ConformityVerdict.DOES_NOT_CONFORM
-    some_fail = any(feature.verdict is failed for feature in features)
-    return MeasuredFeatures(task, features, relations, ANSWER if some_fail else 0)
+    # A script must not take "cannot be decided" for "conforms".
+    proven = (None, ConformityVerdict.CONFORMS)
+    all_proven = all(feature.verdict in proven for feature in features)
+    return MeasuredFeatures(task, features, relations, 0 if all_proven else ANSWER)
 
 
 def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:

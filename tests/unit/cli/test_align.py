@@ -172,7 +172,7 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
             for a, e in zip(angle, noise, strict=True)]  # fmt: skip
     (tmp_path / "plain.csv").write_text("x_mm,y_mm,z_mm\n" + "\n".join(rows) + "\n")
     text, warned = both_outputs(
-        "measure", tmp_path / "plain.csv", "--feature", "bore", "--tolerance", "19..21"
+        "measure", tmp_path / "plain.csv", "--feature", "bore", "--tolerance", "19..21", code=3
     )
     assert "20.00000" in text
     assert "cannot be decided" in text

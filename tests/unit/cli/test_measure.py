@@ -218,7 +218,7 @@ def test_points_of_a_predicted_map_decide_nothing(tmp_path: Path) -> None:
     run("compensate", EXAMPLES / "bore_touches.csv", "--map", "omp40-2", "--tip-diameter", 6,
         "-o", points)  # fmt: skip
     text = run("measure", points, "--feature", "bore", "--select", "bore1*",
-               "--tolerance", "20..20.021", "--u-machine", 1)  # fmt: skip
+               "--tolerance", "20..20.021", "--u-machine", 1, code=3)  # fmt: skip
     assert text.startswith("bore1*, 12 points: cannot be decided")
 
 
