@@ -55,7 +55,7 @@ class TaskForm:
     >>> from pretravel.tasks.measure import Measure
     >>> form = TaskForm(Measure, start={"feature": "plane"}, prefix="measure_")
     >>> form.names[:3], form.stored[:2]
-    (('feature', 'select', 'by_prefix'), ('measure_feature', 'measure_select'))
+    (('feature', 'association', 'select'), ('measure_feature', 'measure_association'))
     >>> form.given({"measure_select": "bore1* bore2*", "measure_u_machine_um": None})
     {'feature': 'plane', 'select': ('bore1*', 'bore2*')}
     """

@@ -271,6 +271,8 @@ class TestSummaries:
         points = apply(touches, made, extrapolate=True)
         deviation = np.array([0.3, 0.1, 0.9, 0.2, 0.25])
         found = TouchSummary.of(touches, replace(points, deviation=deviation), made)
+        assert [each.name for each in found.gross] == ["touch 3"]
+        found = replace(found, gross=())
         assert found == TouchSummary(5, pytest.approx(0.8), (50.0, 80.0), pytest.approx(0.25), 3)
         bare = TouchSummary.of(replace(touches, feeds=None), points, made)
         assert bare.feeds is None
