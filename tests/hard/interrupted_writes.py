@@ -139,8 +139,8 @@ COMMANDS = tuple(
             ("i.toml",),
             ("predicted.json",),
         ),
-        ("align", (f"{EXAMPLES}/bracket_touches.csv --part {EXAMPLES}/bracket.step --tip-diameter 6 "
-         "--start 212,-48,-210,0,0,33 -o {0}/place.json --points {0}/part.csv"),
+        ("align", (f"{EXAMPLES}/bracket_touches.csv --part {EXAMPLES}/bracket.step "
+         "--tip-diameter 6 --start 212,-48,-210,0,0,33 -o {0}/place.json --points {0}/part.csv"),
          ("place.json", "part.csv")),
         ("repeat", f"{SPHERE} -o {{0}}/repeat.csv", ("repeat.csv",)),
         ("measure", "{0}/points.csv --feature sphere -o {0}/ball.json", ("ball.json",),
