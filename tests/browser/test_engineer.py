@@ -60,7 +60,7 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
     step(page, "Type the diameter of the tip")
     page.get_by_label("Diameter of the tip [mm]").fill("6")
     step(page, "Choose your control")
-    page.wait_for_selector("text=eight radii up to 7.2 µm, the map 0.3 µm")
+    page.wait_for_selector("text=eight radii up to 7.3 µm, the map 0.3 µm")
     choose_control(page, "Fanuc (macro programs)")
     step(page, "Download the values")
     archive = downloaded(page, "Download fanuc.zip", tmp_path)
