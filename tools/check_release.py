@@ -327,7 +327,14 @@ def _try_all(trials: Trials, folder: Path, source: Path, wheel: Path) -> None:
     for name in set(PROJECT["optional-dependencies"]) - {ALL}:
         trials.run(f"extra {name}", lambda n=name: extra(n))
     trials.run("types of a user's program", lambda: check_types(made[first], folder / "types"))
-    trials.run("notebook in Jupyter", lambda: check_notebook(made[first], folder / "notebook"))
+
+    def notebook() -> None:
+        # It shows tables of pandas and datasets of xarray.
+        tables = f"pretravel[tables] @ {wheel.as_uri()}"
+        environment = Environment.made(folder / "notebook-tables", pythons[first], tables)
+        check_notebook(environment, folder / "notebook")
+
+    trials.run("notebook in Jupyter", notebook)
 
 
 if __name__ == "__main__":
