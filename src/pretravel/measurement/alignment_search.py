@@ -32,6 +32,8 @@ _MOST_ALIGNED = 40
 _SAME_START = 0.5  # spacings between the corners of a part at two placements that are one start
 _FACING = 0.5  # cosine between an approach and the normal it can touch, for rough placements
 _SEED = 1
+_FEWEST = 6  # touches: as many as motions
+_ON_A_LINE = 1e-3  # least width of the touches, in their length
 _SAME_PLACE = 1e-2  # movement of the part's corners below which placements are one [mm]
 _RARE = 1e-4  # probability at which residuals of the right placement are larger than of another
 _LEAST_SCATTER = 1e-3  # of residuals: the form of a part [mm]
@@ -71,7 +73,13 @@ def found_placements(
     list of Alignment
         The best first; several where the touches or a symmetry of the part leave the answer open.
         Empty where nothing fits.
+
+    Raises
+    ------
+    PretravelError
+        Fewer than six touches, or touches on one line.
     """
+    _refuse_too_little(tips.positions)
     locus = _locus(part, pretravel_map.tip_radius)
     starts = _from_triples(tips, locus)
     starts = _improved(tips, locus, starts)
@@ -97,6 +105,18 @@ def _locus(part: Part, radius: float) -> _Locus:
     _, first = np.unique(np.hstack([cell, facing]), axis=0, return_index=True)
     points, normals = points[first], normals[first]
     return _Locus(points, normals, cKDTree(points), spacing)
+
+
+def _refuse_too_little(positions: FloatArray) -> None:
+    """Refuse touches that cannot say where a part lies, however it is shaped."""
+    spread = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)
+    if len(positions) < _FEWEST or spread[1] < _ON_A_LINE * max(float(spread[0]), 1.0):
+        raise PretravelError(
+            f"{len(positions)} touches{'' if len(positions) < _FEWEST else ' on one line'} do not "
+            f"say where a part lies: at least {_FEWEST} on different faces are needed, or an "
+            "approximate placement",
+            inputs=("start",),
+        )
 
 
 def _triple(positions: FloatArray) -> IntArray:

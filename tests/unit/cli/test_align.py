@@ -107,6 +107,18 @@ def test_errors_teach(options: tuple[object, ...], words: str) -> None:
     assert words in " ".join(run("align", TOUCHES, "--part", PART, *options, code=2).split())
 
 
+@pytest.mark.parametrize("rows", [1, 3, 8])
+def test_touches_that_cannot_say_where_a_part_lies(tmp_path: Path, rows: int) -> None:
+    """Few of them, and eight in one place."""
+    few = tmp_path / "few.csv"
+    lines = TOUCHES.read_text().splitlines()[: rows + 1]
+    if rows == 8:
+        lines = [lines[0], *(f"a-{i},1,2,3" for i in range(rows))]
+    few.write_text("\n".join(lines) + "\n")
+    text = run("align", few, "--part", PART, "--tip-diameter", 6, code=2)
+    assert "do not say where a part lies" in " ".join(text.split())
+
+
 def test_several_answers_are_listed_and_nothing_is_written(tmp_path: Path) -> None:
     """Four touches of one face leave nearly all open."""
     few = tmp_path / "few.csv"
