@@ -20,6 +20,7 @@ from tests.support.examples import EXAMPLES
 def _without_a_screen() -> Iterator[None]:
     before = plt.get_backend()
     plt.switch_backend("agg")
+    plt.close("all")  # what other tests left open
     yield
     plt.close("all")
     plt.switch_backend(before)
