@@ -25,7 +25,7 @@ from pretravel.base.quantities import (
     checked_values,
     extent,
 )
-from pretravel.base.units import SECONDS_PER_MINUTE
+from pretravel.base.units import delay_travel
 
 TouchesLike: TypeAlias = Union["Touches", npt.ArrayLike, str, Path]
 """What functions take in the place of touches, see `as_touches`."""
@@ -347,6 +347,33 @@ def without(touches: Touches, names: Sequence[str]) -> Touches:
     return touches.take(kept)
 
 
+def travel_of_delay(feeds: FloatArray | None, delay: float) -> FloatArray:
+    """Travel of the machine during the signal delay of each touch, (n,). [mm]
+
+    Parameters
+    ----------
+    feeds : (n,) float or None
+        [mm/min]
+    delay : float
+        [s]
+
+    Raises
+    ------
+    PretravelError
+        The feeds are not known.
+
+    >>> travel_of_delay(np.array([60.0]), 0.010).tolist()
+    [0.01]
+    """
+    if feeds is None:
+        raise PretravelError(
+            "the signal delay adds travel in proportion to the feed, but these touches do not "
+            "state their feed: add a column feed_mm_min, or give the feed",
+            inputs=("feed",),
+        )
+    return delay_travel(np.asarray(feeds, dtype=np.float64), delay)
+
+
 def at_rest(touches: Touches, delay: float) -> Touches:
     """The same touches without the travel of the machine during the signal delay.
 
@@ -372,13 +399,7 @@ def at_rest(touches: Touches, delay: float) -> Touches:
     >>> at_rest(touch, 0.010).positions.round(9).tolist()
     [[0.0, 0.0, 2.99]]
     """
-    if touches.feeds is None:
-        raise PretravelError(
-            "the signal delay adds travel in proportion to the feed, but these touches do not "
-            "state their feed: add a column feed_mm_min, or give the feed",
-            inputs=("feed",),
-        )
-    travel = np.asarray(touches.feeds) / SECONDS_PER_MINUTE * delay
+    travel = travel_of_delay(touches.feeds, delay)
     return replace(
         touches, positions=touches.positions - travel[:, None] * touches.approach_directions
     )

@@ -22,7 +22,7 @@ class DrawnFeature:
     label : str
         Its name; the selection when empty.
     association : str or None
-        gaussian, minimum-zone, inscribed, circumscribed or tangent; that of the option when None.
+        gaussian, minimum-zone, inscribed, circumscribed or tangent. None: that of the option.
     axis, at : tuple of float or None
         Axis, and nominal position in mm.
     tolerance : str or None

@@ -18,6 +18,7 @@ from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.stated_normals import one_normal
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement.points import Points
 
@@ -55,7 +56,7 @@ def read_points(source: Source, *, units: str | None = None) -> Points:
     >>> (points.standard_uncertainty * 1e3).round(9).tolist(), points.shared
     ([0.5], None)
     """
-    options = ReadingOptions(units=units, normals_from=_no_normals)
+    options = ReadingOptions(units=units, normals_from=one_normal([0.0, 0.0, 1.0]))
     file = opened(source)
     if file.ending == ".nc":
         return _from_dataset(file)
@@ -79,11 +80,6 @@ def read_points(source: Source, *, units: str | None = None) -> Points:
 
 def _is_plain(table: CsvTable) -> bool:
     return not table.has("u_um")
-
-
-def _no_normals(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
-    del labels
-    return np.full_like(positions, np.nan)
 
 
 def _plain_points(file: SourceFile, options: ReadingOptions) -> Points:

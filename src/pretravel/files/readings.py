@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import TIP_RADIUS, checked
@@ -20,7 +18,7 @@ from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.double_touches import without_searches
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import with_sphere_normals, with_surface_normals
+from pretravel.files.stated_normals import one_normal, with_sphere_normals, with_surface_normals
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
@@ -196,13 +194,7 @@ def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadi
             path=found.path,
             inputs=("plan", "normal"),
         )
-    normal = np.asarray(options.normal, dtype=np.float64)
-
-    def everywhere(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
-        del labels
-        return np.tile(normal, (len(positions), 1))
-
-    readings = with_surface_normals(found, everywhere)
+    readings = with_surface_normals(found, one_normal(options.normal or ()))
     return _turned(replace(readings, normals_taken=False), options)
 
 

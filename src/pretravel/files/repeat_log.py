@@ -21,7 +21,7 @@ from pretravel.qualification.repeat_series import FEWEST_REPEATS
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")
 _ONE_PLACE = 0.1
-"""Touches whose places, across their direction, differ by less are of one point. [mm]"""
+"""Touches are of one point if their places differ by less than this across their direction. [mm]"""
 _ALIKE = 0.5
 """Another axis that scatters by more than this share of the first leaves the direction open."""
 _SERIES_OF_LABEL = re.compile(r"(.+)/\d+")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import UNIT_TOLERANCE
@@ -192,6 +193,21 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
         reading=found.understood,
     )
     return FileReadings(touches, warnings=(warning,))
+
+
+def one_normal(normal: npt.ArrayLike) -> NormalsFrom:
+    """The same normal at all touches, as `ReadingOptions.normals_from`.
+
+    >>> one_normal([0, 0, 1])(np.zeros((2, 3)), None).tolist()
+    [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]]
+    """
+    given = np.asarray(normal, dtype=np.float64)
+
+    def everywhere(positions: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+        del labels
+        return np.tile(given, (len(positions), 1))
+
+    return everywhere
 
 
 def with_surface_normals(found: FilePositions, normals_from: NormalsFrom) -> FileReadings:

@@ -30,7 +30,7 @@ from pretravel.measurement.selection import points_at
 from pretravel.qualification.outliers import FEWEST_LEFT, outlier_factor
 from pretravel.surface.cad.part import Part
 from pretravel.surface.search import ContactSearch, Feet, feet_on_faces
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches, travel_of_delay
 from pretravel.uncertainty.covariance import Covariance
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
@@ -346,7 +346,7 @@ def align(
     Raises
     ------
     PretravelError
-        Fewer touches than motions; a datum that was not touched.
+        A datum that was not touched; a map with a signal delay, and touches without feeds.
     ConvergenceError
 
     Notes
@@ -399,16 +399,6 @@ class _Fit:
     datums: tuple[Datum, ...]
     moving: BoolArray
 
-    def resting(self) -> FloatArray:
-        """Positions without the travel of the signal delay, as far as feeds are stated."""
-        made = self.pretravel_map
-        if made.delay is None or self.tips.approaches is None:
-            return self.tips.positions
-        toward = Touches(
-            self.tips.positions, -self.tips.approaches, self.tips.approaches, self.tips.feeds
-        )
-        return at_rest(toward, made.delay).positions
-
     def at(
         self, placement: Placement, face: IntArray, taken: BoolArray, *, edges: bool = True
     ) -> _State:
@@ -416,11 +406,14 @@ class _Fit:
 
         With `edges` touches beyond those of their face are not used.
         """
-        part_points = placement.inverse.points(self.resting())
-        feet = feet_on_faces(self.part, part_points, face)
+        feet = feet_on_faces(self.part, placement.inverse.points(self.tips.positions), face)
         normals = placement.vectors(feet.local.normal)
-        late = self.pretravel_map.pretravel(normals, extrapolate=True)
-        distance = feet.distance - self.pretravel_map.tip_radius + np.nan_to_num(late)
+        late = np.nan_to_num(self.pretravel_map.pretravel(normals, extrapolate=True))
+        if self.pretravel_map.delay is not None:
+            travel = travel_of_delay(self.tips.feeds, self.pretravel_map.delay)
+            approaches = -normals if self.tips.approaches is None else self.tips.approaches
+            late = late - travel * np.sum(approaches * normals, axis=1)
+        distance = feet.distance - self.pretravel_map.tip_radius + late
         used = taken & self._on_datums(feet.face)
         if edges and np.any(used & feet.inside):  # one beyond the edges says nothing of the face
             used &= feet.inside
@@ -473,15 +466,12 @@ class _Fit:
 
     def solved(self, start: Placement, face: IntArray | None, taken: BoolArray) -> _State:
         """The placement at which the used distances are least."""
-        state = self.at(start, self._faces_of_samples(start) if face is None else face, taken)
-        moved = math.inf
-        for _ in range(_ROUGH if face is None else 0):
-            state, moved = self._advanced(state, _robust(state), None, taken)
-            if moved < _NEARLY:
-                break
+        placement, own = start, face
+        if own is None:
+            placement = self._roughly(start, taken)
+            own = self._nearest_faces(placement)
         for _ in range(_ROUNDS):
-            own = self._nearest_faces(state.placement) if face is None else face
-            state = self.at(state.placement, own, taken)
+            state = self.at(placement, own, taken)
             # The touches that are used do not change within a round, or it could go to and fro.
             used = state.used
             for _ in range(_MOST_ITERATIONS):
@@ -489,16 +479,30 @@ class _Fit:
                 state, moved = self._advanced(state, motion, own, used, edges=False)
                 if moved < _CLOSED:
                     break
-            if face is not None or np.all(self._nearest_faces(state.placement) == own):
+            placement = state.placement
+            nearest = own if face is not None else self._nearest_faces(placement)
+            if np.all(nearest == own):
                 break
+            own = nearest
         if moved >= _CLOSED:
             raise ConvergenceError(
                 f"the alignment did not settle: it still moves by {moved / MICROMETRE:.3g} µm "
                 f"after {_MOST_ITERATIONS} steps. State a start that is nearer",
                 inputs=("start",),
             )
-        self._refuse_few(state)
         return state
+
+    def _roughly(self, start: Placement, taken: BoolArray) -> Placement:
+        """A placement nearer than the start, by steps in which touches far off have little weight.
+
+        The touches are on the faces of the nearest samples, which the steps can change.
+        """
+        state = self.at(start, self._faces_of_samples(start), taken)
+        for _ in range(_ROUGH):
+            state, moved = self._advanced(state, _robust(state), None, taken)
+            if moved < _NEARLY:
+                break
+        return state.placement
 
     def _advanced(
         self,
@@ -526,11 +530,6 @@ class _Fit:
     def _nearest_faces(self, placement: Placement) -> IntArray:
         points = placement.inverse.points(self.tips.positions)
         return ContactSearch(self.part, len(points)).nearest_faces(points)[0]
-
-    def _refuse_few(self, state: _State) -> None:
-        count, motions = int(state.used.sum()), state.motions.shape[1]
-        if count < motions:
-            raise PretravelError(f"{count} touches are too few to determine {motions} motions")
 
     def gross(self, state: _State, taken: BoolArray) -> BoolArray:
         """Used touches far from their faces, compared with the others.
@@ -574,7 +573,7 @@ class _Fit:
         if self.datums:
             sizes = _size_columns(self.part, state.feet.face[rows])
             inverse = -np.linalg.pinv(sizes)
-            amounts = np.vstack([amounts, inverse @ (np.eye(len(rows)) + jacobian @ amounts)])
+            amounts = np.vstack([amounts, inverse + (inverse @ jacobian) @ amounts])
             residuals = residuals + sizes @ (inverse @ residuals)
             jacobian = np.hstack([jacobian, sizes])
         association = Association(

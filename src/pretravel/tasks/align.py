@@ -19,7 +19,6 @@ from pretravel.tasks.fields import (
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
-    from pretravel.base.arrays import FloatArray
     from pretravel.base.frames import Placement
     from pretravel.files.file_format import FileReadings
     from pretravel.maps.pretravel_map import PretravelMap
@@ -141,16 +140,14 @@ class Align(TouchFilesWithFeed, Reported):
     def _readings(self, progress: Progress, pretravel_map: PretravelMap) -> FileReadings:
         from dataclasses import replace
 
-        import numpy as np
-
-        def unknown(tip_centres: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
-            del labels
-            return np.tile([0.0, 0.0, 1.0], (len(tip_centres), 1))
+        from pretravel.files.stated_normals import one_normal
 
         options = self.reading_options(
             tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
         )
-        return self.read_with(replace(options, normals_from=unknown), progress).in_machine_axes()
+        return self.read_with(
+            replace(options, normals_from=one_normal([0.0, 0.0, 1.0])), progress
+        ).in_machine_axes()
 
     def aligned(
         self, readings: FileReadings, part: Part, pretravel_map: PretravelMap

@@ -22,6 +22,7 @@ from pretravel.measurement.alignment import (
     radius_alone,
 )
 from pretravel.measurement.alignment_search import found_placements
+from pretravel.measurement.compensation import embed
 from pretravel.surface.cad.part import Part
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import lobes
@@ -65,6 +66,24 @@ def test_placement_and_pretravel_are_solved_together(seed: int) -> None:
     assert not found.gross.any()
     plain = align(tips, part, radius_alone(made.tip_radius), start, extrapolate=True)
     assert _apart(part, plain.placement, placement) > 1.0 * UM
+
+
+@pytest.mark.parametrize("stated", [False, True])
+def test_the_travel_of_the_signal_delay_is_taken_off(stated: bool) -> None:
+    """5 and 10 µm at two feeds, with approaches along the normals that are stated or not."""
+    rng, part = np.random.default_rng(16), bracket()
+    made = replace(radius_alone(RADIUS), delay=6e-3)
+    points, normals, _ = random_targets(part, 40, rng)
+    placement = random_placement(rng)
+    feeds = np.where(np.arange(40) % 2 == 0, 50.0, 100.0)
+    touches = embed(placement.points(points), placement.vectors(normals), made, feeds=feeds,
+                    extrapolate=True)  # fmt: skip
+    tips = TipCentres.of(touches, stated_approaches=stated)
+    found = align(tips, part, made, placement, extrapolate=True)
+    assert _apart(part, found.placement, placement) < 1e-6
+    assert np.abs(found.residuals).max() < 1e-6
+    with pytest.raises(PretravelError, match="do not state their feed"):
+        align(replace(tips, feeds=None), part, made, placement, extrapolate=True)
 
 
 def test_placements_are_covered_by_their_covariance() -> None:
@@ -229,6 +248,11 @@ def test_the_sizes_of_bores_are_free_as_datums() -> None:
     datums = [Datum("A", (side["z"],)), Datum("B", tuple(bores))]
     found = align(tips, part, made, placement, datums=datums, extrapolate=True)
     assert _apart(part, found.placement, placement) < 1e-6
+    # A larger bore, and a touch that moves with the part, leave no residuals.
+    one_bore = (found.feet.face[found.used] == bores[0]).astype(float)
+    shifted = found.association.outward @ np.array([1.0, 0.0, 0.0])
+    for moved in (one_bore, shifted):
+        assert found.association.residual_change(moved) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_datum_that_was_not_touched_is_refused() -> None:
