@@ -126,8 +126,8 @@ def machine_effects(
     if probability == _COMMON and between.warning:  # nothing was determined
         warnings.append(between.warning)
     if probability:
-        own = np.column_stack([np.bincount(groups, column) for column in columns.T])
-        own /= np.bincount(groups)[:, None]
+        sums = np.column_stack([np.bincount(groups, column) for column in columns.T])
+        own = np.asarray(sums / np.bincount(groups)[:, None])
         left = moments - np.outer(hysteresis, hysteresis)
         variance += _scatter_by_memory(observation.group_directions, moments, own, left)
     warnings.extend(_memory_warnings(probability, hysteresis, moments))
