@@ -95,9 +95,9 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     found = []
     required = tolerances.probability
     if tolerances.size is not None:
-        size = feature.quantity("diameter")
+        size = feature.quantity(feature.size_name)
         found.append(
-            size_conformity("diameter", size.value, size.u, tolerances.size, required, dof=size.dof)
+            size_conformity(size.name, size.value, size.u, tolerances.size, required, dof=size.dof)
         )
     if tolerances.position is not None:
         if feature.located is None:

@@ -55,7 +55,7 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="circle, bore, boss, sphere, plane, line, cylinder or cone.",
+            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot.",
             names=_features,
             metavar="FEATURE",
         ),
@@ -64,8 +64,8 @@ class Measure(LaboratoryReport):
         Criterion,
         Field(
             help="gaussian: least squares. minimum-zone: smallest range of the distances. "
-            "inscribed, circumscribed: largest circle, sphere or cylinder with no point inside, "
-            "smallest with none outside. tangent: plane or line outside the material.",
+            "inscribed, circumscribed: largest feature with no point inside, smallest with none "
+            "outside. tangent: outside the material.",
             words={
                 "gaussian": "least squares (Gaussian)",
                 "minimum-zone": "minimum zone",

@@ -234,7 +234,7 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
     feature = inspected.feature
     count = f"{len(feature.points)} points"
     if inspected.verdict is None:
-        lead = next((q for q in feature.quantities if not q.angle and q.name == "diameter"), None)
+        lead = next((q for q in feature.quantities if q.name == feature.size_name), None)
         if lead is None:
             return f"{_name(feature)}, {count}: {_form_words(feature)}"
         return f"{_name(feature)}, {count}: {_value_words(lead)}"
@@ -290,7 +290,7 @@ def _decided_value(inspected: InspectedFeature) -> str:
 
 def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
     if (
-        conformity.name != "diameter"
+        conformity.name != feature.size_name
         or conformity.verdict is not ConformityVerdict.DOES_NOT_CONFORM
     ):
         return ""
