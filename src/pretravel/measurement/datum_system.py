@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -143,6 +143,11 @@ def datum_system(datums: Datums) -> DatumSystem:
         )
     features = tuple(each.feature for group in datums for each in group)
     return DatumSystem(placement, features, tuple(map(frozen, rows)), frozen(free))
+
+
+def moved_system(system: DatumSystem, motion: FloatArray) -> DatumSystem:
+    """The same frame after a motion that its datums leave free, (6,). [mm, rad]"""
+    return replace(system, placement=_after(system.placement, motion))
 
 
 def _refuse_no_datum(datum: DatumFeature) -> None:
