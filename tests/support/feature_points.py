@@ -68,5 +68,8 @@ def features(count: int = 12) -> dict[str, tuple[FloatArray, FloatArray]]:
         "cylinder": (10.0 * outward + height[:, None] * z, -outward),
         "cone": (wide, -np.cos(slope) * outward + np.sin(slope) * z),
         "torus": (10.0 * outward + 4.0 * tube, tube),
-        "slot": (np.vstack([grid + 5.0 * z, grid - 5.0 * z]), np.repeat([-z, z], len(grid), axis=0)),
+        "slot": (
+            np.vstack([grid + 5.0 * z, grid - 5.0 * z]),
+            np.repeat([-z, z], len(grid), axis=0),
+        ),
     }

@@ -301,9 +301,11 @@ def zone_conformity(
     shape = located / value if value > 0.0 else _unlike_zero(groups, covariance)
     _check(required, 2.0 * float(deviations[-1]), -math.inf, width)
 
+    # Of each drawn error, the values that it would leave inside: between two roots.
+    inside = [_inside(shape, way, 0.5 * (width + grown)) for way in ways]
+
     def probability(y: float) -> float:
-        extents = [2.0 * np.linalg.norm(y * shape + way, axis=2).max(axis=1) for way in ways]
-        return float(np.mean(np.min(extents, axis=0) <= width + grown))
+        return float(np.mean(np.any([(low <= y) & (y <= high) for low, high in inside], axis=0)))
 
     found = probability(value)
     limit = width + bonus
@@ -315,6 +317,23 @@ def zone_conformity(
         name, value, u, -math.inf, limit, guard, band, found, required,
         _verdict(found, required, u), dof,
     )  # fmt: skip
+
+
+def _inside(
+    shape: FloatArray, errors: FloatArray, radius: float | FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Ends of the values y with |y shape + error| at most the radius in all groups, (t,) each."""
+    square = np.sum(shape**2, axis=1)
+    half = np.einsum("gm,tgm->tg", shape, errors)
+    rest = np.sum(errors**2, axis=2) - np.asarray(radius)[..., None] ** 2
+    root = half**2 - square * rest
+    still = square == 0.0
+    never = np.where(still, rest > 0.0, root < 0.0)
+    size = np.sqrt(np.maximum(root, 0.0))
+    divisor = np.where(still, 1.0, square)
+    low = np.where(never, np.inf, np.where(still, -np.inf, (-half - size) / divisor))
+    high = np.where(never, -np.inf, np.where(still, np.inf, (-half + size) / divisor))
+    return low.max(axis=1), high.min(axis=1)
 
 
 def _unlike_zero(groups: tuple[int, ...], covariance: FloatArray) -> FloatArray:

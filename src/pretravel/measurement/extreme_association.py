@@ -18,7 +18,12 @@ _ROUND = ("circle", "bore", "boss", "sphere", "cylinder")
 _OTHERS = ("cone", "torus", "slot")
 KINDS_BY_CRITERION: dict[str, tuple[str, ...]] = {
     GAUSSIAN: (*_ROUND, *_OTHERS, *_FLAT),
-    MINIMUM_ZONE: (*_ROUND, "cone", "torus", *_FLAT),  # that of a slot is not one: its planes differ
+    MINIMUM_ZONE: (
+        *_ROUND,
+        "cone",
+        "torus",
+        *_FLAT,
+    ),  # that of a slot is not one: its planes differ
     INSCRIBED: (*_ROUND, *_OTHERS),
     CIRCUMSCRIBED: (*_ROUND, *_OTHERS),
     TANGENT: (*_FLAT, *_ROUND, "cone", "torus"),

@@ -17,6 +17,7 @@ from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
 from pretravel.base.quantities import DISTANCE, checked
+from pretravel.measurement.association import associate
 from pretravel.measurement.conformity import Conformity, form_conformity, zone_conformity
 from pretravel.measurement.datum_system import (
     DatumFeature,
@@ -57,8 +58,10 @@ _SEED = 1
 _NOISE_DOF = 50  # as of a form
 _SMALL_TURN = 1e-7  # rad: a fit that turns the frame by more is repeated from there
 _ROUNDS = 6
+_SAME_FACE = 1e-6  # of the part's size: a larger form of the nominal points is another shape
 _NO_MOTION = 1e-7  # of distances by a unit motion: less is rounding
 _MOST_WEIGHTS = 4000  # points of a surface whose common errors may be unknown
+_FEWEST_IN_SECTION = 3
 _SECTION = 0.02  # of the length of a cylinder: heights nearer than this are one section
 
 
@@ -180,6 +183,41 @@ class GeometricResult:
     remarks: tuple[str, ...] = ()
 
 
+def nominal_of_part(placed: PlacedFeature, part: Part) -> PlacedFeature:
+    """The nominal place that is not stated, from the faces of the part beneath the points.
+
+    Parameters
+    ----------
+    placed : PlacedFeature
+        In the frame of the part.
+    part : Part
+
+    Returns
+    -------
+    PlacedFeature
+        What was stated stays. Where the faces beneath the points form no such feature, nothing is
+        added.
+    """
+    found = placed.feature.association
+    feet = feet_on_faces(part, found.points)
+    kind = placed.feature.kind
+    axis = feet.local.normal.mean(axis=0) if kind == "plane" else found.direction
+    if kind == "slot":
+        axis = found.direction
+    try:
+        nominal = associate(kind, feet.local.point, axis=axis, at=placed.point)
+    except PretravelError:
+        return placed
+    if nominal.form > _SAME_FACE * max(found.diameter or 0.0, part.size):
+        return placed
+    return replace(
+        placed,
+        point=nominal.point if placed.point is None else placed.point,
+        direction=nominal.direction if placed.direction is None else placed.direction,
+        size=nominal.diameter if placed.size is None else placed.size,
+    )
+
+
 def inspect_geometry(
     features: Sequence[PlacedFeature],
     tolerance: GeometricTolerance,
@@ -209,6 +247,9 @@ def inspect_geometry(
         tolerance.
     """
     groups = [_group(word, datums) for word in tolerance.datums]
+    for placed in features:
+        if any(one.feature is placed.feature for group in groups for one in group.features):
+            raise PretravelError(f"{placed.label} cannot be a datum of itself")
     if len(features) > 1 and tolerance.kind != POSITION:
         raise PretravelError(f"a pattern has a position, not a {tolerance.kind}")
     if _is_surface(features[0], tolerance):
@@ -414,7 +455,9 @@ def _of_places(
         if not turned[0][1]:
             break
         frames = [frame for frame, _ in turned]
-    terms = [(placed.feature.errors, rows) for placed, rows in zip(features, places.own, strict=True)]
+    terms = [
+        (placed.feature.errors, rows) for placed, rows in zip(features, places.own, strict=True)
+    ]
     terms += [
         (each.errors, places.frame @ rows)
         for each, rows in zip(system.features, system.by_parameters, strict=True)
@@ -548,9 +591,7 @@ def _independent(columns: FloatArray) -> FloatArray:
 _Located = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 
 
-def _located(
-    placed: PlacedFeature, frame: _Frame, tolerance: GeometricTolerance
-) -> list[_Located]:
+def _located(placed: PlacedFeature, frame: _Frame, tolerance: GeometricTolerance) -> list[_Located]:
     """Places of a derived element: directions (m, 3), distances (m,), rows (m, k), nominal point.
 
     A centre is one place; an axis two, at the ends of its touched length; a median plane one for
@@ -698,7 +739,9 @@ def _departure(placed: PlacedFeature, material: str) -> tuple[float, FloatArray,
     """Departure from the maximum (or least) material size, its row, and the largest one. [mm]"""
     feature = placed.feature
     if feature.association.diameter is None or feature.association.diameter_row is None:
-        raise PretravelError(f"{placed.label}: a {feature.kind} has no size, so no material condition")
+        raise PretravelError(
+            f"{placed.label}: a {feature.kind} has no size, so no material condition"
+        )
     limits = placed.limits
     if limits is None or not math.isfinite(limits[0] + limits[1]):
         raise PretravelError(
@@ -809,7 +852,7 @@ def _distances(
         normals = np.tile(direction, (len(points), 1)) if axial else outward
         whole = tolerance.kind == TOTAL_RUN_OUT
         of_section = np.zeros(len(points), dtype=int) if whole else _sections(
-            radius if axial else height
+            placed, radius if axial else height
         )  # fmt: skip
         return value - value.mean(), normals, of_section
     if placed.part is not None and tolerance.kind == PROFILE:
@@ -836,7 +879,7 @@ def _distances(
     raise PretravelError(f"the profile of a {kind} needs the part, with whose faces it is compared")
 
 
-def _sections(place: FloatArray) -> IntArray:
+def _sections(placed: PlacedFeature, place: FloatArray) -> IntArray:
     """Numbers of the sections that the points of a run-out form by their heights or radii."""
     order = np.argsort(place)
     steps = np.diff(place[order])
@@ -844,6 +887,14 @@ def _sections(place: FloatArray) -> IntArray:
     number = np.concatenate([[0], np.cumsum(steps > near)])
     found = np.empty(len(place), dtype=int)
     found[order] = number
+    few = np.flatnonzero(np.bincount(number) < _FEWEST_IN_SECTION)
+    if len(few):
+        label = placed.feature.points.labels[int(np.flatnonzero(found == few[0])[0])]
+        raise PretravelError(
+            f"{placed.label}: a run-out is that of single sections, and the one of point {label} "
+            f"has fewer than {_FEWEST_IN_SECTION} points. Touch several places of each section, or "
+            "state the total run-out"
+        )
     return found
 
 
@@ -898,7 +949,9 @@ def _form(
     shape = left * math.sqrt(
         max(1.0 - float(np.mean(u**2)) / max(float(np.mean(left**2)), 1e-300), 0.0)
     )
-    bias = float(np.mean(2.0 * np.abs(shape + after).max(axis=1))) - 2.0 * float(np.abs(shape).max())
+    bias = float(np.mean(2.0 * np.abs(shape + after).max(axis=1))) - 2.0 * float(
+        np.abs(shape).max()
+    )
     return bounded_form(
         measured,
         scale * alone,
@@ -934,4 +987,3 @@ def _largest_u(
         [math.sqrt(sum(float(part[0, 0]) for part in
                        covariance_by_weights(involved, row[None]).values())) for row in joint]
     )  # fmt: skip
-

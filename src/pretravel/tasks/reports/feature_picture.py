@@ -57,7 +57,9 @@ def _zone(inspected: InspectedFeature) -> tuple[float, float, str] | None:
     """The tolerance as deviations from the compensated feature. [µm]"""
     feature = inspected.feature
     for conformity in inspected.conformities:
-        if conformity.name == feature.size_name and math.isfinite(conformity.lower + conformity.upper):
+        if conformity.name == feature.size_name and math.isfinite(
+            conformity.lower + conformity.upper
+        ):
             slant = (
                 1.0
                 if feature.association.half_angle is None

@@ -174,7 +174,9 @@ def _fitted(q: FloatArray, axis: FloatArray) -> Torus | None:
         steps = _STEP * np.eye(7)
         ahead = [start.displaced(x + step).distances(q) for step in steps]
         behind = [start.displaced(x - step).distances(q) for step in steps]
-        return np.column_stack([(a - b) / (2.0 * _STEP) for a, b in zip(ahead, behind, strict=True)])
+        return np.column_stack(
+            [(a - b) / (2.0 * _STEP) for a, b in zip(ahead, behind, strict=True)]
+        )
 
     found = least_squares_parameters(
         lambda x: start.displaced(x).distances(q), jacobian, np.zeros(7)
