@@ -250,6 +250,11 @@ def inspect_geometry(
     for placed in features:
         if any(one.feature is placed.feature for group in groups for one in group.features):
             raise PretravelError(f"{placed.label} cannot be a datum of itself")
+    if len(features) == 1 and tolerance.kind == POSITION and not groups:
+        raise PretravelError(
+            f"{features[0].label}: a position without datums is that of a pattern; state datums, "
+            "or position_tolerance_mm for one in the frame of the points"
+        )
     if len(features) > 1 and tolerance.kind != POSITION:
         raise PretravelError(f"a pattern has a position, not a {tolerance.kind}")
     if _is_surface(features[0], tolerance):
@@ -605,13 +610,11 @@ def _located(placed: PlacedFeature, frame: _Frame, tolerance: GeometricTolerance
     if found.direction is None or found.direction_rows is None:
         if tolerance.kind in _ORIENTATION:
             raise PretravelError(f"{placed.label}: a {placed.feature.kind} has no orientation")
-        sides = found.located_along
-        if frame.direction is not None and len(sides) == 3 and tolerance.kind == COAXIALITY:
+        sides, at = found.located_along, frame.point
+        if frame.direction is not None and (len(sides) < 3 or tolerance.kind == COAXIALITY):
+            # Across the nominal axis; along it, a centre has no place.
             sides = across(frame.direction)
-        at = frame.point
-        if frame.direction is not None:  # there is no place along an axis
-            along = float((found.point - at) @ frame.direction)
-            at = at + along * frame.direction if len(sides) < 3 else at
+            at = at + float((found.point - at) @ frame.direction) * frame.direction
         away = sides @ (found.point - at)
         return [(sides, away, sides @ found.point_rows, at)]
     direction = frame.direction

@@ -81,10 +81,11 @@ class Measure(LaboratoryReport):
     features: Annotated[
         Path | None,
         Field(
-            help="Instead of --feature: all features of a drawing with their tolerances, .toml; a "
-            "table [[feature]] for each, with kind, select, label, association, axis, at_mm, "
-            "tolerance, nominal_mm, position_tolerance_mm, form_tolerance_mm; [[feature.geometric]] "
-            "with kind, tolerance_mm, datums, material; [[pattern]]; [[between]].",
+            help="Instead of --feature: all features of a drawing with their tolerances: .toml, or "
+            "a plan, .qif or .dmi. In the .toml a table [[feature]] for each, with kind, select, "
+            "label, association, axis, at_mm, tolerance, nominal_mm, position_tolerance_mm, "
+            "form_tolerance_mm; [[feature.geometric]] with kind, tolerance_mm, datums, material; "
+            "[[pattern]]; [[between]].",
             label="Features of a drawing",
             reads=True,
         ),
@@ -267,9 +268,18 @@ class Measure(LaboratoryReport):
 
     def drawing(self) -> Drawing | None:
         """What the file of features states; None without one."""
-        from pretravel.files.features_file import read_features
+        return self._drawing_and_notes()[0]
 
-        return None if self.features is None else read_features(self.features)
+    def _drawing_and_notes(self) -> tuple[Drawing | None, tuple[str, ...]]:
+        """What the file of features states, and what of a plan was left out."""
+        from pretravel.files.features_file import read_features
+        from pretravel.files.plan_features import PLAN_ENDINGS, read_plan_features
+
+        if self.features is None:
+            return None, ()
+        if self.features.suffix.lower() in PLAN_ENDINGS:
+            return read_plan_features(self.features)
+        return read_features(self.features), ()
 
     def tolerances(self) -> FeatureTolerances:
         """The tolerances of each feature.
@@ -382,7 +392,7 @@ class MeasuredFeatures(Result):
                 "the noise of the points moves an extreme feature to one side, by the amount in "
                 "the note; a verdict on its size or position does not contain this"
             )
-        warnings += task.statements_left_out()
+        warnings += [*task._drawing_and_notes()[1], *task.statements_left_out()]
         report = features_document(
             self.features,
             self.relations,
