@@ -110,9 +110,7 @@ def _asked() -> list[tuple[str, str, GeometricTolerance, float | None]]:
     ]  # fmt: skip
 
 
-def _truth(
-    names: str, tolerance: GeometricTolerance, true: dict[str, np.ndarray]
-) -> float:
+def _truth(names: str, tolerance: GeometricTolerance, true: dict[str, np.ndarray]) -> float:
     """The same tolerance of the true points, without errors: datums and bores are perfect."""
     placed = {}
     for name, (kind, points, normals, _) in _part().items():

@@ -148,7 +148,9 @@ class _Plan:
                 label=each.name,
                 axis=each.axis,
                 at=each.at,
-                tolerance=None if each.size is None else f"{each.size[0]:.10g}..{each.size[1]:.10g}",
+                tolerance=None
+                if each.size is None
+                else f"{each.size[0]:.10g}..{each.size[1]:.10g}",
                 position_tolerance=each.position,
                 form_tolerance=each.form,
                 geometric=tuple(each.geometric),
@@ -225,9 +227,7 @@ def _words(text: str) -> list[str]:
     return [word.strip() for word in re.split(r",(?![^(]*\))", text)]
 
 
-def _dmis_feature(
-    plan: _Plan, name: str, words: list[str], where: tuple[float, int]
-) -> None:
+def _dmis_feature(plan: _Plan, name: str, words: list[str], where: tuple[float, int]) -> None:
     scale, number = where
     shape = words[0].upper()
     sides = [word.upper() for word in words[1:] if word.upper() in ("INNER", "OUTER")]
@@ -261,7 +261,9 @@ def _dmis_tolerance(
 ) -> None:
     scale, number = where
     shape, own = words[0].upper(), plan.features[feature]
-    plain = [word for word in words[1:] if re.match(r"^[+-]?[\d.]", word) and "D" not in word.upper()]
+    plain = [
+        word for word in words[1:] if re.match(r"^[+-]?[\d.]", word) and "D" not in word.upper()
+    ]
     values = [scale * value for value in plan.file.numbers(plain, number)]
     try:
         if shape in ("DIAM", "RAD") and len(values) >= 2:
@@ -332,7 +334,9 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
     def by_id(group: str) -> dict[str, ET.Element]:
         return {each.get("id", ""): each for each in children(group)}
 
-    definitions, nominals, items = map(by_id, ("FeatureDefinitions", "FeatureNominals", "FeatureItems"))
+    definitions, nominals, items = map(
+        by_id, ("FeatureDefinitions", "FeatureNominals", "FeatureItems")
+    )
     names: dict[str, str] = {}  # of items and of nominals
     for identity, item in (items or nominals).items():  # a drawing without a plan has no items
         nominal_id = text(item, "FeatureNominalId") or "" if items else identity
@@ -347,7 +351,9 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
         label = text(datum, "DatumLabel")
         if label and known:
             plan.datums[label] = known[0]
-    labels = {each.get("id", ""): text(each, "DatumLabel") or "" for each in children("DatumDefinitions")}
+    labels = {
+        each.get("id", ""): text(each, "DatumLabel") or "" for each in children("DatumDefinitions")
+    }
     frames = {each.get("id", ""): each for each in children("DatumReferenceFrames")}
     kinds, targets = by_id("CharacteristicDefinitions"), by_id("CharacteristicNominals")
     for item in list(children("CharacteristicItems")) or list(targets.values()):
@@ -357,7 +363,9 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
                if one is not None for each in one.iterfind(path(part, "Id"))]  # fmt: skip
         own = list(dict.fromkeys(names[i.strip()] for i in ids if i.strip() in names))
         if kind is None or not own:
-            plan.notes.append(f"characteristic {text(item, 'Name') or item.get('id')}: it names no feature")
+            plan.notes.append(
+                f"characteristic {text(item, 'Name') or item.get('id')}: it names no feature"
+            )
             continue
         for name in own:
             if name in plan.features:
@@ -411,7 +419,10 @@ def _qif_tolerance(plan: _Plan, name: str, kind: ET.Element, known: tuple[Any, .
         if word in ("Diameter", "Radius"):
             if kind.find(path("Tolerance")) is None:
                 return  # measured or set, without a tolerance
-            ends = [finite_number(text(kind, "Tolerance", end) or "") for end in ("MinValue", "MaxValue")]
+            ends = [
+                finite_number(text(kind, "Tolerance", end) or "")
+                for end in ("MinValue", "MaxValue")
+            ]
             factor = scale if word == "Diameter" else 2.0 * scale
             target = finite_number(text(nominal, "TargetValue") or "")
             middle = factor * target if not np.isnan(target) else own.diameter
@@ -429,7 +440,9 @@ def _qif_tolerance(plan: _Plan, name: str, kind: ET.Element, known: tuple[Any, .
             if element.get("linearUnit") is not None:
                 raise PretravelError("a unit of its own is not read")
         frame = frames.get(text(kind, "DatumReferenceFrameId") or "")
-        material = {"MAXIMUM": MAXIMUM, "LEAST": LEAST}.get(text(kind, "MaterialCondition") or "", "")
+        material = {"MAXIMUM": MAXIMUM, "LEAST": LEAST}.get(
+            text(kind, "MaterialCondition") or "", ""
+        )
         datums = _qif_datums(plan, frame, (labels, text, path))
         plan.allow(name, meant, scale * zone, datums, material)
     except PretravelError as error:

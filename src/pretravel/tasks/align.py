@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.fields import (
@@ -76,6 +76,19 @@ class Align(TouchFilesWithFeed, Reported):
             hint="A=3 B=7,8: numbers of faces, in the order of the drawing",
         ),
     ] = ()
+    datum_association: Annotated[
+        Literal["gaussian", "outside"],
+        Field(
+            help="gaussian: datums of least squares, on which all touches have a say. outside: "
+            "from outside the material (ISO 5459): planes that touch it, inscribed bores, "
+            "circumscribed bosses; they rest on a few touches.",
+            label="Datums are associated",
+            words={
+                "gaussian": "by least squares (Gaussian)",
+                "outside": "from outside the material (ISO 5459)",
+            },
+        ),
+    ] = "gaussian"
     free: Annotated[
         str,
         Field(
@@ -183,6 +196,7 @@ class Align(TouchFilesWithFeed, Reported):
             start,
             datums=self.datums(part),
             free=self._free(),
+            outside=self.datum_association == "outside",
             extrapolate=extrapolate,
         )
         return AlignedPart(self, readings, alignment, found_from)
