@@ -3,10 +3,10 @@
 python benchmarks/tolerances.py --sets 200
 
 Probes, machine and noise are those of `benchmarks/features.py`. The part: three planes of 9 touches
-as datums, three bores of 8 mm with two rings of 6 touches, one ring of 12 at another height about the
-axis of the first; all displaced by known amounts; with a form from touch to touch of 0 or 1 µm.
-Positions, orientations and coaxialities are those of perfect features, so that the form is an error of
-theirs; a run-out and a profile are those of the touched places.
+as datums, three bores of 8 mm with two rings of 6 touches, one ring of 12 at another height about
+the axis of the first; all displaced by known amounts; with a form from touch to touch of 0 or 1 µm.
+Positions, orientations and coaxialities are those of perfect features, so that the form is an error
+of theirs; a run-out and a profile are those of the touched places.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from benchmarks.features import PART_AT, Workshop, around, workshop
 
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.extreme_association import associate_by
-from pretravel.measurement.geometric_tolerances import (
+from pretravel.measurement.geometric_tolerances import inspect_geometry
+from pretravel.measurement.measured_feature import measure_feature
+from pretravel.measurement.selection import points_at
+from pretravel.measurement.tolerance_frame import (
     GeometricResult,
     GeometricTolerance,
     PlacedFeature,
-    inspect_geometry,
 )
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.selection import points_at
 from pretravel.touches import Touches
 
 X, Y, Z = np.eye(3)
@@ -97,16 +97,20 @@ def placed_features(
 def _asked() -> list[tuple[str, str, GeometricTolerance, float | None]]:
     """Row, features, tolerance, truth; None where it is that of the touched places."""
     apart = 2.0 * float(np.hypot(0.03, 0.02))
-    lean = TILT * (8.0 + 2 * RADIUS * 0.0) / 8.0
+    to_planes = ("A", "B", "C")
+
+    def asks(kind: str, *datums: str) -> GeometricTolerance:
+        return GeometricTolerance(kind, 0.2, datums)
+
     return [
-        ("position of a bore to A, B, C", "E", GeometricTolerance("position", 0.2, ("A", "B", "C")), apart),
-        ("position to A, D, B", "E", GeometricTolerance("position", 0.2, ("A", "D", "B")), apart),
-        ("pattern of three bores to A, B, C", "D E F", GeometricTolerance("position", 0.2, ("A", "B", "C")), None),
-        ("coaxiality of a ring", "G", GeometricTolerance("coaxiality", 0.2, ("D",)), 2.0 * OFF),
-        ("perpendicularity of an axis to A", "F", GeometricTolerance("perpendicularity", 0.2, ("A",)), lean),
-        ("run-out of a ring", "G", GeometricTolerance("run-out", 0.2, ("D",)), None),
-        ("profile of C to A, B", "C", GeometricTolerance("profile", 0.2, ("A", "B")), None),
-        ("perpendicularity of B to A", "B", GeometricTolerance("perpendicularity", 0.2, ("A",)), None),
+        ("position of a bore to A, B, C", "E", asks("position", *to_planes), apart),
+        ("position to A, D, B", "E", asks("position", "A", "D", "B"), apart),
+        ("pattern of three bores to A, B, C", "D E F", asks("position", *to_planes), None),
+        ("coaxiality of a ring", "G", asks("coaxiality", "D"), 2.0 * OFF),
+        ("perpendicularity of an axis to A", "F", asks("perpendicularity", "A"), TILT),
+        ("run-out of a ring", "G", asks("run-out", "D"), None),
+        ("profile of C to A, B", "C", asks("profile", "A", "B"), None),
+        ("perpendicularity of B to A", "B", asks("perpendicularity", "A"), None),
     ]  # fmt: skip
 
 

@@ -8,7 +8,10 @@ from pathlib import Path
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.toml_file import TomlStructure, read_toml
 from pretravel.measurement.extreme_association import check_criterion
-from pretravel.measurement.geometric_tolerances import POSITION, GeometricTolerance
+from pretravel.measurement.tolerance_frame import (
+    POSITION,
+    GeometricTolerance,
+)
 
 
 @dataclass(frozen=True)

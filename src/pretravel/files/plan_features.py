@@ -16,7 +16,7 @@ from pretravel.files.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.files.logs.dmis import statements
 from pretravel.files.logs.qif_document import QifDocument, finite_number
 from pretravel.files.source_file import SourceFile, opened
-from pretravel.measurement.geometric_tolerances import (
+from pretravel.measurement.tolerance_frame import (
     ANGULARITY,
     CONCENTRICITY,
     LEAST,
@@ -192,7 +192,9 @@ _DMIS_TOLERANCES = {
 
 
 def _read_dmis(file: SourceFile, plan: _Plan) -> None:
-    scale, tolerances, outputs = None, {}, []
+    scale: float | None = None
+    tolerances: dict[str, tuple[list[str], int]] = {}
+    outputs: list[list[str]] = []
     for number, statement in statements(file.lines("a DMIS file")):
         if found := _UNITS.match(statement):
             scale = file.scale({"MM": "mm", "INCH": "inch"}.get(found[1].upper()), "the UNITS")
@@ -208,6 +210,16 @@ def _read_dmis(file: SourceFile, plan: _Plan) -> None:
             outputs.append(_words(found[1]))
     if scale is None:
         raise file.error("this is no DMIS plan: it has no UNITS")
+    _dmis_outputs(plan, tolerances, outputs, scale)
+
+
+def _dmis_outputs(
+    plan: _Plan,
+    tolerances: dict[str, tuple[list[str], int]],
+    outputs: list[list[str]],
+    scale: float,
+) -> None:
+    """Give each feature the tolerances with which it is put out."""
     asked: set[tuple[str, str]] = set()
     for words in outputs:
         named = [(found[1].upper(), found[2].strip())
@@ -360,7 +372,7 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
         nominal = targets.get(text(item, "CharacteristicNominalId") or "", item)
         kind = kinds.get(text(nominal, "CharacteristicDefinitionId") or "")
         ids = [each.text or "" for one, part in ((item, "FeatureItemIds"), (nominal, "FeatureNominalIds"))
-               if one is not None for each in one.iterfind(path(part, "Id"))]  # fmt: skip
+               for each in one.iterfind(path(part, "Id"))]  # fmt: skip
         own = list(dict.fromkeys(names[i.strip()] for i in ids if i.strip() in names))
         if kind is None or not own:
             plan.notes.append(

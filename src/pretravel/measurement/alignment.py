@@ -24,7 +24,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.association import Association
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.extreme_association import TANGENT
+from pretravel.measurement.extreme_association import GAUSSIAN, TANGENT
 from pretravel.measurement.feature_uncertainty import FeatureErrors, feature_errors
 from pretravel.measurement.points import Points, placed
 from pretravel.measurement.selection import points_at
@@ -117,10 +117,16 @@ class Datum:
         The letter of the drawing.
     faces : tuple of int
         Indices of the faces.
+    outside : bool
+        Associated from outside the material, as ISO 5459 does: planes that touch it with the
+        smallest largest distance, the largest inscribed bores, the smallest circumscribed bosses
+        and balls; each constrained by the datums before it. It rests on a few touches, whose
+        errors move the part; the form of the part is no error then. Else by least squares.
     """
 
     name: str
     faces: tuple[int, ...]
+    outside: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,7 +321,6 @@ def align(
     *,
     datums: Sequence[Datum] = (),
     free: Sequence[str] = MOTIONS,
-    outside: bool = False,
     extrapolate: bool = False,
 ) -> Alignment:
     """Determine where a part lies from touches on its faces, beginning near the answer.
@@ -338,11 +343,6 @@ def align(
     free : sequence of str
         The motions that are determined, of `MOTIONS`, along the machine's axes about the middle of
         the touches.
-    outside : bool
-        Associate the datums from outside the material, as ISO 5459 does: planes that touch it, with
-        the smallest largest distance; the largest inscribed bores, the smallest circumscribed
-        bosses and balls; each constrained by the datums before it. They rest on a few touches,
-        whose errors move the part; the form of the part is no error then.
     extrapolate : bool
         Also for normals outside the directions of the map.
 
@@ -353,7 +353,7 @@ def align(
     Raises
     ------
     PretravelError
-        A datum that was not touched; datums from outside, and none is stated; a map with a signal delay, and touches without feeds.
+        A datum that was not touched; a map with a signal delay, and touches without feeds.
     ConvergenceError
 
     Notes
@@ -368,11 +368,6 @@ def align(
             f"the motions are {', '.join(MOTIONS)}; given: {', '.join(free) or 'none'}",
             inputs=("free",),
         )
-    if outside and not datums:
-        raise PretravelError(
-            "an association from outside the material is that of datums; state them",
-            inputs=("datum", "datum_association"),
-        )
     moving = np.isin(MOTIONS, list(free))
     fit = _Fit(tips, part, pretravel_map, tuple(datums), moving)
     face = tips.faces
@@ -384,9 +379,9 @@ def align(
             break
         gross = gross | wrong
         state = fit.solved(state.placement, state.feet.face, taken & ~gross)
-    if outside:
+    if any(datum.outside for datum in datums):
         state = fit.outside(state)
-    return fit.alignment(state, gross, extrapolate=extrapolate, outside=outside)
+    return fit.alignment(state, gross, extrapolate=extrapolate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -607,7 +602,12 @@ class _Fit:
             if rank == 0:
                 continue
             distance = state.distance[mine] + slopes @ motion
-            amounts, inverse = touching(distance, slopes @ taken, face[mine], sizes.shape[1] > 0)
+            if datum.outside:
+                free = sizes.shape[1] > 0
+                amounts, inverse = touching(distance, slopes @ taken, face[mine], free)
+            else:
+                inverse = -np.linalg.pinv(columns @ v[:rank].T)
+                amounts = inverse @ _without(sizes, distance[:, None])[:, 0]
             motion = motion + taken @ amounts
             change = (taken @ inverse @ slopes) @ response
             change[:, mine] += taken @ inverse
@@ -616,9 +616,8 @@ class _Fit:
         motions = np.hstack(found) if found else np.zeros((6, 0))
         return scale * motion, motions * scale[:, None], response * scale[:, None]
 
-    def alignment(
-        self, state: _State, gross: BoolArray, *, extrapolate: bool, outside: bool = False
-    ) -> Alignment:
+    def alignment(self, state: _State, gross: BoolArray, *, extrapolate: bool) -> Alignment:
+        outside = any(datum.outside for datum in self.datums)
         placement = state.placement
         foot = placement.points(state.feet.local.point)
         touches = self.tips.touches(state.normals, foot)
@@ -635,7 +634,6 @@ class _Fit:
             amounts = np.vstack([amounts, inverse + (inverse @ jacobian) @ amounts])
             residuals = residuals + sizes @ (inverse @ residuals)
             jacobian = np.hstack([jacobian, sizes])
-        left = {"criterion": TANGENT} if outside else {}
         association = Association(
             points=on_part.positions,
             outward=on_part.normals,
@@ -645,7 +643,7 @@ class _Fit:
             point_rows=state.motions[:3],
             located_along=np.eye(3),
             stated_response=amounts,
-            **left,
+            criterion=TANGENT if outside else GAUSSIAN,
         )
         errors = feature_errors(on_part, association)
         if outside:  # the touched places are the datum: their form is no error of it
@@ -722,12 +720,12 @@ def touching(
             "a boss all around, or take least squares",
             inputs=("datum_association",),
         )
-    active = np.flatnonzero(np.abs(found.slack) < 1e-7)
+    active = np.flatnonzero(np.abs(np.asarray(found.slack)) < 1e-7)
     held = np.linalg.pinv(rows[active], rcond=1e-9)[:k]
     sign = np.where(active < count, 1.0, -1.0)
     inverse = np.zeros((k, count))
     np.add.at(inverse.T, active % count, -(held * sign).T)
-    return scale * np.asarray(found.x[:k]), inverse
+    return scale * np.asarray(found.x)[:k], inverse
 
 
 def _robust(state: _State) -> FloatArray:

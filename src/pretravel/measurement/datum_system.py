@@ -195,7 +195,8 @@ def _staged(
     to_origin = np.eye(6)
     to_origin[:3, 3:] = _cross(middle)  # a turn w about the middle shifts the origin by -w x middle
     scale = np.array([1.0, 1.0, 1.0, *(3 * [1.0 / lever])])
-    left, motion, rows = np.eye(6), np.zeros(6), []
+    rows: list[FloatArray] = []
+    left, motion = np.eye(6), np.zeros(6)
     for group in datums:
         wanted = [_equations(each, placement, middle, lever) for each in group]
         matrix = np.vstack([one[0] for one in wanted]) * scale

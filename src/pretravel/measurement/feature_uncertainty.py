@@ -336,10 +336,10 @@ def noise_of_features(
     amounts = generator.standard_normal((trials, len(names)))
     start = 0
     for own, each in zip(drawn, features, strict=True):
-        rows = of_point[start : start + len(each.own)]
+        mine = of_point[start : start + len(each.own)]
         if each.fixed.any():
-            own += amounts[:, rows] * each.fixed
-        start += len(rows)
+            own += amounts[:, mine] * each.fixed
+        start += len(mine)
     return drawn
 
 

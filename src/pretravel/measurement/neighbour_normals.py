@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
+from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.maps.pretravel_map import PretravelMap
@@ -88,7 +88,8 @@ def neighbour_normals(tip_centres: FloatArray) -> NeighbourNormals:
         )
     tree = cKDTree(points)
     count = min(_NEIGHBOURS + 1, len(points))
-    distance, near = tree.query(points, k=count)
+    found = tree.query(points, k=count)
+    distance, near = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)
     parts = [
         _normals_of(points, near[start : start + _TOGETHER], start)
         for start in range(0, len(points), _TOGETHER)
@@ -103,7 +104,7 @@ def neighbour_normals(tip_centres: FloatArray) -> NeighbourNormals:
 
 
 def _normals_of(
-    points: FloatArray, near: FloatArray, start: int
+    points: FloatArray, near: IntArray, start: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Normals, their standard uncertainty, and how far the second order turned them. [rad]"""
     here = points[start : start + len(near)]
@@ -148,9 +149,7 @@ def _slopes(
     return found[:, 1:3] / scale, noise
 
 
-def with_errors_of_normals(
-    points: Points, pretravel_map: PretravelMap, turn: FloatArray
-) -> Points:
+def with_errors_of_normals(points: Points, pretravel_map: PretravelMap, turn: FloatArray) -> Points:
     """Points with the uncertainty that the normals of their compensation bring.
 
     Parameters

@@ -17,8 +17,10 @@ from pretravel.measurement.conformity import (
     position_conformity,
     size_conformity,
 )
-from pretravel.measurement.geometric_tolerances import GeometricResult
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
+from pretravel.measurement.tolerance_frame import (
+    GeometricResult,
+)
 
 
 @dataclass(frozen=True)

@@ -196,7 +196,6 @@ class Align(TouchFilesWithFeed, Reported):
             start,
             datums=self.datums(part),
             free=self._free(),
-            outside=self.datum_association == "outside",
             extrapolate=extrapolate,
         )
         return AlignedPart(self, readings, alignment, found_from)
@@ -252,6 +251,11 @@ class Align(TouchFilesWithFeed, Reported):
         from pretravel.measurement.alignment import Datum
 
         found = []
+        if self.datum_association == "outside" and not self.datum:
+            raise PretravelError(
+                "an association from outside the material is that of datums; state them",
+                inputs=("datum", "datum_association"),
+            )
         for text in self.datum:
             name, sign, faces = text.partition("=")
             words = [word.strip() for word in faces.split(",") if word.strip()]
@@ -261,7 +265,7 @@ class Align(TouchFilesWithFeed, Reported):
                     inputs=("datum",),
                 )
             chosen = [index for word in words for index in part.select(word).chosen]
-            found.append(Datum(name.strip(), tuple(chosen)))
+            found.append(Datum(name.strip(), tuple(chosen), self.datum_association == "outside"))
         return found
 
     def _free(self) -> tuple[str, ...]:

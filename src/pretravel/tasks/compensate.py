@@ -266,11 +266,12 @@ def _with_neighbours(
     from pretravel.measurement.neighbour_normals import neighbour_normals, with_errors_of_normals
 
     found = neighbour_normals(touches.positions)
-    said = [
-        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by "
-        f"{float(np.median(found.turn)) / DEGREE:.2g}° (median) to "
-        f"{float(found.turn.max()) / DEGREE:.2g}°, which is in the covariance of the points"
-    ]
+    median, largest = (float(turn) / DEGREE for turn in (np.median(found.turn), found.turn.max()))
+    uncertain = (
+        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° (median) "
+        f"to {largest:.2g}°, which is in the covariance of the points"
+    )
+    said = [uncertain]
     doubtful = np.flatnonzero(found.doubtful)
     if len(doubtful):
         names = ", ".join(points.labels[row] for row in doubtful[:_NAMED].tolist())

@@ -15,10 +15,12 @@ from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
 if TYPE_CHECKING:
-    from pretravel.measurement.between_features import FeatureRelation
     from pretravel.files.features_file import Drawing
-    from pretravel.measurement.geometric_tolerances import PlacedFeature
+    from pretravel.measurement.between_features import FeatureRelation
     from pretravel.measurement.points import Points
+    from pretravel.measurement.tolerance_frame import (
+        PlacedFeature,
+    )
     from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, Together
     from pretravel.show.document import Document
     from pretravel.surface.cad.part import Part
@@ -475,13 +477,19 @@ def _to_datums(
 
 def _placed(inspected: InspectedFeature, task: Measure, part: Part | None) -> PlacedFeature:
     """A feature with its nominal place: stated, or that of the faces beneath its points."""
-    from pretravel.measurement.geometric_tolerances import PlacedFeature, nominal_of_part
+    import numpy as np
+
+    from pretravel.measurement.geometric_tolerances import nominal_of_part
+    from pretravel.measurement.tolerance_frame import (
+        PlacedFeature,
+    )
 
     limits = task.tolerances().size
     size = task.nominal
     if size is None and limits is not None and math.isfinite(limits[0] + limits[1]):
         size = 0.5 * (limits[0] + limits[1])
-    stated = PlacedFeature(inspected.feature, task.at, task.axis, size, limits, part)
+    at, axis = (None if each is None else np.array(each) for each in (task.at, task.axis))
+    stated = PlacedFeature(inspected.feature, at, axis, size, limits, part)
     return stated if part is None else nominal_of_part(stated, part)
 
 

@@ -9,8 +9,10 @@ import pytest
 from pretravel.base.errors import InputError
 from pretravel.files.features_file import DrawnFeature
 from pretravel.files.plan_features import read_plan_features
-from pretravel.measurement.geometric_tolerances import GeometricTolerance
 from pretravel.measurement.selection import _matches
+from pretravel.measurement.tolerance_frame import (
+    GeometricTolerance,
+)
 
 DMIS = """DMISMN/'plan',05.2
 UNITS/MM,ANGDEC
@@ -60,19 +62,34 @@ QIF = """<?xml version="1.0"?>
  <PlaneFeatureNominal id="11"><FeatureDefinitionId>10</FeatureDefinitionId>
   <Location>0 0 1</Location><Normal>0 0 1</Normal></PlaneFeatureNominal>
  <CylinderFeatureNominal id="21"><FeatureDefinitionId>20</FeatureDefinitionId>
-  <Axis><AxisPoint>1 2 0</AxisPoint><Direction>0 0 1</Direction></Axis></CylinderFeatureNominal>
+  <Axis><AxisPoint>1 2 0</AxisPoint><Direction>0 0 1</Direction></Axis>
+  </CylinderFeatureNominal>
  <CylinderFeatureNominal id="31"><FeatureDefinitionId>20</FeatureDefinitionId>
-  <Axis><AxisPoint>3 2 0</AxisPoint><Direction>0 0 1</Direction></Axis></CylinderFeatureNominal>
+  <Axis><AxisPoint>3 2 0</AxisPoint><Direction>0 0 1</Direction></Axis>
+  </CylinderFeatureNominal>
 </FeatureNominals>
 <FeatureItems n="3">
- <PlaneFeatureItem id="12"><FeatureNominalId>11</FeatureNominalId><FeatureName>TOP</FeatureName></PlaneFeatureItem>
- <CylinderFeatureItem id="22"><FeatureNominalId>21</FeatureNominalId><FeatureName>DATUM_B</FeatureName></CylinderFeatureItem>
- <CylinderFeatureItem id="32"><FeatureNominalId>31</FeatureNominalId><FeatureName>HOLE</FeatureName></CylinderFeatureItem>
+ <PlaneFeatureItem id="12">
+  <FeatureNominalId>11</FeatureNominalId>
+  <FeatureName>TOP</FeatureName>
+  </PlaneFeatureItem>
+ <CylinderFeatureItem id="22">
+  <FeatureNominalId>21</FeatureNominalId>
+  <FeatureName>DATUM_B</FeatureName>
+  </CylinderFeatureItem>
+ <CylinderFeatureItem id="32">
+  <FeatureNominalId>31</FeatureNominalId>
+  <FeatureName>HOLE</FeatureName>
+  </CylinderFeatureItem>
 </FeatureItems></Features>
 <Characteristics>
 <CharacteristicDefinitions n="3">
- <FlatnessCharacteristicDefinition id="40"><ToleranceValue>0.001</ToleranceValue></FlatnessCharacteristicDefinition>
- <DiameterCharacteristicDefinition id="41"><Tolerance><MaxValue>0.002</MaxValue><MinValue>-0.001</MinValue>
+ <FlatnessCharacteristicDefinition id="40">
+  <ToleranceValue>0.001</ToleranceValue>
+  </FlatnessCharacteristicDefinition>
+ <DiameterCharacteristicDefinition id="41">
+  <Tolerance><MaxValue>0.002</MaxValue>
+  <MinValue>-0.001</MinValue>
   <DefinedAsLimit>false</DefinedAsLimit></Tolerance></DiameterCharacteristicDefinition>
  <PositionCharacteristicDefinition id="42"><ToleranceValue>0.01</ToleranceValue>
   <MaterialCondition>MAXIMUM</MaterialCondition><DatumReferenceFrameId>3</DatumReferenceFrameId>
@@ -80,10 +97,18 @@ QIF = """<?xml version="1.0"?>
  <ThreadCharacteristicDefinition id="43"/>
 </CharacteristicDefinitions>
 <CharacteristicNominals n="4">
- <FlatnessCharacteristicNominal id="50"><CharacteristicDefinitionId>40</CharacteristicDefinitionId></FlatnessCharacteristicNominal>
- <DiameterCharacteristicNominal id="51"><CharacteristicDefinitionId>41</CharacteristicDefinitionId></DiameterCharacteristicNominal>
- <PositionCharacteristicNominal id="52"><CharacteristicDefinitionId>42</CharacteristicDefinitionId></PositionCharacteristicNominal>
- <ThreadCharacteristicNominal id="53"><CharacteristicDefinitionId>43</CharacteristicDefinitionId></ThreadCharacteristicNominal>
+ <FlatnessCharacteristicNominal id="50">
+  <CharacteristicDefinitionId>40</CharacteristicDefinitionId>
+  </FlatnessCharacteristicNominal>
+ <DiameterCharacteristicNominal id="51">
+  <CharacteristicDefinitionId>41</CharacteristicDefinitionId>
+  </DiameterCharacteristicNominal>
+ <PositionCharacteristicNominal id="52">
+  <CharacteristicDefinitionId>42</CharacteristicDefinitionId>
+  </PositionCharacteristicNominal>
+ <ThreadCharacteristicNominal id="53">
+  <CharacteristicDefinitionId>43</CharacteristicDefinitionId>
+  </ThreadCharacteristicNominal>
 </CharacteristicNominals>
 <CharacteristicItems n="4">
  <FlatnessCharacteristicItem id="60"><CharacteristicNominalId>50</CharacteristicNominalId>

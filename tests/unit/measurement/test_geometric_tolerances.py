@@ -12,13 +12,13 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, parse_placement
 from pretravel.measurement.conformity import ConformityVerdict
 from pretravel.measurement.datum_system import DatumFeature, datum_system
-from pretravel.measurement.geometric_tolerances import (
+from pretravel.measurement.geometric_tolerances import inspect_geometry
+from pretravel.measurement.measured_feature import measure_feature
+from pretravel.measurement.tolerance_frame import (
     GeometricResult,
     GeometricTolerance,
     PlacedFeature,
-    inspect_geometry,
 )
-from pretravel.measurement.measured_feature import measure_feature
 from tests.support.feature_points import OWN, around, feature_points
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -60,7 +60,8 @@ def _block(**bores: tuple[FloatArray, FloatArray]) -> dict[str, tuple[str, Float
 
 
 NOMINAL = {
-    "A": ((0.0, 0, 0), (0.0, 0, 1)), "B": ((0.0, 0, 0), (0.0, -1, 0)), "C": ((0.0, 0, 0), (-1.0, 0, 0)),
+    "A": ((0.0, 0, 0), (0.0, 0, 1)), "B": ((0.0, 0, 0), (0.0, -1, 0)),
+    "C": ((0.0, 0, 0), (-1.0, 0, 0)),
     "h1": ((10.0, 10, 0), (0.0, 0, 1)), "h2": ((50.0, 10, 0), (0.0, 0, 1)),
     "h3": ((30.0, 30, 0), (0.0, 0, 1)),
 }  # fmt: skip
@@ -153,7 +154,7 @@ class TestInClosedForm:
         assert found.quantity.value == pytest.approx(0.04, abs=1e-5)
 
     def test_maximum_material(self) -> None:
-        """8.02 mm is 0.07 larger than the maximum material size of 7.95; at least material: 0.03."""
+        """8.02 mm is 0.07 above the maximum material size of 7.95, and 0.03 below the least."""
         placed = _measured(_block(h1=_cylinder((10.03, 10.04), 4.01)))
         found = _result(placed, "h1", "position", 0.05, "A|B|C", "M")
         assert found.bonus == pytest.approx(0.07, abs=NEAR)

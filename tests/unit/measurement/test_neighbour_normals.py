@@ -13,7 +13,9 @@ RADIUS = 40.0
 
 def _ball(noise: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
-    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-15, 15, 16), np.linspace(-15, 15, 16)))
+    x, y = (
+        each.ravel() for each in np.meshgrid(np.linspace(-15, 15, 16), np.linspace(-15, 15, 16))
+    )
     flat = np.column_stack([x, y]) + 0.3 * rng.uniform(-1.0, 1.0, (len(x), 2))
     normals = np.column_stack([flat, np.sqrt(RADIUS**2 - np.sum(flat**2, axis=1))]) / RADIUS
     return (RADIUS + noise * rng.standard_normal((len(x), 1))) * normals, normals
