@@ -107,7 +107,8 @@ class _Plan:
     def datum(self, letter: str) -> str:
         """The name of a datum's feature: stated, or that of the feature that is called so."""
         if letter not in self.datums:
-            called = [name for name in (letter, f"DATUM_{letter}", f"DAT_{letter}", f"DATUM {letter}")
+            words = (letter, f"DATUM_{letter}", f"DAT_{letter}", f"DATUM {letter}")
+            called = [name for name in words
                       if name in self.features]  # fmt: skip
             if not called:
                 raise PretravelError(f"datum {letter} has no feature")
@@ -371,7 +372,8 @@ def _read_qif(file: SourceFile, plan: _Plan) -> None:
     for item in list(children("CharacteristicItems")) or list(targets.values()):
         nominal = targets.get(text(item, "CharacteristicNominalId") or "", item)
         kind = kinds.get(text(nominal, "CharacteristicDefinitionId") or "")
-        ids = [each.text or "" for one, part in ((item, "FeatureItemIds"), (nominal, "FeatureNominalIds"))
+        named = ((item, "FeatureItemIds"), (nominal, "FeatureNominalIds"))
+        ids = [each.text or "" for one, part in named
                for each in one.iterfind(path(part, "Id"))]  # fmt: skip
         own = list(dict.fromkeys(names[i.strip()] for i in ids if i.strip() in names))
         if kind is None or not own:

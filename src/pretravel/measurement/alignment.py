@@ -687,7 +687,8 @@ def touching(
         Their change by the distances of the points: of those on which the faces rest.
 
     >>> x = np.array([-1.0, 0.0, 1.0])
-    >>> amounts, rests = touching(np.array([0.1, 0.0, 0.1]), np.c_[-np.ones(3), x], np.zeros(3), False)
+    >>> slopes = np.c_[-np.ones(3), x]
+    >>> amounts, rests = touching(np.array([0.1, 0.0, 0.1]), slopes, np.zeros(3), False)
     >>> (amounts.round(9) + 0.0).tolist(), rests[0].round(9).tolist()
     ([0.1, 0.0], [0.5, 0.0, 0.5])
     """

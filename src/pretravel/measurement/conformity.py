@@ -273,7 +273,9 @@ def zone_conformity(
     Returns
     -------
     Conformity
-        Its value is twice the largest distance, its upper limit the zone with its growth.
+        Its value is twice the largest distance, its upper limit the zone with its growth. It does
+        not conform where this is so with the required probability and the value exceeds the limit
+        by that quantile of its uncertainty.
 
     >>> two = zone_conformity("position", np.array([[0.01, 0.0], [0.0, 0.005]]), 1e-6 * np.eye(4),
     ...                       (0.05, 0.0, 0.0), 0.95)
@@ -310,13 +312,14 @@ def zone_conformity(
     found = probability(value)
     limit = width + bonus
     guard = _guard_band(lambda g: probability(limit - g), limit, required)
-    band = _rejection_band(lambda g: probability(limit + g), 20.0 * float(deviations[-1]),
-                           required)  # fmt: skip
     u = 2.0 * float(deviations[-1])
-    return Conformity(
-        name, value, u, -math.inf, limit, guard, band, found, required,
-        _verdict(found, required, u), dof,
-    )  # fmt: skip
+    band = _rejection_band(lambda g: probability(limit + g), 10.0 * u, required)
+    # A zone that is narrow against u contains no place with much probability: this proves nothing.
+    band = max(band, _quantile(dof, required) * u)
+    verdict = _verdict(found, required, u)
+    if verdict is ConformityVerdict.DOES_NOT_CONFORM and value < limit + band:
+        verdict = ConformityVerdict.UNDECIDED
+    return Conformity(name, value, u, -math.inf, limit, guard, band, found, required, verdict, dof)
 
 
 def _inside(

@@ -137,15 +137,15 @@ def _distances(
         raise PretravelError(
             f"{placed.label}: a profile needs the nominal diameter, or the part: state nominal_mm"
         )
-    radius = 0.5 * placed.size
+    nominal = 0.5 * placed.size
     if kind == "sphere":
         away = points - frame.point
         length = np.linalg.norm(away, axis=1)
-        return np.asarray(length - radius), away / length[:, None], None
+        return np.asarray(length - nominal), away / length[:, None], None
     if kind in ("circle", "bore", "boss", "cylinder"):
         assert direction is not None
         _, distance, outward = about_axis(points, frame.point, direction)
-        return distance - radius, outward, None
+        return distance - nominal, outward, None
     raise PretravelError(f"the profile of a {kind} needs the part, with whose faces it is compared")
 
 

@@ -268,8 +268,8 @@ def _with_neighbours(
     found = neighbour_normals(touches.positions)
     median, largest = (float(turn) / DEGREE for turn in (np.median(found.turn), found.turn.max()))
     uncertain = (
-        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° (median) "
-        f"to {largest:.2g}°, which is in the covariance of the points"
+        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° "
+        f"(median) to {largest:.2g}°, which is in the covariance of the points"
     )
     said = [uncertain]
     doubtful = np.flatnonzero(found.doubtful)

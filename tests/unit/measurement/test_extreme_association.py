@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import NonlinearConstraint, minimize
+from scipy.optimize import NonlinearConstraint, linprog, minimize
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -18,6 +18,7 @@ from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associ
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.points import Points
+from pretravel.uncertainty.fitting.feature import across
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 
 E = 2e-3
@@ -474,3 +475,28 @@ class TestMessages:
     def test_the_side_of_a_tangent_plane(self) -> None:
         with pytest.raises(PretravelError, match="no normals that say on which side"):
             associate_by("tangent", "plane", np.eye(3))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", ["plane", "line"])
+def test_zone_against_a_linear_program(kind: str, seed: int) -> None:
+    """Another program: heights over the zone's own plane or line, in one linear program.
+
+    There, no other plane or line has a narrower zone: along one direction that is linear.
+    """
+    points = _noisy(kind, seed, 25)
+    found = associate_by("minimum-zone", kind, points, axis=UP)
+    assert found.direction is not None
+    offset = points - found.point
+    sideways = across(found.outward[0]) if kind == "plane" else found.direction[None]
+    design = np.column_stack([np.ones(25), offset @ sideways.T])
+    height = offset @ found.outward[0]
+    ones = -np.ones((25, 1))
+    k = design.shape[1]
+    best = linprog(
+        np.eye(k + 1)[k],
+        A_ub=np.vstack([np.hstack([-design, ones]), np.hstack([design, ones])]),
+        b_ub=np.concatenate([-height, height]),
+        bounds=[(None, None)] * (k + 1),
+    )
+    assert 2.0 * best.fun == pytest.approx(found.form, abs=NEAR)
