@@ -58,7 +58,7 @@ class Shop:
         self.step = 0.1 * MICROMETRE
         self.true_lengths = np.array(self.lengths) + rng.normal(0.0, self.u_length, 3)
         self.unsquare = rng.normal(0.0, 100e-6, 3)
-        self.wedges = rng.normal(0.0, 0.1 * MICROMETRE / 25.0, (3, 2))
+        self.wedges = rng.normal(0.0, 1.0, (3, 2)) * MICROMETRE / np.array(self.lengths)[:, None]
 
     def pretravel(self, normal: np.ndarray) -> float:
         """Along the normal of a face."""
@@ -106,6 +106,7 @@ class Shop:
             if word.startswith("plate"):
                 outward, half = -outward, -half
             time = row / max(count - 1, 1)
+            noise = rng.normal(0.0, self.noise)
             drift = self.warming * (1.0 - np.exp(-time / (self.warms_up * 0.5)))
             travel = self.pretravel(outward)
             approach = plan.approaches[row]
@@ -113,7 +114,7 @@ class Shop:
 
             def gap(nut: np.ndarray) -> float:
                 tip = true_from_screw @ nut - drift
-                return float(outward @ (tip - middle)) - half - 0.5 * TIP_DIAMETER + travel
+                return float(outward @ (tip - middle)) - half - 0.5 * TIP_DIAMETER + travel + noise
 
             # The screw goes to the start from where it was, then along the approach.
             screw = contact - approach * 5.0
@@ -127,7 +128,7 @@ class Shop:
                 # The way is monotonous on each axis: the nut follows the screw by its play.
                 nut = _dragged(table, screw + approach * middle_way, self.backlash)
                 low, high = (middle_way, high) if gap(nut) > 0.0 else (low, middle_way)
-            at = screw + approach * (high + rng.normal(0.0, self.noise))
+            at = screw + approach * high
             table = _dragged(table, at, self.backlash)
             latched.append(self.step * np.round(at / self.step))
         return Touches(np.array(latched), plan.normals, plan.approaches,

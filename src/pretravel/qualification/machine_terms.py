@@ -107,3 +107,12 @@ def diagonal_difference(size: float, squareness: float) -> float:
     0.141
     """
     return math.sqrt(2.0) * size * squareness
+
+
+def priors_of(**stated: float | None) -> MachinePriors:
+    """Priors of a machine where some are stated, as `MachinePriors` names them.
+
+    >>> priors_of(u_scale=None, u_backlash=0.005).u_backlash
+    0.005
+    """
+    return MachinePriors(**{name: value for name, value in stated.items() if value is not None})

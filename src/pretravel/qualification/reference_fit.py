@@ -44,6 +44,8 @@ _PRETRAVEL = 0.1
 """Pretravel that says nothing in advance, standard deviation. [mm]"""
 _PLACE, _TILT = 10.0, 0.1
 """The same of a place or an unknown size [mm], and of a tilt [rad]."""
+_UPRIGHT = 0.005
+"""The same of the tilt of a block that stands on a plate or a table. [rad]"""
 _ALIKE = 0.5
 """Lengths of a block that differ by less are one length. [mm]"""
 _UNSQUARE = 0.01
@@ -177,7 +179,9 @@ class ReferenceFit:
     drift : (n, 3) float
         [mm]
     covariance : (9, 9) float
-        Of `terms`.
+        Of all `TERMS`.
+    tilts : mapping of str to float
+        Of the axes of rings and pins. [rad]
     warnings : tuple of str
     """
 
@@ -191,6 +195,7 @@ class ReferenceFit:
     dof: float
     drift: FloatArray
     covariance: FloatArray
+    tilts: Mapping[str, float]
     warnings: tuple[str, ...] = ()
 
     def term(self, name: str) -> Term:
@@ -418,7 +423,7 @@ class _Model:
             add(f"{axis} of {key}", float(value), _PLACE)
         if reference.shape == "block":
             for axis in "xyz":
-                add(f"rotation of {key} about {axis}", 0.0, _TILT)
+                add(f"rotation of {key} about {axis}", 0.0, _TILT if axis == "z" else _UPRIGHT)
             name = reference.name
             for pair in ("x and y", "x and z", "y and z"):
                 add(f"squareness of {name}, {pair}", 0.0, _UNSQUARE)
@@ -602,18 +607,19 @@ class _Model:
         normals = (bent @ turned.T) * outward[:, None]
         for axis, letter in enumerate("xyz"):
             jacobian[rows, at[f"{letter} of {key}"]] = -normals[:, axis]
-        lever = np.cross(own, local) * outward[:, None]
+        # What a change of a face's normal does: of the local point, the part across the normal.
+        across = (local - along[:, None] * bent) / length[:, None] * outward[:, None]
+        lever = np.cross(own, across)
+        across = across + np.cross(across, rotation)
         for axis, letter in enumerate("xyz"):
             jacobian[rows, at[f"rotation of {key} about {letter}"]] = lever[:, axis]
         for pair, (axis, other) in zip(("x and y", "x and z", "y and z"), ((0, 1), (0, 2), (1, 2)),
                                        strict=True):  # fmt: skip
             mine = axes == axis
-            jacobian[rows[mine], at[f"squareness of {name}, {pair}"]] = (
-                outward[mine] * local[mine, other]
-            )
+            jacobian[rows[mine], at[f"squareness of {name}, {pair}"]] = across[mine, other]
         for other in range(3):
             mine = wedge_at[:, other] >= 0
-            jacobian[rows[mine], wedge_at[mine, other]] = outward[mine] * local[mine, other]
+            jacobian[rows[mine], wedge_at[mine, other]] = across[mine, other]
         return distance, normals
 
     def _round(
@@ -696,6 +702,8 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
         u = math.sqrt(max(float(found.covariance[place, place]), 0.0))
         wide = place < len(TERMS) and deviation[place] >= WIDE[place // 3]
         unknown = deviation[place] > 0.0 and (wide or place >= len(TERMS))
+        weak = _PLACE if names[place].startswith(("length", "diameter")) else deviation[place]
+        unknown = unknown and (place < len(TERMS) or deviation[place] >= weak)
         determined = not unknown or u <= _DETERMINED * deviation[place]
         others = () if determined else _told_from(model, found, place)
         return Term(name, float(found.values[place]), u, factor, determined, others)
@@ -703,7 +711,10 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
     terms = tuple(term(place, name) for place, name in enumerate(TERMS) if deviation[place] > 0.0)
     known = [
         place for place, name in enumerate(names)
-        if name.startswith(("squareness of ", "diameter of ", "length of ")) and place >= len(TERMS)
+        if place >= len(TERMS) and (
+            name.startswith("squareness of ")
+            or (name.startswith(("diameter of ", "length of ")) and deviation[place] >= _PLACE)
+        )
     ]  # fmt: skip
     first = model.base
     of_directions = range(first, first + len(model.directions))
@@ -721,6 +732,7 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
         dof=found.dof,
         drift=frozen(drift),
         covariance=frozen(found.covariance[: len(TERMS), : len(TERMS)]),
+        tilts={name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")},
         warnings=(*_arrivals(model), *_outlying(model, found)),
     )
 
@@ -795,12 +807,3 @@ def _pairs(model: _Model, found: _Solved, factor: float) -> tuple[Term, ...]:
             value = float(weights @ found.values)
             pairs.append(Term(name, value, u, factor, u <= _DETERMINED * _PRETRAVEL))
     return tuple(pairs)
-
-
-def priors_of(values: Mapping[str, float | None]) -> MachinePriors:
-    """Priors of a machine where some are stated, as `MachinePriors` names them.
-
-    >>> priors_of({"u_scale": None, "u_backlash": 0.005}).u_backlash
-    0.005
-    """
-    return MachinePriors(**{name: value for name, value in values.items() if value is not None})
