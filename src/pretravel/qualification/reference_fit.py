@@ -53,8 +53,9 @@ _UNSQUARE = 0.01
 _DRIFT = 0.02
 """The same of each power of a drift over the touches. [mm]"""
 _POWERS = 3
-_DETERMINED = 0.3
-"""Share of the uncertainty in advance that a term may keep to be stated."""
+_WEAKER, _OPEN = 10.0, 1.1
+"""Where what says nothing in advance says ten times less, the uncertainty of a quantity that the
+touches determine stays as it is; one that grows by more than a tenth is not determined."""
 _NAMED = 0.25
 """Share of the largest part of a combination that names a quantity."""
 _OF = "pretravel of "
@@ -655,12 +656,19 @@ class _Model:
 @dataclass(frozen=True, eq=False)
 class _Solved:
     values: FloatArray
-    residual: FloatArray
-    jacobian: FloatArray
     covariance: FloatArray
     """For the noise that was found."""
+    weaker: FloatArray
+    """The same where what says nothing in advance says less."""
+    residual: FloatArray
     noise: float
     dof: float
+
+    def u_and_open(self, weights: FloatArray) -> tuple[float, bool]:
+        """Standard uncertainty of a sum of unknowns, and whether it is not determined."""
+        own, weaker = (math.sqrt(max(float(weights @ matrix @ weights), 0.0))
+                       for matrix in (self.covariance, self.weaker))  # fmt: skip
+        return own, weaker > _OPEN * own
 
 
 def _solved(model: _Model) -> _Solved:
@@ -687,10 +695,28 @@ def _solved(model: _Model) -> _Solved:
                 f"freedom; {_FEWEST_FREE:.0f} are needed to know the noise: repeat touches"
             )
         noise = max(math.sqrt(float(residual @ residual) / dof), 1e-8)
-    inverse = np.linalg.inv(r)
-    covariance = np.zeros((len(values), len(values)))
-    covariance[np.ix_(free, free)] = (inverse @ inverse.T) / np.outer(prior, prior)
-    return _Solved(values, residual, jacobian, covariance, noise, dof)
+    weak = prior / np.where(_says_nothing(model)[free], _WEAKER, 1.0)
+    both = []
+    for known in (prior, weak):
+        covariance = np.zeros((len(values), len(values)))
+        inverse = np.linalg.inv(np.linalg.qr(np.vstack([scaled * prior, np.diag(known)]), mode="r"))
+        covariance[np.ix_(free, free)] = inverse @ inverse.T
+        both.append(covariance)
+    return _Solved(values, both[0], both[1], residual, noise, dof)
+
+
+def _says_nothing(model: _Model) -> BoolArray:
+    """Unknowns whose standard deviations in advance are only wide, (u,)."""
+    deviation, names = np.array(model.unknowns.deviation), model.unknowns.names
+    wide = np.zeros(len(names), dtype=bool)
+    for place, name in enumerate(names):
+        if place < len(TERMS):
+            wide[place] = deviation[place] >= WIDE[place // 3]
+        elif name.startswith(("length of", "diameter of")):
+            wide[place] = deviation[place] >= _PLACE
+        else:
+            wide[place] = not name.startswith(("wedge of", "drift"))
+    return wide
 
 
 def _judged(model: _Model, found: _Solved) -> ReferenceFit:
@@ -699,14 +725,9 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
     factor = coverage_factor(found.dof)
 
     def term(place: int, name: str) -> Term:
-        u = math.sqrt(max(float(found.covariance[place, place]), 0.0))
-        wide = place < len(TERMS) and deviation[place] >= WIDE[place // 3]
-        unknown = deviation[place] > 0.0 and (wide or place >= len(TERMS))
-        weak = _PLACE if names[place].startswith(("length", "diameter")) else deviation[place]
-        unknown = unknown and (place < len(TERMS) or deviation[place] >= weak)
-        determined = not unknown or u <= _DETERMINED * deviation[place]
-        others = () if determined else _told_from(model, found, place)
-        return Term(name, float(found.values[place]), u, factor, determined, others)
+        u, is_open = found.u_and_open(np.eye(len(names))[place])
+        others = _told_from(model, found, place) if is_open else ()
+        return Term(name, float(found.values[place]), u, factor, not is_open, others)
 
     terms = tuple(term(place, name) for place, name in enumerate(TERMS) if deviation[place] > 0.0)
     known = [
@@ -764,27 +785,37 @@ def _outlying(model: _Model, found: _Solved) -> list[str]:
 
 def _told_from(model: _Model, found: _Solved, place: int) -> tuple[str, ...]:
     """Quantities that keep an unknown from being determined: those that go with it."""
-    deviation = np.array(model.unknowns.deviation)
-    u = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
-    open_ones = (deviation > 0.0) & (u > _DETERMINED * deviation)
-    move = np.abs(found.covariance[:, place]) / math.sqrt(found.covariance[place, place])
+    deviation, names = np.array(model.unknowns.deviation), model.unknowns.names
+    u, weaker = (np.sqrt(np.maximum(np.diag(matrix), 0.0))
+                 for matrix in (found.covariance, found.weaker))  # fmt: skip
+    open_ones = weaker > _OPEN * u
+    move = np.abs(found.weaker[:, place]) / math.sqrt(found.weaker[place, place])
     share = np.where(open_ones, move / np.maximum(deviation, 1e-12), 0.0)
     share[place] = 0.0
     order = np.argsort(-share)
     largest = float(share[order[0]])
     if largest < 0.05:
         return ()
-    chosen = [int(i) for i in order if share[i] > _NAMED * largest][:4]
-    return tuple(dict.fromkeys(_shown(model.unknowns.names[i]) for i in chosen))
+    chosen = [_shown(names[i]) for i in order if share[i] > _NAMED * largest]
+    directions = [name for name in chosen if name.startswith(_OF)]
+    if len(directions) > 2:
+        chosen = ["pretravel", *(name for name in chosen if name not in directions)]
+    plain = [
+        "how the reference lies: touch each face at two places"
+        if name.startswith(("rotation of", "tilt of"))
+        else "place of the reference" if re.match(r"[xyz] of ", name) else name
+        for name in chosen
+    ]  # fmt: skip
+    return tuple(dict.fromkeys(plain))[:4]
 
 
 def _pairs(model: _Model, found: _Solved, factor: float) -> tuple[Term, ...]:
     """Pretravel of opposite directions together, without the tip's radius where it is not known."""
     pairs = []
     names, at = model.unknowns.names, model.unknowns.at
-    deviation = np.array(model.unknowns.deviation)
-    u_backlash = np.sqrt(np.diag(found.covariance)[6:9])
-    open_axes = (deviation[6:9] > 0.0) & (u_backlash > _DETERMINED * deviation[6:9])
+    units = np.eye(len(names))
+    open_axes = [found.u_and_open(units[6 + axis])[1] for axis in range(3)]
+    open_scales = [found.u_and_open(units[axis])[1] for axis in range(3)]
     for g, direction in enumerate(model.directions):
         for h in range(g + 1, len(model.directions)):
             both = model.along_normal[g] and model.along_normal[h]
@@ -797,7 +828,7 @@ def _pairs(model: _Model, found: _Solved, factor: float) -> tuple[Term, ...]:
             joined = [axis for axis in range(3) if open_axes[axis] and abs(direction[axis]) > 1e-3]
             for axis in joined:
                 weights[6 + axis] = abs(direction[axis])
-            u = math.sqrt(max(float(weights @ found.covariance @ weights), 0.0))
+            u, is_open = found.u_and_open(weights)
             first, second = (_shown(names[model.base + k]).removeprefix(_OF) for k in (g, h))
             name = f"pretravel of {first} and {second} together"
             if "radius of the tip" in at:
@@ -805,5 +836,8 @@ def _pairs(model: _Model, found: _Solved, factor: float) -> tuple[Term, ...]:
             for axis in joined:
                 name += f", with the backlash of {'xyz'[axis]}"
             value = float(weights @ found.values)
-            pairs.append(Term(name, value, u, factor, u <= _DETERMINED * _PRETRAVEL))
+            scales = [TERMS[axis] for axis in range(3)
+                      if abs(direction[axis]) > _OBLIQUE and open_scales[axis]]  # fmt: skip
+            others = tuple(scales or ["size of the reference"]) if is_open else ()
+            pairs.append(Term(name, value, u, factor, not is_open, others))
     return tuple(pairs)

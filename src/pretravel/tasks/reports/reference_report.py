@@ -14,7 +14,7 @@ from pretravel.qualification.reference_fit import Reference, ReferenceFit, Term
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Dots, Rule
 from pretravel.show.document import Column, Digits, Document, KeyFigure, Picture, Table
-from pretravel.show.formatting import decimals
+from pretravel.show.formatting import decimals, value_text
 
 _PPM = 1e-6
 
@@ -102,7 +102,8 @@ def _figure(term: Term) -> KeyFigure:
         return KeyFigure(term.name, f"not determined{why}")
     u = term.expanded / unit
     return KeyFigure(term.name, term.value / unit, name, _digits(u), u=term.u / unit,
-                     u_digits=Digits(_digits(u).count), coverage_factor=term.factor)  # fmt: skip
+                     u_digits=Digits(_digits(u).count), coverage_factor=term.factor,
+                     remark=f"U = {value_text(u, name, Digits(_digits(u).count))}")  # fmt: skip
 
 
 def _length_figure(term: Term) -> KeyFigure:
