@@ -64,16 +64,27 @@ class Shop:
         """Along the normal of a face."""
         around = np.hypot(normal[0], normal[1])
         phi = np.arctan2(normal[1], normal[0])
-        waves = np.cos(self.orders * phi) @ self.lobes[:, 0] + np.sin(self.orders * phi) @ self.lobes[:, 1]
+        waves = (
+            np.cos(self.orders * phi) @ self.lobes[:, 0]
+            + np.sin(self.orders * phi) @ self.lobes[:, 1]
+        )
         return float(around * (self.mean + waves) + (1.0 - around) * 1.0 * MICROMETRE)
 
-    def faces(self, turn: float, tilt: np.ndarray) -> dict[tuple[int, int], tuple[np.ndarray, float]]:
+    def faces(
+        self, turn: float, tilt: np.ndarray
+    ) -> dict[tuple[int, int], tuple[np.ndarray, float]]:
         """Normal and distance from the middle of each face, with the block turned."""
         b = self.unsquare
-        outward = [np.array([1.0, b[0], b[1]]), np.array([0.0, 1.0, b[2]]), np.array([0.0, 0.0, 1.0])]
+        outward = [
+            np.array([1.0, b[0], b[1]]),
+            np.array([0.0, 1.0, b[2]]),
+            np.array([0.0, 0.0, 1.0]),
+        ]
         c, s = np.cos(turn), np.sin(turn)
         about = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        lean = np.array([[1.0, -tilt[2], tilt[1]], [tilt[2], 1.0, -tilt[0]], [-tilt[1], tilt[0], 1.0]])
+        lean = np.array(
+            [[1.0, -tilt[2], tilt[1]], [tilt[2], 1.0, -tilt[0]], [-tilt[1], tilt[0], 1.0]]
+        )
         found = {}
         for axis, normal in enumerate(outward):
             for side in (1, -1):
@@ -112,22 +123,20 @@ class Shop:
             approach = plan.approaches[row]
             contact = plan.points[row] + 0.5 * TIP_DIAMETER * normal
 
-            def gap(nut: np.ndarray) -> float:
-                tip = true_from_screw @ nut - drift
-                return float(outward @ (tip - middle)) - half - 0.5 * TIP_DIAMETER + travel + noise
-
+            far = half + 0.5 * TIP_DIAMETER - travel - noise + outward @ (middle + drift)
+            face = _Face(outward @ true_from_screw, float(far))
             # The screw goes to the start from where it was, then along the approach.
             screw = contact - approach * 5.0
             table = _dragged(table, screw, self.backlash)
             low, high = 0.0, 7.0
             end = contact + approach * 2.0
             after = _dragged(table, end, self.backlash)
-            assert gap(after) < 0.0 < gap(table), (gap(table), gap(after))
+            assert face.gap(after) < 0.0 < face.gap(table)
             for _ in range(45):
                 middle_way = 0.5 * (low + high)
                 # The way is monotonous on each axis: the nut follows the screw by its play.
                 nut = _dragged(table, screw + approach * middle_way, self.backlash)
-                low, high = (middle_way, high) if gap(nut) > 0.0 else (low, middle_way)
+                low, high = (middle_way, high) if face.gap(nut) > 0.0 else (low, middle_way)
             at = screw + approach * high
             table = _dragged(table, at, self.backlash)
             latched.append(self.step * np.round(at / self.step))
@@ -138,6 +147,17 @@ class Shop:
     def truth(self) -> np.ndarray:
         """In the order of the terms."""
         return np.concatenate([self.scale, self.shear, self.backlash])
+
+
+@dataclass(frozen=True)
+class _Face:
+    """A face as the nut sees it: the trigger comes where this gap is closed."""
+
+    normal: np.ndarray
+    far: float
+
+    def gap(self, nut: np.ndarray) -> float:
+        return float(self.normal @ nut) - self.far
 
 
 def _dragged(nut: np.ndarray, screw: np.ndarray, backlash: np.ndarray) -> np.ndarray:
@@ -189,8 +209,12 @@ def main() -> None:
         share = f"{100.0 * inside / stated:6.1f} %" if stated else "      –"
         unit = 1e3 if name.startswith("backlash") else 1e6
         u = f"{unit * np.median(sizes[name]):.1f}" if stated else "–"
-        print(f"{name:26} {share}  {stated:6d}  {refused:14d}  {u} {'µm' if unit == 1e3 else 'ppm'}")
-    print(f"pretravel of +x and -x      {100.0 * pairs[0] / max(pairs[1], 1):6.1f} %  {pairs[1]:6d}")
+        print(
+            f"{name:26} {share}  {stated:6d}  {refused:14d}  {u} {'µm' if unit == 1e3 else 'ppm'}"
+        )
+    print(
+        f"pretravel of +x and -x      {100.0 * pairs[0] / max(pairs[1], 1):6.1f} %  {pairs[1]:6d}"
+    )
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.frames import probe_rotation
-from pretravel.qualification.block_plan import BlockPlan
 from pretravel.probing.inspection import InspectionPlan
+from pretravel.qualification.block_plan import BlockPlan
 from pretravel.surface.cad.part import Part
 
 _EVERY = {"cylinder": 100, "sphere": 100, "cone": 5, "torus": 5}

@@ -127,7 +127,9 @@ def _square(size: FloatArray) -> list[_Touch]:
         across = along * (1 if depth else -1)
         top = np.array([_INSIDE * along, _INSIDE * across, 0.5]) * size
         found.append((top, np.array([0.0, 0.0, 1.0]), None, "block", (2, 1)))
-        plate = np.array([along * (0.5 * size[0] + _BESIDE), across * _INSIDE * size[1], -0.5 * size[2]])
+        plate = np.array(
+            [along * (0.5 * size[0] + _BESIDE), across * _INSIDE * size[1], -0.5 * size[2]]
+        )
         found.append((plate, np.array([0.0, 0.0, 1.0]), None, "plate", (2, -1)))
     return found
 

@@ -286,7 +286,7 @@ def _shown(name: str) -> str:
 
 
 def _names(touches: Touches, references: Sequence[Reference]) -> list[str]:
-    """What each touch was made on: of its column, of the beginning of its label, or the only one."""
+    """What each touch was made on: by its column, its label, or the only reference."""
     if touches.references is not None:
         return list(touches.references)
     known = {one.name for one in references} | {"plate"}
@@ -387,7 +387,9 @@ class _Model:
                 self.places.append(_Place(reference, turn or 0.0))
             self.place_of[row] = index[key]
             if reference.shape == "block":
-                self.face_of[row] = self._face(normals[row], turn or 0.0, row, bool(self.plate[row]))
+                self.face_of[row] = self._face(
+                    normals[row], turn or 0.0, row, bool(self.plate[row])
+                )
         self._keys = list(index)
         for number, place in enumerate(self.places):
             self._unknowns_of(number, place)
@@ -420,11 +422,11 @@ class _Model:
         key, reference, add = self._keys[number], place.reference, self.unknowns.add
         center, radius = self._start_of(rows, place)
         seen = self._apparent_lengths(rows, place)
-        for axis, value in zip("xyz", center, strict=True):
-            add(f"{axis} of {key}", float(value), _PLACE)
+        for letter, value in zip("xyz", center, strict=True):
+            add(f"{letter} of {key}", float(value), _PLACE)
         if reference.shape == "block":
-            for axis in "xyz":
-                add(f"rotation of {key} about {axis}", 0.0, _TILT if axis == "z" else _UPRIGHT)
+            for letter in "xyz":
+                add(f"rotation of {key} about {letter}", 0.0, _TILT if letter == "z" else _UPRIGHT)
             name = reference.name
             for pair in ("x and y", "x and z", "y and z"):
                 add(f"squareness of {name}, {pair}", 0.0, _UNSQUARE)
@@ -441,8 +443,8 @@ class _Model:
             return
         tall = float(np.ptp(self.positions[rows, 2])) > _TALL and reference.shape != "sphere"
         if tall:
-            for axis in "xy":
-                add(f"tilt of {key} along {axis}", 0.0, _TILT)
+            for letter in "xy":
+                add(f"tilt of {key} along {letter}", 0.0, _TILT)
         known = bool(reference.sizes)
         start = reference.sizes[0] if known else 2.0 * radius
         add(f"diameter of {reference.name}", start, reference.u_of(start) if known else _PLACE)
@@ -490,7 +492,9 @@ class _Model:
         at = self.positions[rows]
         shape = place.reference.shape
         if shape == "block":
-            return 0.5 * (at.max(axis=0) + at.min(axis=0)), 0.25 * float(np.sum(np.ptp(at, axis=0)[:2]))
+            return 0.5 * (at.max(axis=0) + at.min(axis=0)), 0.25 * float(
+                np.sum(np.ptp(at, axis=0)[:2])
+            )
         axes = 3 if shape == "sphere" else 2
         matrix = np.hstack([2.0 * at[:, :axes], np.ones((len(at), 1))])
         found = np.linalg.lstsq(matrix, np.sum(at[:, :axes] ** 2, axis=1), rcond=None)[0]
@@ -515,7 +519,9 @@ class _Model:
                 kept.append(row)
             groups[row] = same[0] if same else len(kept) - 1
         self.groups = groups
-        self.directions = unit(np.array([normals[groups == g].mean(axis=0) for g in range(len(kept))]))
+        self.directions = unit(
+            np.array([normals[groups == g].mean(axis=0) for g in range(len(kept))])
+        )
         along = -np.sum(self.directions * approaches[kept], axis=1) > alike
         self.along_normal = np.asarray(along)
         self.base = len(self.unknowns.names)
@@ -530,7 +536,9 @@ class _Model:
             if shape == "block":
                 continue
             axes = 3 if shape == "sphere" else 2
-            center = [self.unknowns.start[self.unknowns.at[f"{a} of {self._keys[number]}"]] for a in "xyz"]
+            center = [
+                self.unknowns.start[self.unknowns.at[f"{a} of {self._keys[number]}"]] for a in "xyz"
+            ]
             outward = (self.positions[rows] - np.array(center))[:, :axes]
             found = np.zeros((int(rows.sum()), 3))
             found[:, :axes] = unit(outward) * (-1.0 if shape == "ring" else 1.0)
@@ -552,11 +560,15 @@ class _Model:
         for number, place in enumerate(self.places):
             rows = np.flatnonzero(self.place_of == number)
             part = self._block if place.reference.shape == "block" else self._round
-            residual[rows], normals[rows] = part(rows, number, place, points[rows], values, jacobian)
+            residual[rows], normals[rows] = part(
+                rows, number, place, points[rows], values, jacobian
+            )
         jacobian[:, : len(TERMS)] = np.einsum("ni,nij->nj", normals, self.machine)
         for axis, letter in enumerate("xyz"):
             for power in range(_POWERS):
-                jacobian[:, at[f"drift {letter}{power + 1}"]] = -normals[:, axis] * self.time[:, power]
+                jacobian[:, at[f"drift {letter}{power + 1}"]] = (
+                    -normals[:, axis] * self.time[:, power]
+                )
         own = self.base + self.groups
         radius = values[at["radius of the tip"]] if "radius of the tip" in at else self.tip_radius
         residual += values[own] - radius
@@ -575,7 +587,9 @@ class _Model:
         turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         center = values[[at[f"{a} of {key}"] for a in "xyz"]]
         rotation = values[[at[f"rotation of {key} about {a}"] for a in "xyz"]]
-        square = values[[at[f"squareness of {name}, {p}"] for p in ("x and y", "x and z", "y and z")]]
+        square = values[
+            [at[f"squareness of {name}, {p}"] for p in ("x and y", "x and z", "y and z")]
+        ]
         axes, sides = self.face_of[rows, 0].astype(int), self.face_of[rows, 1]
         plate = self.plate[rows]
         # Normals of the faces in the block: x is turned from square to y and z, y to z.
@@ -715,7 +729,8 @@ def _says_nothing(model: _Model) -> BoolArray:
         elif name.startswith(("length of", "diameter of")):
             wide[place] = deviation[place] >= _PLACE
         else:
-            wide[place] = not name.startswith(("wedge of", "drift"))
+            upright = re.fullmatch(r"(rotation of .* about [xy]|z of .*)", name)  # it stands there
+            wide[place] = not name.startswith(("wedge of", "drift")) and upright is None
     return wide
 
 
@@ -747,13 +762,17 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
         sizes=tuple(term(place, names[place]) for place in known),
         pairs=_pairs(model, found, factor),
         directions=frozen(model.directions),
-        pretravel=tuple(term(place, _shown(names[place]).removeprefix(_OF)) for place in of_directions),
+        pretravel=tuple(
+            term(place, _shown(names[place]).removeprefix(_OF)) for place in of_directions
+        ),
         residuals=frozen(found.residual),
         noise=found.noise,
         dof=found.dof,
         drift=frozen(drift),
         covariance=frozen(found.covariance[: len(TERMS), : len(TERMS)]),
-        tilts={name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")},
+        tilts={
+            name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")
+        },
         warnings=(*_arrivals(model), *_outlying(model, found)),
     )
 
@@ -765,9 +784,11 @@ def _arrivals(model: _Model) -> list[str]:
     if not count:
         return []
     return [
-        f"{count} touches are on faces that are oblique to an axis which did not move in their "
-        "approach: the side on which its play is taken up is not known. Let both axes move in "
-        "the approach, as pretravel plan-touches --block does"
+        (
+            f"{count} touches are on faces that are oblique to an axis which did not move in their "
+            "approach: the side on which its play is taken up is not known. Let both axes move in "
+            "the approach, as pretravel plan-touches --block does"
+        )
     ]
 
 
@@ -778,8 +799,10 @@ def _outlying(model: _Model, found: _Solved) -> list[str]:
     if size < _OUTLYING * found.noise:
         return []
     return [
-        f"{model.touches.where(worst)} is {size / MICROMETRE:.1f} µm off, {size / found.noise:.1f} "
-        "times the noise: look whether there was dirt, or leave it out"
+        (
+            f"{model.touches.where(worst)} is {size / MICROMETRE:.1f} µm off, "
+            f"{size / found.noise:.1f} times the noise: look whether there was dirt, or leave it out"
+        )
     ]
 
 

@@ -67,9 +67,9 @@ class PlanTouches(Reported):
     block: Annotated[
         Lengths | None,
         Field(
-            help="Instead of a map: plan touches on a block of these lengths in mm, one of a cube or "
-            "those along x, y and z at a turn of zero, for example 25.4,50.8,76.2. Its middle is "
-            "at --center; it is turned about it by 0, 90, 30 and 180 degrees.",
+            help="Instead of a map: plan touches on a block of these lengths in mm, one of a cube "
+            "or those along x, y and z at a turn of zero, for example 25.4,50.8,76.2. Its middle "
+            "is at --center; it is turned about it by 0, 90, 30 and 180 degrees.",
             parse=block_lengths,
             metavar="L or X,Y,Z",
         ),

@@ -245,7 +245,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences):
             )
         return WozniakKind(lobe, self.transducer)
 
-    def setup(self, readings: FileReadings) -> QualificationSetup:
+    def setup(self, readings: FileReadings | None = None) -> QualificationSetup:
         """Reference, tip and conventions."""
         from pretravel.maps.provenance import QualificationSetup
         from pretravel.qualification.round_references import U_UNKNOWN_SIZE, unknown_diameter
@@ -253,6 +253,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences):
         diameter, u_diameter = self.reference_diameter(), self.u_diameter_um
         u = None if u_diameter is None else u_diameter * MICROMETRE
         if diameter is None:
+            assert readings is not None  # a size that is not known is that of the touches
             tip = self.tip_diameter or 0.0
             diameter = unknown_diameter(readings.touches, tip, ring=self.in_plane)
             u = U_UNKNOWN_SIZE
@@ -339,9 +340,7 @@ class QualifiedProbe(_MapResult):
             self.qualification,
             touches_name=task.touches_name,
             scores=self.qualification.scores,
-            warnings=[
-                *self.readings.notes(), *task.statements_left_out(), *size_warnings(task)
-            ],
+            warnings=[*self.readings.notes(), *task.statements_left_out(), *size_warnings(task)],
             excluded=_left_out(task.exclude, self.readings),
             saved=path is not None and not by_name(Qualify)["output"].is_report(path),
         )

@@ -60,8 +60,8 @@ def stated_reference(text: str) -> StatedReference:
     """
     if not _REFERENCE.fullmatch(text):
         raise PretravelError(
-            f"'{text}': a reference is NAME=SHAPE:SIZE:U, for example r50=ring:50.0003:0.3 (mm, and "
-            "its standard uncertainty in µm) or hole=ring:unknown"
+            f"'{text}': a reference is NAME=SHAPE:SIZE:U, for example r50=ring:50.0003:0.3 "
+            "(mm, and its standard uncertainty in µm) or hole=ring:unknown"
         )
     return StatedReference(text)
 
@@ -98,10 +98,10 @@ class OnReferences(Task):
     reference: Annotated[
         tuple[StatedReference, ...],
         Field(
-            help="One of several references of one fit, NAME=SHAPE:SIZE:U: shape block, ring (bore), "
-            "pin (boss) or sphere, size in mm or unknown, U its standard uncertainty in µm. Touches "
-            "state the name in a column reference or at the beginning of their labels (r50/1). "
-            "For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
+            help="One of several references of one fit, NAME=SHAPE:SIZE:U: shape block, ring "
+            "(bore), pin (boss) or sphere, size in mm or unknown, U its standard uncertainty in "
+            "µm. Touches state the name in a column reference or at the beginning of their labels "
+            "(r50/1). For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
             parse=stated_reference,
             metavar="NAME=SHAPE:SIZE:U",
         ),
@@ -126,7 +126,7 @@ class OnReferences(Task):
     u_backlash_um: Annotated[
         float | None,
         Field(
-            help="The same of the backlash of its axes, in µm; 0 for axes with scales of their own.",
+            help="The same of the backlash of its axes, in µm; 0 for axes with own scales.",
             range=(0.0, 1000.0),
         ),
     ] = None
@@ -142,9 +142,11 @@ def size_warnings(task: OnReferences) -> list[str]:
     if not task.unknown_size:
         return []
     return [
-        "the size of the reference is not known: the shape of the map is determined, its mean is "
-        "not (taken as zero, u = 25 µm). Differences between directions and positions of centres "
-        "are right, sizes and distances from a face are not"
+        (
+            "the size of the reference is not known: the shape of the map is determined, its mean "
+            "is not (taken as zero, u = 25 µm). Differences between directions and positions of "
+            "centres are right, sizes and distances from a face are not"
+        )
     ]
 
 
@@ -234,7 +236,9 @@ def qualified_references(task: Qualify, progress: Progress) -> QualifiedReferenc
         u_backlash=None if backlash is None else backlash * MICROMETRE,
     )
     readings = task.read_touches(progress, tip_diameter=task.tip_diameter).in_machine_axes()
-    with progress.working(f"fitting {len(readings.touches)} touches on {len(references)} references"):
+    with progress.working(
+        f"fitting {len(readings.touches)} touches on {len(references)} references"
+    ):
         found = fit_references(
             readings.touches, references, tip_diameter=task.tip_diameter, priors=priors
         )
@@ -290,8 +294,8 @@ class QualifiedReferences(Result):
         if path.suffix.lower() != ".csv":
             raise PretravelError(
                 f"{path.name}: touches on blocks and several references give terms of the machine "
-                "and pretravel in their directions (.csv, or a page), not a map; a sphere, a ring or "
-                "a pin gives a map",
+                "and pretravel in their directions (.csv, or a page), not a map; a sphere, a ring "
+                "or a pin gives a map",
                 inputs=("output",),
             )
         write_csv_table(path, term_columns(self.fit))

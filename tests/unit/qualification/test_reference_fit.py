@@ -1,4 +1,4 @@
-"""Touches on blocks, rings and pins: a simulator apart from the model, and what is not determined."""
+"""Touches on blocks, rings and pins: a simulator apart from the model; what is not determined."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from benchmarks.block_qualification import LENGTHS, TIP_DIAMETER, Shop, one_set
 
 from pretravel.base.arrays import FloatArray
@@ -19,7 +18,7 @@ from pretravel.touches import Touches
 FOUR = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 NOISE = 0.2e-3
 STATED = 8
-"""Of the nine terms: nothing comes from below a block, so that the play of z looks like pretravel."""
+"""Of the nine terms: nothing comes from below a block; the play of z looks like pretravel."""
 
 
 def _ring_and_block(scale: float, seed: int = 4) -> Touches:
@@ -100,7 +99,9 @@ def test_inside_and_outside_give_the_scale(tip_diameter: float | None) -> None:
         assert scale.determined
         assert abs(scale.value - 150e-6) < scale.expanded
         # A mean of 2 x 2 x 6 touches and both sizes, over 100 mm.
-        u = np.sqrt(4.0 * NOISE**2 / 6.0 + references[0].u_of(40.0)**2 + references[1].u_of(60.0)**2)
+        u = np.sqrt(
+            4.0 * NOISE**2 / 6.0 + references[0].u_of(40.0) ** 2 + references[1].u_of(60.0) ** 2
+        )
         assert scale.u == pytest.approx(u / 100.0, rel=0.35)
 
 

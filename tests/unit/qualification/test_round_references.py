@@ -27,7 +27,11 @@ def _touched(*, ring: bool, heights: tuple[float, ...] = (0.0,)) -> Touches:
     rows = []
     for z in heights:
         noise = rng.normal(0.0, 0.2e-3, len(PHI))
-        reach = -(RADIUS - TIP_RADIUS + _travel(NORMALS)) if ring else RADIUS + TIP_RADIUS - _travel(NORMALS)
+        reach = (
+            -(RADIUS - TIP_RADIUS + _travel(NORMALS))
+            if ring
+            else RADIUS + TIP_RADIUS - _travel(NORMALS)
+        )
         rows.append(NORMALS * (reach + noise)[:, None] + np.append(TILT * z, z) + [30.0, 20.0, 5.0])
     return Touches(np.vstack(rows), np.tile(NORMALS, (len(heights), 1)))
 
@@ -39,7 +43,9 @@ def test_ring_and_pin_give_the_same_map(ring: bool, heights: tuple[float, ...]) 
     touches = without_tilt(_touched(ring=ring, heights=heights), ring=ring)
     if not ring:
         touches = as_ring_touches(touches, 2.0 * RADIUS)
-    found = qualify(touches, 2.0 * RADIUS, tip_diameter=2.0 * TIP_RADIUS, ring=True, kind="harmonic")
+    found = qualify(
+        touches, 2.0 * RADIUS, tip_diameter=2.0 * TIP_RADIUS, ring=True, kind="harmonic"
+    )
     between = np.radians(np.arange(7.5, 360.0, 15.0))
     normals = np.stack([np.cos(between), np.sin(between), 0.0 * between], axis=1)
     value, u = found.pretravel_map.pretravel_and_uncertainty(normals)

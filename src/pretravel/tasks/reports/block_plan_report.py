@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from pretravel.base.arrays import BoolArray
 from pretravel.base.units import DEGREE
 from pretravel.qualification.block_plan import BlockPlan
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Dots, LineMark
+from pretravel.show.colours import Colour
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.show.formatting import decimals
 
@@ -54,8 +56,8 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
         ),
         pictures=(Picture("Touches at each turn, from above", lambda: block_plan_view(plan)),),
         notes=(
-            "A turn is right to some degrees: the fit finds where the block lies. Its zero is "
-            "square to the axes of the machine to 5 degrees.",
+            ("A turn is right to some degrees: the fit finds where the block lies. Its zero is "
+            "square to the axes of the machine to 5 degrees."),
         ),
     )  # fmt: skip
 
@@ -82,13 +84,18 @@ def block_plan_view(plan: BlockPlan) -> View:
                      "", "series2")
             for p, a in zip(plan.points[level], plan.approaches[level], strict=True)
         ]  # fmt: skip
+        kinds: tuple[tuple[BoolArray, str, Colour], ...] = (
+            (own & ~plate, "block", "series1"),
+            (plate, "plate", "series3"),
+        )
         marks = [
             Dots(plan.points[rows, 0], plan.points[rows, 1], name, colour)
-            for rows, name, colour in ((own & ~plate, "block", "series1"), (plate, "plate", "series3"))
+            for rows, name, colour in kinds
             if rows.any()
         ]
         charts.append(
-            PlaneChart(f"turn {turn:g}°", Axis("x", "mm"), Axis("y", "mm"), (*ways, *marks),
-                       equal=True)  # fmt: skip
+            PlaneChart(
+                f"turn {turn:g}°", Axis("x", "mm"), Axis("y", "mm"), (*ways, *marks), equal=True
+            )
         )
     return View("Touches on a block", tuple(charts), 2)

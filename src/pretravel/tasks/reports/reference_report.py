@@ -61,8 +61,10 @@ def reference_document(
         tables=(_directions_table(fit),),
         pictures=(Picture("Terms of the machine with U; residuals", lambda: reference_view(fit)),),
         notes=(
-            "U with k by Student's distribution, for 95 %. A term that is not determined stands "
-            "with what these touches cannot tell it from.",
+            (
+                "U with k by Student's distribution, for 95 %. A term that is not determined "
+                "stands with what these touches cannot tell it from."
+            ),
             *_assumptions(references),
         ),
         warnings=(*warnings, *fit.warnings),
@@ -96,14 +98,19 @@ def _digits(u: float) -> Digits:
 
 def _figure(term: Term) -> KeyFigure:
     unit, name = _scale(term)
+    title, _, more = term.name.partition(", ")
+    if title.startswith("squareness"):
+        title, more = term.name, ""
+    more = f"; {more}" if more else ""
     if not term.determined:
-        others = " and ".join(term.told_from)
+        others = ", ".join(term.told_from)
         why = f"; cannot be told from {others}" if others else "; nothing touched shows it"
-        return KeyFigure(term.name, f"not determined{why}")
+        return KeyFigure(title, f"not determined{why}{more}")
     u = term.expanded / unit
-    return KeyFigure(term.name, term.value / unit, name, _digits(u), u=term.u / unit,
-                     u_digits=Digits(_digits(u).count), coverage_factor=term.factor,
-                     remark=f"U = {value_text(u, name, Digits(_digits(u).count))}")  # fmt: skip
+    digits = Digits(_digits(u).count)
+    return KeyFigure(title, term.value / unit, name, _digits(u), u=term.u / unit,
+                     u_digits=digits, coverage_factor=term.factor,
+                     remark=f"U = {value_text(u, name, digits)}{more}")  # fmt: skip
 
 
 def _length_figure(term: Term) -> KeyFigure:
