@@ -787,7 +787,7 @@ def _arrivals(model: _Model) -> list[str]:
         (
             f"{count} touches are on faces that are oblique to an axis which did not move in their "
             "approach: the side on which its play is taken up is not known. Let both axes move in "
-            "the approach, as pretravel plan-touches --block does"
+            "the approach, as the plan of a block does"
         )
     ]
 
@@ -801,7 +801,7 @@ def _outlying(model: _Model, found: _Solved) -> list[str]:
     return [
         (
             f"{model.touches.where(worst)} is {size / MICROMETRE:.1f} µm off, "
-            f"{size / found.noise:.1f} times the noise: look whether there was dirt, or leave it out"
+            f"{size / found.noise:.1f} times the noise: look for dirt, or leave it out"
         )
     ]
 
