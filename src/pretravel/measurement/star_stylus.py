@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
@@ -161,7 +161,7 @@ def by_noise(made: Qualification) -> FloatArray:
     return np.asarray(rotation @ np.cov(np.array(centers).T) @ rotation.T)
 
 
-def rows_of_tips(touches: Touches, names: Sequence[str]) -> dict[str, FloatArray]:
+def rows_of_tips(touches: Touches, names: Sequence[str]) -> dict[str, IntArray]:
     """Rows of the touches of each tip, in the order of the names.
 
     Raises
@@ -218,14 +218,18 @@ def apply_star(
         As `rows_of_tips` and `apply`.
     """
     labels = touches.labels or tuple(str(touches.numbered_from + k) for k in range(len(touches)))
-    parts, order, causes = [], [], {}
+    parts, order, maps = [], [], 0
+    causes: dict[str, None] = {}
     for name, rows in rows_of_tips(touches, star.names).items():
         own = replace(touches, labels=labels).take(rows)
         own = replace(own, positions=own.positions + star.offset(name))
         points = apply(own, star.tip(name).pretravel_map, nominal=nominal, extrapolate=extrapolate)
         n = points.normals
         errors = dict(points.shared or {})
-        moved = {_cause(cause, name): values for cause, values in errors.items()}
+        # Errors of a map are those of its tip; the sphere's size is in the radii of all tips.
+        of_map = [cause for cause in errors if cause.startswith("map ")]
+        moved = {f"map {maps + k + 1}": errors.pop(cause) for k, cause in enumerate(of_map)}
+        moved, maps = errors | moved, maps + len(of_map)
         for mine, sign in ((star.tips[0], 1.0), (star.tip(name), -1.0)):
             if name != star.tips[0].name:
                 root = _root(mine.covariance)
@@ -246,18 +250,12 @@ def apply_star(
     return _in_order(joined, np.argsort(np.concatenate(order)))
 
 
-def _cause(cause: str, tip: str) -> str:
-    """Errors of a map are those of its tip; the size of the sphere is in the radii of all tips."""
-    kind, _, number = cause.partition(" ")
-    return f"map of {tip} {number}" if kind == "map" else cause
-
-
 def _root(covariance: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _in_order(points: Points, order: FloatArray) -> Points:
+def _in_order(points: Points, order: IntArray) -> Points:
     def taken(values: FloatArray | None) -> FloatArray | None:
         return None if values is None else frozen(values[order])
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.tasks import several_tips
 from pretravel.tasks.fields import (
     DIAMETER,
     SPHERE_FORM,
@@ -31,6 +32,7 @@ from pretravel.tasks.qualify_references import (
     qualified_references,
     size_warnings,
 )
+from pretravel.tasks.several_tips import OfSeveralTips
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import Length, length_or_none
 
@@ -51,7 +53,7 @@ def kind_names() -> list[str]:
     return [*kinds(), AUTO]
 
 
-class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences):
+class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
@@ -147,11 +149,13 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences):
 
     def endings(self, output: str) -> tuple[str, ...]:
         """On blocks and several references a table or a page, and no map."""
-        return ENDINGS if output == "output" and self.on_references else super().endings(output)
+        if output == "output" and (self.on_references or self.tip):
+            return several_tips.ENDINGS if self.tip else ENDINGS
+        return super().endings(output)
 
     def run(
         self, progress: Progress = SILENT
-    ) -> QualifiedProbe | UpdatedProbe | QualifiedReferences:
+    ) -> QualifiedProbe | UpdatedProbe | QualifiedReferences | several_tips.QualifiedTips:
         """Read the touches and determine the map.
 
         Returns
@@ -159,6 +163,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences):
         QualifiedProbe
             Or `UpdatedProbe`, with an old map; `QualifiedReferences`, on blocks or several.
         """
+        if self.tip:
+            return several_tips.qualified_tips(self, progress)
         if self.on_references:
             return qualified_references(self, progress)
         if self.prior is not None:

@@ -16,10 +16,16 @@ from pretravel.measurement.star_stylus import StarStylus, apply_star, rows_of_ti
 from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 
-AXES = {"down": (0, 0, 1), "right": (-1, 0, 0), "left": (1, 0, 0), "back": (0, -1, 0), "front": (0, 1, 0)}
+AXES = {
+    "down": (0, 0, 1),
+    "right": (-1, 0, 0),
+    "left": (1, 0, 0),
+    "back": (0, -1, 0),
+    "front": (0, 1, 0),
+}
 OFFSETS = {
-    "down": (0, 0, 0), "right": (30.0, 0.1, 25.0), "left": (-30.2, 0, 25.1), "back": (0, 30.1, 24.9),
-    "front": (0.2, -29.9, 25.0),
+    "down": (0, 0, 0), "right": (30.0, 0.1, 25.0), "left": (-30.2, 0, 25.1),
+    "back": (0, 30.1, 24.9), "front": (0.2, -29.9, 25.0),
 }  # fmt: skip
 SPHERE = np.array([200.0, -50.0, -300.0])
 NOISE = 0.3e-3
@@ -36,7 +42,9 @@ def _travel(name: str, normals: FloatArray) -> FloatArray:
     return np.asarray(0.001 + 0.009 * around**2 + lobes + ovals)
 
 
-def _touches(rng: np.random.Generator, name: str, surface: FloatArray, normals: FloatArray) -> Touches:
+def _touches(
+    rng: np.random.Generator, name: str, surface: FloatArray, normals: FloatArray
+) -> Touches:
     travel = _travel(name, normals) + rng.normal(0.0, NOISE, len(normals))
     at = surface + normals * (TIP_RADIUS - travel)[:, None] - np.array(OFFSETS[name])
     return Touches(at, normals, tips=(name,) * len(normals))
@@ -60,16 +68,18 @@ def _first() -> StarStylus:
     return _star(0)
 
 
-@pytest.mark.parametrize("sets", [4, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sets", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_offsets_lie_within_their_uncertainty(sets: int) -> None:
-    """k = 2: 95 % of 4 tips x 3 axes, with a standard deviation of 3 % of 48 cases, 0.8 % of 720."""
-    within = []
+    """k = 2: 95 % of 4 tips x 3 axes: 24 cases, or 240 with a standard deviation of 1.4 %."""
+    ratios = []
     for seed in range(sets):
         star = _star(seed)
         for name in star.names[1:]:
             error = star.offset(name) - np.array(OFFSETS[name])
-            within += (np.abs(error) < 2.0 * np.sqrt(np.diag(star.offset_covariance(name)))).tolist()
-    assert np.mean(within) > (0.93 if sets > 10 else 0.88)
+            ratios += (np.abs(error) / np.sqrt(np.diag(star.offset_covariance(name)))).tolist()
+    # Offsets of one star share the error of its first tip: few stars are no statistics.
+    assert max(ratios) < 4.5
+    assert sets < 10 or np.mean(np.array(ratios) < 2.0) > 0.9
 
 
 def _bore(rng: np.random.Generator) -> Touches:
@@ -87,12 +97,14 @@ def _bore(rng: np.random.Generator) -> Touches:
     )
 
 
-@pytest.mark.parametrize("sets", [4, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sets", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_bore_that_two_tips_touched(sets: int) -> None:
     """Its diameter and place within U; without the offsets' part of u, the diameter is not."""
     within = []
     for seed in range(sets):
-        points = apply_star(_bore(np.random.default_rng(seed)), _star(seed) if sets > 10 else _first())
+        points = apply_star(
+            _bore(np.random.default_rng(seed)), _star(seed) if sets > 10 else _first()
+        )
         found = {one.name: one for one in measure_feature(points, "bore").quantities}
         for name, truth in (("diameter", 40.0), ("x", 10.0), ("y", 5.0)):
             within.append(abs(found[name].value - truth) < found[name].expanded_u)
