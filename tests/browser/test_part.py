@@ -65,3 +65,32 @@ def a_point_shows_its_budget_in_every_tab(page: Any, workbench: RunningWorkbench
     opened(other, f"{workbench.address}part")
     other.wait_for_selector("text=Budget of this point")
     assert other.get_by_label("Point", exact=True).input_value() == "3: 3"
+
+
+def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    opened(page, f"{workbench.address}part")
+    page.get_by_role("button", name="Example of a part that lies anywhere").click()
+    page.wait_for_selector("text=79 of 79 touches, best fit")
+    settled(page)
+    assert serious_problems(page) == []
+    downloaded(page, "place.json", tmp_path)
+    points = downloaded(page, "points.csv", tmp_path)
+    assert len(data_lines(points)) == 80
+    # As a person who clicks on the wall of the bore of 12 mm, in the frame of the part.
+    page.evaluate(
+        """() => document.querySelector('.charts .plot-area').emit('plotly_click', {points: [
+        {curveNumber: 0, pointNumber: 1e9, x: 18, y: 12, z: 10}]})"""
+    )
+    page.wait_for_selector("text=8 points: diameter 12.00")
+    page.wait_for_selector("text=--select 'bore1-*'")
+    drawing = tmp_path / "drawing.toml"
+    drawing.write_text(
+        '[[feature]]\nkind = "cylinder"\nselect = "bore1-*"\ntolerance = "11.95..12.05"\n'
+        '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\ntolerance = "14.01..14.02"\n'
+    )
+    drop(page, "part", "drawing", drawing)
+    page.get_by_role("button", name="Measure", exact=True).click()
+    page.wait_for_selector("text=1 outside the tolerance")
+    assert serious_problems(page) == []

@@ -132,7 +132,7 @@ class Align(TouchFilesWithFeed, Reported):
         pretravel_map = self.pretravel_map()
         with progress.working(f"reading {self.part.name}"):
             part = read_part(self.part)
-        readings = self._readings(progress, pretravel_map)
+        readings = self.readings(progress, pretravel_map)
         with progress.working(f"aligning {len(readings.touches)} touches"):
             return self.aligned(readings, part, pretravel_map)
 
@@ -150,7 +150,8 @@ class Align(TouchFilesWithFeed, Reported):
             )
         return radius_alone(0.5 * self.tip_diameter)
 
-    def _readings(self, progress: Progress, pretravel_map: PretravelMap) -> FileReadings:
+    def readings(self, progress: Progress, pretravel_map: PretravelMap) -> FileReadings:
+        """The touches, in the axes of the machine; their normals are directions of approach."""
         from dataclasses import replace
 
         from pretravel.files.stated_normals import one_normal

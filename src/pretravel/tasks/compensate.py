@@ -133,13 +133,18 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         long = self._long_table_compensated(pretravel_map, nominal, progress)
         if long is not None:
             return long
+        readings = self.read_on(nominal, pretravel_map, progress)
+        with progress.working(f"compensating {len(readings.touches)} touches"):
+            return self.compensated(readings, pretravel_map, nominal)
+
+    def read_on(
+        self, nominal: Surface | Part | None, pretravel_map: PretravelMap, progress: Progress
+    ) -> FileReadings:
+        """The touches; those without normals take them from the nominal surface or the feature."""
         options = self.reading_options(
             tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
         )
-        options = replace(options, normals_from=self._normals_from(nominal))
-        readings = self.read_with(options, progress)
-        with progress.working(f"compensating {len(readings.touches)} touches"):
-            return self.compensated(readings, pretravel_map, nominal)
+        return self.read_with(replace(options, normals_from=self._normals_from(nominal)), progress)
 
     def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
         """Where touches without normals have theirs from, in the frame of the touches."""

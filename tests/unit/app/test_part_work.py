@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 import shlex
+import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pretravel.app.project import Inputs
 from pretravel.app.screens.designer_work import start_text
-from pretravel.app.screens.part_work import compensate_part, measure_part
+from pretravel.app.screens.part_work import (
+    PartResult,
+    compensate_part,
+    example_map,
+    measure_face,
+    measure_part,
+)
 from pretravel.base.errors import PretravelError
+from pretravel.measurement.conformity import ConformityVerdict
 from pretravel.prediction.catalogue import description_text
 from pretravel.tasks.task import command_line
+from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
 
@@ -82,3 +92,71 @@ def test_the_command_has_the_limits_that_were_used(limits: str | None) -> None:
         low, high = (float(end) if end else None for end in limits.split(".."))
         wanted = (-math.inf if low is None else low, math.inf if high is None else high)
         assert found.features.task.tolerances().size == wanted
+
+
+@pytest.fixture(scope="module")
+def bracket(tmp_path_factory: pytest.TempPathFactory) -> tuple[PartResult, dict[str, tuple[Path]]]:
+    """A bracket that lies anywhere, aligned from nothing with a map."""
+    name, content = example_map(EXAMPLES)
+    made = tmp_path_factory.mktemp("map") / name
+    made.write_bytes(content)
+    files = {"touches": (EXAMPLES / "bracket_touches.csv",), "part": (EXAMPLES / "bracket.step",)}
+    return compensate_part(Inputs({"aligned": True}, files | {"map": (made,)})), files
+
+
+def test_a_part_that_lies_anywhere_as_on_the_command_line(
+    bracket: tuple[PartResult, dict[str, tuple[Path]]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The commands that the screen shows make its points and its placement."""
+    result, files = bracket
+    for content in files.values():
+        shutil.copy(content[0], tmp_path)
+    name, content = example_map(EXAMPLES)
+    (tmp_path / name).write_bytes(content)
+    monkeypatch.chdir(tmp_path)
+    result.write_points(tmp_path / "screen.csv")
+    for task in result.same:
+        run(*shlex.split(command_line(task))[1:])
+    mine, theirs = rows(tmp_path / "screen.csv"), rows(tmp_path / "points.csv")
+    assert [row["x_mm"] for row in mine] == [row["x_mm"] for row in theirs]
+    assert (tmp_path / "machine_points.csv").exists()
+    with pytest.raises(PretravelError, match="drop its STEP file"):
+        compensate_part(
+            Inputs({"probe": "omp40-2", "aligned": True}, {"touches": files["touches"]})
+        )
+
+
+def test_a_face_is_found_and_measured(bracket: tuple[PartResult, dict[str, tuple[Path]]]) -> None:
+    """The bore of 12 mm by a click on its wall; the top has no touch of the bottom."""
+    result, _ = bracket
+    assert result.part is not None
+    bore = result.face_at(np.array([12.0 + 6.0, 12.0, 10.0]))
+    assert bore is not None
+    found = measure_face(result, bore)
+    (feature,) = (each.feature for each in found.features.features)
+    assert feature.quantity("diameter").value == pytest.approx(12.0, abs=0.01)
+    assert len(feature.points) == 8
+    assert found.same is not None
+    assert found.same.select == ("bore1-*",)
+    untouched = sorted(set(range(len(result.part.faces))) - set(result.face.tolist()))  # type: ignore[union-attr]
+    with pytest.raises(PretravelError, match="no touch lies on face"):
+        measure_face(result, untouched[0])
+
+
+def test_the_tolerances_of_a_drawing(
+    bracket: tuple[PartResult, dict[str, tuple[Path]]], tmp_path: Path
+) -> None:
+    result, files = bracket
+    drawing = tmp_path / "drawing.toml"
+    drawing.write_text(
+        '[[feature]]\nkind = "cylinder"\nselect = "bore1-*"\ntolerance = "11.95..12.05"\n'
+        '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\ntolerance = "14.01..14.02"\n'
+    )
+    settings = {"probability": 0.975, "feature": "plane"}
+    found = measure_part(result, Inputs(settings, files | {"drawing": (drawing,)}))
+    verdicts = [each.verdict for each in found.features.features]
+    assert verdicts == [ConformityVerdict.CONFORMS, ConformityVerdict.DOES_NOT_CONFORM]
+    assert found.features.task.probability == 0.975
+    assert "--features drawing.toml" in command_line(found.same)

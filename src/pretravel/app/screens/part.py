@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from nicegui import ui
 
 from pretravel.app.components.document_view import (
@@ -15,7 +16,7 @@ from pretravel.app.components.document_view import (
     table_view,
 )
 from pretravel.app.components.downloads import result_button
-from pretravel.app.components.fields import choice_field
+from pretravel.app.components.fields import choice_field, switch_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.layout import (
     folded,
@@ -32,12 +33,14 @@ from pretravel.app.components.task_fields import described_fields
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import Inputs, ScreenState, StoredFile
 from pretravel.app.screens.part_work import (
+    ALIGN_FORM,
     FEATURE_FORM,
     PART_FORM,
     PartFeatures,
     PartResult,
     compensate_part,
     example_map,
+    measure_face,
     measure_part,
 )
 from pretravel.base.errors import PretravelError
@@ -54,7 +57,7 @@ COMPENSATION = Job(
     "compensate",
     compensate_part,
     "Compensating the touches",
-    settings=("probe", *PART_FORM.stored),
+    settings=("probe", "aligned", *PART_FORM.stored, *ALIGN_FORM.stored),
     files=("touches", "map", "part"),
     needs=("touches",),
     own_process=True,
@@ -94,9 +97,12 @@ def _inputs(state: ScreenState) -> None:
         state, "part", "3. The part (if you have it)",
         endings=(".step", ".stp", ".iges", ".igs"),
     )  # fmt: skip
+    switch_field(state, "aligned", "The part lies anywhere: find it from the touches")
     _example(state)
     with folded("More settings"):
         described_fields(state, PART_FORM, PART_FORM.names)
+    with folded("Settings of the alignment"):
+        described_fields(state, ALIGN_FORM, ALIGN_FORM.names)
 
 
 def _example(state: ScreenState) -> None:
@@ -104,7 +110,7 @@ def _example(state: ScreenState) -> None:
         folder = example_folder()
         button.disable()
         name, content = await asyncio.to_thread(example_map, folder)
-        state.settings["probe"] = ""
+        state.settings["probe"], state.settings["aligned"] = "", False
         for purpose, file in (("part", "part.step"), ("touches", "part_touches.csv")):
             state.files[purpose] = (StoredFile(file, (folder / file).read_bytes()),)
         state.files["map"] = (StoredFile(name, content),)
@@ -119,57 +125,99 @@ def _example(state: ScreenState) -> None:
             StoredFile("bore_touches.csv", (example_folder() / "bore_touches.csv").read_bytes()),
         )
 
+    async def fill_bracket() -> None:
+        """Touches on a bracket that lies anywhere, without normals, and its STEP file."""
+        await fill()
+        state.settings["aligned"] = True
+        for purpose, file in (("part", "bracket.step"), ("touches", "bracket_touches.csv")):
+            state.files[purpose] = (StoredFile(file, (example_folder() / file).read_bytes()),)
+
     button = ui.button("Try it with example data", icon="school", on_click=fill)
     button.props("no-caps flat")
     bores = ui.button("Example with two bores to measure", icon="school", on_click=fill_bores)
     bores.props("no-caps flat")
+    bracket = ui.button(
+        "Example of a part that lies anywhere", icon="school", on_click=fill_bracket
+    )
+    bracket.props("no-caps flat")
 
 
 def _show_result(state: ScreenState, result: PartResult) -> None:
     document_view(replace(result.document, pictures=()))
     with panel("On the part"):
-        note("Click a point for its slide and its budget.")
+        note(
+            "Click a point for its slide and its budget, and a face of the part to measure it."
+            if result.part is not None
+            else "Click a point for its slide and its budget."
+        )
         for picture in result.document.pictures:
             with ui.element("div").classes("charts"):
                 for chart in picture.charts:
-                    _clickable(state, plotly_figure(chart), f"{picture.caption}: {chart.title}")
+                    _clickable(
+                        state, result, plotly_figure(chart), f"{picture.caption}: {chart.title}"
+                    )
     with panel("One point"):
         live(
             [state.listen],
             lambda: _show_point(state, result),
             key=lambda: state.settings.get("point"),
         )
+    if result.part is not None:
+        with panel("The face that was clicked"):
+            live(
+                [state.listen],
+                lambda: _show_face(state, result),
+                key=lambda: state.settings.get("face"),
+            )
     with panel("Features"):
         _show_features(state, result)
 
 
 def _to_keep(work: Work) -> None:
     def write(path: Path, result: PartResult) -> None:
-        result.compensated.write("output", path)
+        result.write_points(path)
+
+    def write_place(path: Path, result: PartResult) -> None:
+        assert result.aligned is not None
+        result.aligned.write("output", path)
 
     with panel("Points to download"), ui.element("div").classes("buttons"):
+        if work.result is not None and work.result.aligned is not None:
+            result_button(work, "place.json", "place.json", write_place)
         for ending in ENDINGS_OF_POINTS:
             result_button(work, f"points{ending}", f"points{ending}", write)
         page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
+            work, lambda result: result.document,
+            lambda result: "\n".join(map(command_line, result.same)),
             name="points.html",
         )  # fmt: skip
 
 
 def _same(result: PartResult | None) -> None:
     if result is not None:
-        same_elsewhere(result.same)
+        same_elsewhere(*result.same)
 
 
-def _clickable(state: ScreenState, figure: dict[str, Any], description: str) -> None:
-    """A chart whose points can be chosen with a click."""
+def _clickable(
+    state: ScreenState, result: PartResult, figure: dict[str, Any], description: str
+) -> None:
+    """A chart whose points, and faces of the part, can be chosen with a click."""
 
     def choose(event: Any) -> None:
         for point in event.args.get("points", ()):
             rows = figure["data"][point["curveNumber"]].get("customdata", ())
             if point["pointNumber"] < len(rows):
-                state.settings["point"] = rows[point["pointNumber"]]
+                row = rows[point["pointNumber"]]
+                state.settings["point"] = row
+                if result.face is not None:
+                    state.settings["face"] = int(result.face[row])
                 return
+            place = [point.get(axis) for axis in "xyz"]
+            if all(isinstance(value, int | float) for value in place):
+                face = result.face_at(np.array(place, dtype=np.float64))
+                if face is not None:
+                    state.settings["face"] = face
+                    return
 
     plot(figure, description).on("plotly_click", choose)
 
@@ -202,6 +250,29 @@ def _show_point(state: ScreenState, result: PartResult) -> None:
         note("The map states no uncertainty, so there is no budget.")
 
 
+def _show_face(state: ScreenState, result: PartResult) -> None:
+    """The feature of a face, from the touches on it."""
+    index, part = state.settings.get("face"), result.part
+    assert part is not None
+    assert result.face is not None
+    names: dict[Any, str] = {None: "click a face, or a point on it"}
+    for touched in np.unique(result.face).tolist():
+        face = part.faces[touched]
+        words = " ".join(word for word in (f"{face.number}: {face.kind}", face.name) if word)
+        names[touched] = f"{words}, {int(np.sum(result.face == touched))} touches"
+    choice_field(state, "face", "Face", names, default=None)
+    if not isinstance(index, int) or not 0 <= index < len(part.faces):
+        return
+    try:
+        found = measure_face(result, index)
+    except PretravelError as error:
+        note(str(error))
+        return
+    document_view(found.document)
+    if found.same is not None:
+        note(command_line(found.same))
+
+
 def _features_job(state: ScreenState) -> Job:
     """The measurement of features; it uses the points of the newest compensation."""
 
@@ -216,7 +287,7 @@ def _features_job(state: ScreenState) -> Job:
         compute,
         "Measuring the features",
         settings=FEATURE_FORM.stored,
-        files=("touches",),
+        files=("touches", "part", "drawing"),
         needs=("touches",),
         automatic=False,
     )
@@ -227,6 +298,11 @@ def _show_features(state: ScreenState, result: PartResult) -> None:
         described_fields(state, FEATURE_FORM, _USUAL)
     with folded("More settings"):
         described_fields(state, FEATURE_FORM, _MORE)
+    file_drop(
+        state, "drawing", "Or all features and tolerances of the drawing",
+        endings=(".toml", ".qif", ".dmi"),
+        hint="A table [[feature]] for each, as for pretravel measure --features; or a plan",
+    )  # fmt: skip
     labels = ", ".join(result.compensated.points.labels[:8])
     note(f"Labels of the points: {labels} …")
     job = _features_job(state)
@@ -242,11 +318,15 @@ def _features_to_keep(work: Work) -> None:
     with ui.element("div").classes("buttons"):
         result_button(work, "features.csv", "features.csv", write)
         page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
+            work, lambda result: result.document, _command_of,
             name="features.html",
         )  # fmt: skip
 
 
+def _command_of(result: PartFeatures) -> str:
+    return "" if result.same is None else command_line(result.same)
+
+
 def _command_of_features(result: PartFeatures | None) -> None:
     if result is not None:
-        note(command_line(result.same))
+        note(_command_of(result))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -10,21 +13,31 @@ import numpy as np
 from pretravel.app.own_description import own_map
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.base.arrays import FloatArray
+from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 from pretravel.files.points_reading import read_points
+from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.contact_slide import contact_slide
 from pretravel.measurement.point_budget import point_budget
+from pretravel.measurement.selection import points_at
 from pretravel.prediction.catalogue import catalogue_names
 from pretravel.show.document import Document
+from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part
+from pretravel.surface.search import feet_on_faces
+from pretravel.tasks.align import Align, AlignedPart
 from pretravel.tasks.compensate import Compensate, CompensatedTouches
 from pretravel.tasks.measure import Measure, MeasuredFeatures
+from pretravel.tasks.task import SILENT, Task
 from pretravel.uncertainty.gum import Budget
 
 PART_FORM = TaskForm(Compensate, shared=("units", "feed"))
+ALIGN_FORM = TaskForm(Align, without=("tip_diameter", "extrapolate"), prefix="align_")
 FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"})
+_OF_DRAWING = ("association", "probability", "u_machine_um")
+"""Settings that go with a drawing, which states the others for each feature."""
+_MEASURED_FACES = ("plane", "cylinder", "cone", "sphere", "torus")
 
 
 @dataclass(frozen=True)
@@ -36,19 +49,45 @@ class PartResult:
     compensated : CompensatedTouches
     document : Document
     slide : (n,) float or None
-        How far the contact slides before the trigger; None without a nominal part. [mm]
-    same : Compensate
-        As the user can do it.
+        How far the contact slides before the trigger; None without a nominal part in its own
+        frame. [mm]
+    same : tuple of Task
+        As the user can do it: align where the part was found, and compensate.
+    aligned : AlignedPart or None
+        Where the part lies; None where its touches are in its own frame.
+    face : (n,) int or None
+        Index of the face that each point lies on; None without a part.
     """
 
     compensated: CompensatedTouches
     document: Document
     slide: FloatArray | None
-    same: Compensate
+    same: tuple[Task, ...]
+    aligned: AlignedPart | None = None
+    face: IntArray | None = None
 
     def budget(self, row: int) -> Budget:
         """The uncertainty budget of a point. [mm]"""
         return point_budget(self.compensated.errors, row)
+
+    @property
+    def part(self) -> Part | None:
+        """The part from its CAD file."""
+        nominal = self.compensated.nominal
+        return nominal if isinstance(nominal, Part) else None
+
+    def face_at(self, place: FloatArray) -> int | None:
+        """Index of the face nearest to a place of the picture, (3,); None without a part. [mm]"""
+        if self.part is None:
+            return None
+        return int(feet_on_faces(self.part, np.reshape(place, (1, 3))).face[0])
+
+    def write_points(self, path: Path) -> None:
+        """Write the points, in the frame of the part."""
+        if self.aligned is None:
+            self.compensated.write("output", path)
+        else:
+            self.aligned.write("points", path)
 
 
 def compensate_part(inputs: Inputs) -> PartResult:
@@ -78,15 +117,51 @@ def compensate_part(inputs: Inputs) -> PartResult:
         pretravel_map = task.pretravel_map()
     else:
         pretravel_map = own_map(map_file, task.model, tip_diameter=task.tip_diameter)
-    readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
     # Not parse_surface: it executes Python files.
     nominal = None if part is None else read_part(part)
+    if settings.get("aligned"):
+        return _aligned(inputs, task, pretravel_map, nominal)
+    readings = task.read_on(nominal, pretravel_map, SILENT)
     found = task.compensated(readings, pretravel_map, nominal)
-    slide = None
-    if part is not None:
+    slide, face = None, None
+    if nominal is not None:
         seen = pretravel_map.seen_from(readings.placement)
         slide = np.linalg.norm(contact_slide(found.touches, found.points, seen), axis=1)
-    return PartResult(found, found.document(), slide, with_file_names(task))
+        face = feet_on_faces(nominal, found.points.positions).face
+    same = (with_file_names(task),)
+    return PartResult(found, found.document(), slide, same, face=face)
+
+
+def _aligned(
+    inputs: Inputs, task: Compensate, pretravel_map: PretravelMap, part: Part | None
+) -> PartResult:
+    """Find where the part lies, and compensate its touches there."""
+    if part is None:
+        raise PretravelError(
+            "the part is needed to find where it lies: drop its STEP file", inputs=("part",)
+        )
+    align = Align(
+        touches=task.touches,
+        part=inputs.file("part"),
+        map_file=task.map_file,
+        tip_diameter=task.tip_diameter,
+        extrapolate=task.extrapolate,
+        points=Path("points.csv"),
+        output=Path("place.json"),
+        **{name: getattr(task, name) for name in PART_FORM.shared},
+        **ALIGN_FORM.given(inputs.settings),
+    )
+    aligned = align.aligned(align.readings(SILENT, pretravel_map), part, pretravel_map)
+    with temporary_folder() as folder:
+        aligned.write("output", folder / "place.json")
+        placed = replace(task, place=str(folder / "place.json"))
+        readings = placed.read_on(part, pretravel_map, SILENT)
+        found = placed.compensated(readings, pretravel_map, part)
+        document = aligned.document()
+        section = found.document().as_section("The compensated points")
+    same = (with_file_names(align), with_file_names(placed, output=Path("machine_points.csv")))
+    document = replace(document, sections=(*document.sections, section))
+    return PartResult(found, document, None, same, aligned, aligned.alignment.feet.face)
 
 
 @dataclass(frozen=True)
@@ -97,13 +172,13 @@ class PartFeatures:
     ----------
     features : MeasuredFeatures
     document : Document
-    same : Measure
-        As the user can do it, with the file of the points.
+    same : Measure or None
+        As the user can do it, with the file of the points; None where no option chooses them.
     """
 
     features: MeasuredFeatures
     document: Document
-    same: Measure
+    same: Measure | None
 
 
 def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
@@ -114,17 +189,67 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     PretravelError
         Points that do not determine the features; limits in the wrong order.
     """
+    drawing = inputs.optional_file("drawing")
+    given = FEATURE_FORM.given(inputs.settings)
+    if drawing is not None:
+        given = {name: given[name] for name in _OF_DRAWING if name in given}
+        given |= {"features": drawing, "part": inputs.optional_file("part")}
+    return _measured(result, Measure(points=Path("points.csv"), output=_FEATURES, **given))
+
+
+def measure_face(result: PartResult, index: int) -> PartFeatures:
+    """Measure the feature of one face, from the touches on it.
+
+    Raises
+    ------
+    PretravelError
+        Too few touches on the face; a face that is no plane, cylinder, cone, sphere or torus.
+    """
+    assert result.part is not None
+    assert result.face is not None
+    face, rows = result.part.faces[index], np.flatnonzero(result.face == index)
+    if not len(rows):
+        raise PretravelError(f"no touch lies on face {face.number}: click another one")
+    if face.kind not in _MEASURED_FACES:
+        raise PretravelError(
+            f"face {face.number} is no plane, cylinder, cone, sphere or torus: it has no size. Its "
+            "deviations are in the picture"
+        )
     task = Measure(
-        points=result.same.touches[0],
-        output=Path("features.csv"),
-        **FEATURE_FORM.given(inputs.settings),
+        points=Path("points.csv"),
+        output=_FEATURES,
+        feature=face.kind,
+        select=_pattern(result.compensated.points.labels, rows),
     )
+    return _measured(result, task, rows, f"face {face.number}")
+
+
+def _pattern(labels: Sequence[str], rows: IntArray) -> tuple[str, ...]:
+    """What chooses the labels of these rows and no others; nothing where no pattern does."""
+    words = sorted(labels[row] for row in rows)
+    same = takewhile(lambda pair: pair[0] == pair[1], zip(words[0], words[-1], strict=False))
+    pattern = "".join(letter for letter, _ in same) + "*"
+    chosen = [row for row, label in enumerate(labels) if fnmatchcase(label, pattern)]
+    return (pattern,) if chosen == rows.tolist() else ()
+
+
+def _measured(
+    result: PartResult, task: Measure, rows: IntArray | None = None, label: str = ""
+) -> PartFeatures:
     # The points as a file of them has them, so that the command finds the same last digit.
     with temporary_folder() as folder:
-        result.compensated.write("output", folder / "points.csv")
+        result.write_points(folder / "points.csv")
         points = read_points(folder / "points.csv")
-    found = task.measured(points)
-    return PartFeatures(found, found.document(), replace(task, points=Path("points.csv")))
+    if rows is not None:
+        points = replace(points_at(points, rows), labels=(label,) * len(rows))
+        found = replace(task, select=(label,)).measured(points)
+    else:
+        found = task.measured(points)
+    same = with_file_names(task) if rows is None or task.select else None
+    return PartFeatures(found, found.document(), same)
+
+
+_FEATURES = Path("features.csv")
 
 
 def example_map(folder: Path) -> tuple[str, bytes]:

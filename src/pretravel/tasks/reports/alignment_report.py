@@ -149,7 +149,7 @@ def _faces_table(alignment: Alignment) -> Table:
 
 def _worst_table(alignment: Alignment) -> Table:
     order = np.argsort(-np.abs(alignment.residuals), kind="stable")[:_WORST]
-    said = np.where(alignment.gross, "left out", np.where(alignment.used, "used", "not used"))
+    said = np.where(alignment.gross, "left out", np.where(alignment.used, "yes", "no"))
     return Table(
         (
             Column.of("touch", [alignment.points.labels[row] for row in order]),
@@ -164,7 +164,7 @@ def _worst_table(alignment: Alignment) -> Table:
                 "µm",
                 digits=Digits(2, signed=True),
             ),
-            Column.of("", [str(said[row]) for row in order]),
+            Column.of("used", [str(said[row]) for row in order]),
         ),
         title="Largest deviations",
     )

@@ -71,7 +71,7 @@ def _free_table(found: FoundDesign) -> Table:
             Column("free quantity", tuple(factor.key for factor in factors)),
             Column("best", tuple(_cell(found.best.levels[f.key]) for f in factors), "",
                    significant(5)),
-            Column("", tuple(_at_end(f, found.best.levels[f.key]) for f in factors)),
+            Column("at a limit", tuple(_at_end(f, found.best.levels[f.key]) for f in factors)),
         ),
         title="The best design",
     )  # fmt: skip
