@@ -103,8 +103,8 @@ class ReversedTouches(Result):
             pictures=(Picture("Half of the differences by azimuth", lambda: _view(found)),),
             notes=(
                 (
-                    "Left in the means: mean pretravel, lobes of order two, four and so on, what does "
-                    "not turn with the spindle. Qualify on the means of a ring or a sphere to know "
+                    "Left in the means: mean pretravel, lobes of order two, four and so on, what "
+                    "does not turn with the spindle. Qualify on the means of a ring or a sphere to know "
                     "them with U."
                 ),
             ),
