@@ -104,8 +104,8 @@ class ReversedTouches(Result):
             notes=(
                 (
                     "Left in the means: mean pretravel, lobes of order two, four and so on, what "
-                    "does not turn with the spindle. Qualify on the means of a ring or a sphere to know "
-                    "them with U."
+                    "does not turn with the spindle. Qualify on the means of a ring or a sphere to "
+                    "know them with U."
                 ),
             ),
             warnings=tuple(self.readings.notes()),
