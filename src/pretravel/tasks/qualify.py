@@ -30,6 +30,7 @@ from pretravel.tasks.qualify_references import (
     QualifiedReferences,
     as_round_reference,
     qualified_references,
+    references_of,
     size_warnings,
 )
 from pretravel.tasks.several_tips import OfSeveralTips
@@ -163,6 +164,10 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         QualifiedProbe
             Or `UpdatedProbe`, with an old map; `QualifiedReferences`, on blocks or several.
         """
+        if not self.on_references:
+            self.refuse_settings_of_references()
+        elif self.tip:
+            references_of(self)
         if self.tip:
             return several_tips.qualified_tips(self, progress)
         if self.on_references:
