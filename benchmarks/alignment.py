@@ -102,11 +102,19 @@ def row(
     }
 
 
-def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
+def one_set(
+    number: int,
+    kind: str,
+    forms: Sequence[str] = tuple(FORMS),
+    counts: Sequence[int] = COUNTS,
+    from_nothing: Sequence[int] = (9, 15, 50),
+) -> dict[str, dict[str, float]]:
     """All rows with one probe and its map."""
     shop, part, found = workshop(number, kind), bracket(), {}
     for name, form in FORMS.items():
-        for count in COUNTS:
+        for count in counts:
+            if name not in forms:
+                continue
             placement, positions, wrong = touched(shop, count, form, count // 50)
             start = beside(placement, shop.generator, 0.005, 0.3)
             tips = TipCentres(positions)
@@ -119,7 +127,7 @@ def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
                 found[f"{name}, {count} touches"] = row(result, placement, wrong, shop.centre_error)
     x, y, z = np.meshgrid(*part.box.T)
     corners = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    for count in (9, 15, 50):
+    for count in from_nothing:
         placement, positions, _ = touched(shop, count, 1.0 * MICROMETRE, count // 50)
         try:
             answers = found_placements(
@@ -159,6 +167,8 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
             f"{of(name, 'missed').sum():.0f} | {of(name, 'false').sum():.0f} | "
             f"{of(name, 'said')[chi > 16.0].sum():.0f} of {np.sum(chi > 16.0)} |"
         )
+    if not any("nothing" in name for name in names):
+        return
     print("\n| touches without normals | one answer, right % | several, listed % | none % |"
           " one answer, wrong |")  # fmt: skip
     print("| --- |" + " --- |" * 4)
@@ -176,9 +186,13 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kind", default="physical")
+    parser.add_argument("--form", nargs="*", default=list(FORMS), help=f"of {list(FORMS)}")
+    parser.add_argument("--touches", nargs="*", type=int, default=list(COUNTS))
+    parser.add_argument("--from-nothing", nargs="*", type=int, default=[9, 15, 50])
     stated = parser.parse_args()
     numbers = range(stated.first, stated.first + stated.sets)
-    printed([one_set(number, stated.kind) for number in numbers])
+    rows = (stated.form, stated.touches, stated.from_nothing)
+    printed([one_set(number, stated.kind, *rows) for number in numbers])
 
 
 if __name__ == "__main__":

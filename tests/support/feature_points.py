@@ -55,6 +55,8 @@ def features(count: int = 12) -> dict[str, tuple[FloatArray, FloatArray]]:
     grid = np.array([[x, y, 0.0] for x in (-9.0, 0.0, 9.0) for y in (-6.0, -2.0, 2.0, 6.0)])
     latitude = np.radians(np.resize([10.0, 40.0, 75.0], count))[:, None]
     ball = np.cos(latitude) * outward + np.sin(latitude) * z
+    turn = (1.0 + 2.4 * np.arange(count))[:, None]
+    tube = np.cos(turn) * outward + np.sin(turn) * z
     row = np.linspace(-10.0, 10.0, count)[:, None] * np.array([1.0, 0.0, 0.0])
     return {
         "circle": (10.0 * outward, -outward),
@@ -65,4 +67,9 @@ def features(count: int = 12) -> dict[str, tuple[FloatArray, FloatArray]]:
         "line": (row, np.tile([0.0, -1.0, 0.0], (count, 1))),
         "cylinder": (10.0 * outward + height[:, None] * z, -outward),
         "cone": (wide, -np.cos(slope) * outward + np.sin(slope) * z),
+        "torus": (10.0 * outward + 4.0 * tube, tube),
+        "slot": (
+            np.vstack([grid + 5.0 * z, grid - 5.0 * z]),
+            np.repeat([-z, z], len(grid), axis=0),
+        ),
     }

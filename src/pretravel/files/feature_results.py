@@ -13,7 +13,7 @@ from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.measurement.between_features import FeatureRelation
 from pretravel.measurement.conformity import MACHINE_NOT_IN_U, Conformity, conformity_words
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
-from pretravel.measurement.tolerances import InspectedFeature
+from pretravel.measurement.tolerances import InspectedFeature, Together
 
 
 def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
@@ -40,7 +40,7 @@ def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
     }
     return [
         {**about, **_values(q), **_decision(decisions.get(q.name), feature.errors.machine)}
-        for q in feature.stated
+        for q in inspected.stated
     ]
 
 
@@ -102,15 +102,42 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def together_rows(
+    together: Sequence[Together], features: Sequence[InspectedFeature]
+) -> list[dict[str, Any]]:
+    """Decisions about several features, each as values by column as `feature_rows`."""
+    known = {each.feature.label: each.feature for each in features}
+    return [
+        {
+            "feature": each.name,
+            "kind": known[each.labels[0]].kind,
+            "points": sum(len(known[label].points) for label in each.labels),
+            "association": known[each.labels[0]].association.criterion,
+            **_values(each.quantity),
+            **_decision(each.conformity, each.u_machine),
+        }
+        for each in together
+    ]
+
+
 def features_table(
-    features: Sequence[InspectedFeature], relations: Sequence[FeatureRelation] = ()
+    features: Sequence[InspectedFeature],
+    relations: Sequence[FeatureRelation] = (),
+    together: Sequence[Together] = (),
 ) -> dict[str, npt.ArrayLike]:
     """The quantities of features as columns of a table; a cell that does not apply is empty.
 
-    Columns: see `feature_rows`. Distances and angles between features follow.
+    Columns: see `feature_rows`. Distances, angles and patterns of several features follow.
     """
     rows = [row for inspected in features for row in feature_rows(inspected)]
-    rows += relation_rows(relations, features)
+    decided = together_rows(together, features)
+    known = {(row["feature"], row["quantity"]) for row in decided}
+    rows += [
+        row
+        for row in relation_rows(relations, features)
+        if (row["feature"], row["quantity"]) not in known
+    ]
+    rows += decided
     return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
 

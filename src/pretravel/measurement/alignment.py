@@ -24,6 +24,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.association import Association
 from pretravel.measurement.compensation import apply
+from pretravel.measurement.extreme_association import GAUSSIAN, TANGENT
 from pretravel.measurement.feature_uncertainty import FeatureErrors, feature_errors
 from pretravel.measurement.points import Points, placed
 from pretravel.measurement.selection import points_at
@@ -116,10 +117,16 @@ class Datum:
         The letter of the drawing.
     faces : tuple of int
         Indices of the faces.
+    outside : bool
+        Associated from outside the material, as ISO 5459 does: planes that touch it with the
+        smallest largest distance, the largest inscribed bores, the smallest circumscribed bosses
+        and balls; each constrained by the datums before it. It rests on a few touches, whose
+        errors move the part; the form of the part is no error then. Else by least squares.
     """
 
     name: str
     faces: tuple[int, ...]
+    outside: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -372,6 +379,8 @@ def align(
             break
         gross = gross | wrong
         state = fit.solved(state.placement, state.feet.face, taken & ~gross)
+    if any(datum.outside for datum in datums):
+        state = fit.outside(state)
     return fit.alignment(state, gross, extrapolate=extrapolate)
 
 
@@ -559,7 +568,56 @@ class _Fit:
             wrong[mine[(size > limit) & (size > 0.5 * size[worst])]] = True
         return wrong
 
+    def outside(self, state: _State) -> _State:
+        """The datums from outside the material, from those of least squares."""
+        for _ in range(_MOST_ITERATIONS):
+            motion, motions, response = self._touching(state)
+            used, face = state.used, state.feet.face
+            state, moved = self._advanced(state, motion, face, used, edges=False)
+            if moved < _CLOSED:
+                return replace(state, motions=motions, response=response)
+        raise ConvergenceError(
+            "the datums from outside the material did not settle: touch more places of them, or "
+            "take least squares",
+            inputs=("datum_association",),
+        )
+
+    def _touching(self, state: _State) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Motion by linear programs, datum after datum; motions, and their change by distances."""
+        face, used = state.feet.face, state.used
+        arms = state.placement.points(state.feet.local.point)[used] - state.about
+        lever = max(math.sqrt(float(np.mean(np.sum(arms**2, axis=1)))), 1e-3)
+        scale = np.array([1.0, 1.0, 1.0, *(3 * [1.0 / lever])])
+        left = np.eye(6)[:, self.moving]
+        motion, response, found = np.zeros(6), np.zeros((6, len(face))), []
+        for datum in self.datums:
+            mine = np.flatnonzero(used & np.isin(face, datum.faces))
+            slopes = state.slopes[mine] * scale
+            sizes = _size_columns(self.part, face[mine])
+            columns = _without(sizes, slopes @ left)
+            _, size, v = np.linalg.svd(columns, full_matrices=True)
+            rank = int(np.sum(size > _DETERMINED * math.sqrt(len(columns))))
+            taken = left @ v[:rank].T
+            left = left @ v[rank:].T
+            if rank == 0:
+                continue
+            distance = state.distance[mine] + slopes @ motion
+            if datum.outside:
+                free = sizes.shape[1] > 0
+                amounts, inverse = touching(distance, slopes @ taken, face[mine], free)
+            else:
+                inverse = -np.linalg.pinv(columns @ v[:rank].T)
+                amounts = inverse @ _without(sizes, distance[:, None])[:, 0]
+            motion = motion + taken @ amounts
+            change = (taken @ inverse @ slopes) @ response
+            change[:, mine] += taken @ inverse
+            response += change
+            found.append(taken)
+        motions = np.hstack(found) if found else np.zeros((6, 0))
+        return scale * motion, motions * scale[:, None], response * scale[:, None]
+
     def alignment(self, state: _State, gross: BoolArray, *, extrapolate: bool) -> Alignment:
+        outside = any(datum.outside for datum in self.datums)
         placement = state.placement
         foot = placement.points(state.feet.local.point)
         touches = self.tips.touches(state.normals, foot)
@@ -585,7 +643,11 @@ class _Fit:
             point_rows=state.motions[:3],
             located_along=np.eye(3),
             stated_response=amounts,
+            criterion=TANGENT if outside else GAUSSIAN,
         )
+        errors = feature_errors(on_part, association)
+        if outside:  # the touched places are the datum: their form is no error of it
+            errors = replace(errors, excess=0.0, form_sizes=np.zeros(1), form_weights=np.ones(1))
         return Alignment(
             placement=placement,
             part=self.part,
@@ -597,8 +659,74 @@ class _Fit:
             motions=state.motions,
             undetermined=_in_part(state.left, placement, state.about),
             association=association,
-            errors=feature_errors(on_part, association),
+            errors=errors,
         )
+
+
+def touching(
+    distance: FloatArray, slopes: FloatArray, face: IntArray, sizes_are_free: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Motions that bring faces to touch the material from outside: a linear program (HiGHS).
+
+    Parameters
+    ----------
+    distance : (n,) float
+        Of the points from their faces, positive outside of the part. [mm]
+    slopes : (n, k) float
+        Their change by the motions.
+    face : (n,) int
+    sizes_are_free : bool
+        Bores, bosses or balls: the largest distance is made least. Planes: the largest distance
+        from a plane beyond which there is no point.
+
+    Returns
+    -------
+    (k,) float
+        Amounts of the motions.
+    (k, n) float
+        Their change by the distances of the points: of those on which the faces rest.
+
+    >>> x = np.array([-1.0, 0.0, 1.0])
+    >>> slopes = np.c_[-np.ones(3), x]
+    >>> amounts, rests = touching(np.array([0.1, 0.0, 0.1]), slopes, np.zeros(3), False)
+    >>> (amounts.round(9) + 0.0).tolist(), rests[0].round(9).tolist()
+    ([0.1, 0.0], [0.5, 0.0, 0.5])
+    """
+    from scipy.optimize import linprog
+
+    count, k = slopes.shape
+    of_face = (face[:, None] == np.unique(face)).astype(float)
+    if sizes_are_free:
+        heights = -np.ones((count, 1))
+        rows, off = np.hstack([slopes, heights]), distance
+        goal = np.append(np.zeros(k), 1.0)
+    else:
+        # A face whose place the motions cannot change keeps its distance.
+        fixed = [
+            float(np.linalg.norm(one - slopes @ np.linalg.lstsq(slopes, one, rcond=None)[0])) > 1e-6
+            for one in of_face.T
+        ]
+        kept = of_face[:, np.array(fixed)]
+        rows = np.vstack([np.hstack([slopes, -kept, np.zeros((count, 1))]),
+                          np.hstack([-slopes, kept, -np.ones((count, 1))])])  # fmt: skip
+        off = np.concatenate([distance, -distance])
+        goal = np.append(np.zeros(k + kept.shape[1]), 1.0)
+    scale = max(float(np.ptp(distance)), 1e-9)
+    found = linprog(
+        goal, A_ub=rows, b_ub=-off / scale, bounds=[(None, None)] * len(goal), method="highs"
+    )
+    if not found.success:
+        raise ConvergenceError(
+            f"a datum from outside the material was not found ({found.message}). Touch a bore or "
+            "a boss all around, or take least squares",
+            inputs=("datum_association",),
+        )
+    active = np.flatnonzero(np.abs(np.asarray(found.slack)) < 1e-7)
+    held = np.linalg.pinv(rows[active], rcond=1e-9)[:k]
+    sign = np.where(active < count, 1.0, -1.0)
+    inverse = np.zeros((k, count))
+    np.add.at(inverse.T, active % count, -(held * sign).T)
+    return scale * np.asarray(found.x)[:k], inverse
 
 
 def _robust(state: _State) -> FloatArray:

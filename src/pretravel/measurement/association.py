@@ -17,6 +17,7 @@ from pretravel.uncertainty.fitting.cylinder import fit_cylinder
 from pretravel.uncertainty.fitting.feature import FLAT, about_axis, across, checked_points
 from pretravel.uncertainty.fitting.plane import fit_plane
 from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.fitting.torus import Torus, fit_torus
 
 OUT_OF_PLANE = 0.05
 """Largest height of a circle's points over their plane, in parts of the radius."""
@@ -54,8 +55,11 @@ class Association:
         Its change by the parameters; None where the direction was given or is a plane's through
         the points, which is not measured.
     diameter : float or None
-        [mm]
+        Of a slot its width, of a torus that of the tube. [mm]
     diameter_row : (k,) float or None
+    ring_diameter : float or None
+        Of a torus: of the circle in the middle of the tube. [mm]
+    ring_diameter_row : (k,) float or None
     half_angle : float or None
         Of a cone. [rad]
     half_angle_row : (k,) float or None
@@ -78,6 +82,8 @@ class Association:
     diameter_row: FloatArray | None = None
     half_angle: float | None = None
     half_angle_row: FloatArray | None = None
+    ring_diameter: float | None = None
+    ring_diameter_row: FloatArray | None = None
     stated_response: FloatArray | None = None
     criterion: str = "gaussian"
 
@@ -279,31 +285,142 @@ def _cylinder_at(
 
 def _cone(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
     fit = fit_cone(p, axis)
-    sideways = across(fit.axis)
-    offset = p - fit.point
-    _refuse_one_height(offset @ fit.axis, fit.radius, "cone")
-    radial = unit(offset - np.outer(offset @ fit.axis, fit.axis))
-    sine, cosine = np.sin(fit.half_angle), np.cos(fit.half_angle)
-    away = _to_foot(fit.point, at)
-    reach = float(away @ fit.axis)
+    _refuse_one_height((p - fit.point) @ fit.axis, fit.radius, "cone")
+    return _cone_at(p, fit.point, fit.axis, (fit.radius, fit.half_angle), at)
+
+
+def _cone_at(
+    p: FloatArray,
+    foot: FloatArray,
+    axis: FloatArray,
+    size: tuple[float, float],
+    at: FloatArray | None,
+) -> Association:
+    """A cone with this radius and half angle at a point of its axis."""
+    radius, half_angle = size
+    sideways = across(axis)
+    height, distance, radial = about_axis(p, foot, axis)
+    sine, cosine = np.sin(half_angle), np.cos(half_angle)
+    outward = cosine * radial - sine * axis
+    away = _to_foot(foot, at)
+    reach = float(away @ axis)
     # Of the diameter at `at`: by tilts, which change its height on the axis, and by the half angle.
     tilting = 2.0 * (sine / cosine) * (away @ sideways.T)
     widening = 2.0 * reach / cosine**2
     nothing = np.zeros((3, 2))
     return Association(
         points=p,
-        outward=cosine * radial - sine * fit.axis,
-        residuals=fit.residuals,
-        jacobian=fit.jacobian(p),
-        point=fit.point + reach * fit.axis,
+        outward=outward,
+        residuals=(distance - radius) * cosine - height * sine,
+        jacobian=np.column_stack(
+            [
+                -outward @ sideways.T,
+                -(height * cosine + distance * sine)[:, None] * (radial @ sideways.T),
+                np.full(len(p), -cosine),
+                -(distance - radius) * sine - height * cosine,
+            ]
+        ),
+        point=foot + reach * axis,
         point_rows=np.column_stack([sideways.T, reach * sideways.T, nothing]),
         located_along=sideways,
-        direction=fit.axis,
+        direction=axis,
         direction_rows=np.column_stack([nothing, sideways.T, nothing]),
-        diameter=2.0 * (fit.radius + reach * sine / cosine),
+        diameter=2.0 * (radius + reach * sine / cosine),
         diameter_row=np.array([0.0, 0.0, *tilting, 2.0, widening]),
-        half_angle=fit.half_angle,
+        half_angle=half_angle,
         half_angle_row=np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+    )
+
+
+def _torus(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    del at
+    fit = fit_torus(p, axis)
+    direction = fit.axis if axis is None or fit.axis @ axis > 0.0 else -fit.axis
+    return _torus_at(p, fit.center, direction, (fit.ring_radius, fit.tube_radius))
+
+
+def _torus_at(
+    p: FloatArray, center: FloatArray, axis: FloatArray, size: tuple[float, float]
+) -> Association:
+    torus, sideways = Torus(center, axis, *size), across(axis)
+    return Association(
+        points=p,
+        outward=torus.normals(p),
+        residuals=torus.distances(p),
+        jacobian=torus.jacobian(p),
+        point=center,
+        point_rows=np.column_stack([sideways.T, axis, np.zeros((3, 4))]),
+        located_along=np.vstack([sideways, axis]),
+        direction=axis,
+        direction_rows=np.column_stack([np.zeros((3, 3)), sideways.T, np.zeros((3, 2))]),
+        diameter=2.0 * torus.tube,
+        diameter_row=np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]),
+        ring_diameter=2.0 * torus.ring,
+        ring_diameter_row=np.array([0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0]),
+    )
+
+
+def _slot(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Association:
+    """Two parallel planes of least squares; `axis` across them says which points lie on which."""
+    checked_points(p, "slot", 4)
+    if axis is None:
+        raise PretravelError(
+            "a slot needs the direction across its two planes: state the axis, or take points with "
+            "normals",
+            inputs=("axis",),
+        )
+    normal, middle = unit(axis), p.mean(axis=0)
+    for _ in range(_SLOT_STEPS):
+        side = _sides_of_slot((p - middle) @ normal)
+        sideways = across(normal)
+        design = np.column_stack([np.ones(len(p)), side, (p - middle) @ sideways.T])
+        found, _, rank, _ = np.linalg.lstsq(design, (p - middle) @ normal, rcond=FLAT)
+        if rank < design.shape[1] or abs(side.sum()) == len(p):
+            raise PretravelError(
+                "the points do not determine a slot: touch both planes, and at least one of them "
+                "at three places that are not in a row, or both at two across each other"
+            )
+        turned = unit(normal - found[2:] @ sideways)
+        middle = middle + found[0] * normal
+        moved, normal = float(np.linalg.norm(turned - normal)), turned
+        if moved < _SLOT_CLOSED:
+            break
+    side = _sides_of_slot((p - middle) @ normal)
+    return _slot_at(p, middle, normal, float(np.mean(side * ((p - middle) @ normal))), side, at)
+
+
+_SLOT_STEPS, _SLOT_CLOSED = 30, 1e-14
+
+
+def _sides_of_slot(height: FloatArray) -> FloatArray:
+    """1 for points on the upper plane, -1 on the lower one."""
+    return np.where(height > 0.5 * (height.min() + height.max()), 1.0, -1.0)
+
+
+def _slot_at(
+    p: FloatArray,
+    middle: FloatArray,
+    normal: FloatArray,
+    half_width: float,
+    side: FloatArray,
+    at: FloatArray | None,
+) -> Association:
+    sideways = across(normal)
+    lever = (p - middle) @ sideways.T
+    reach = _to_foot(middle, at) @ sideways.T
+    point = middle if at is None else at - ((at - middle) @ normal) * normal
+    return Association(
+        points=p,
+        outward=side[:, None] * normal,
+        residuals=side * ((p - middle) @ normal) - half_width,
+        jacobian=np.column_stack([-side, side[:, None] * lever, -np.ones(len(p))]),
+        point=point,
+        point_rows=np.outer(normal, [1.0, *(-reach), 0.0]),
+        located_along=normal[None],
+        direction=normal,
+        direction_rows=np.column_stack([np.zeros(3), sideways.T, np.zeros(3)]),
+        diameter=2.0 * half_width,
+        diameter_row=np.array([0.0, 0.0, 0.0, 2.0]),
     )
 
 
@@ -380,8 +497,13 @@ ASSOCIATIONS: dict[str, _Associate] = {
     "line": _line,
     "cylinder": _cylinder,
     "cone": _cone,
+    "torus": _torus,
+    "slot": _slot,
 }
 """The features that are measured, by name."""
+
+SIZE_NAMES = {"slot": "width", "torus": "tube diameter"}
+"""The names of `Association.diameter`; diameter of the others."""
 
 
 def associate(
@@ -396,12 +518,13 @@ def associate(
     Parameters
     ----------
     kind : str
-        circle, bore, boss, sphere, plane, line, cylinder or cone.
+        circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot.
     points : (n, 3) float
         [mm]
     axis : (3,) float, optional
-        Circle: normal of its plane, by default that of the plane through the points. Cylinder and
-        cone: approximate axis. Line: direction in which its points were touched.
+        Circle: normal of its plane, by default that of the plane through the points. Cylinder,
+        cone and torus: approximate axis. Line: direction in which its points were touched. Slot:
+        direction across its two planes, which it needs.
     at : (3,) float, optional
         The point of an axis, a plane or a line nearest to this one is evaluated, and a cone's
         diameter there; the default is the point nearest to the centroid of the points. [mm]
@@ -430,9 +553,6 @@ def associate(
     return ASSOCIATIONS[kind](frozen(p), along, reference)
 
 
-_MOVED = tuple(kind for kind in ASSOCIATIONS if kind != "cone")
-
-
 def moved_association(
     kind: str, association: Association, change: FloatArray, at: FloatArray | None = None
 ) -> Association:
@@ -441,7 +561,7 @@ def moved_association(
     Parameters
     ----------
     kind : str
-        circle, bore, boss, sphere, plane, line or cylinder.
+        As of `associate`.
     association : Association
     change : (k,) float
         Of its parameters. [mm, and rad of directions]
@@ -453,18 +573,11 @@ def moved_association(
     Association
         With the exact distances of the points from it.
 
-    Raises
-    ------
-    PretravelError
-        Another kind.
-
     >>> ring = associate("circle", [[3, 0, 5], [0, 3, 5], [-3, 0, 5], [0, -3, 5]])
     >>> larger = moved_association("circle", ring, np.array([0.0, 0.0, 0.5]))
     >>> larger.diameter, larger.residuals.round(9).tolist()
     (7.0, [-0.5, -0.5, -0.5, -0.5])
     """
-    if kind not in _MOVED:
-        raise PretravelError(f"a {kind} is not moved by its parameters: {', '.join(_MOVED)}")
     p, point = association.points, association.point + association.point_rows @ change
     radius = 0.0
     if association.diameter is not None and association.diameter_row is not None:
@@ -480,4 +593,13 @@ def moved_association(
     if kind == "line":
         outward = association.outward[0]
         return _line_at(p, point, direction, unit(outward - (outward @ direction) * direction), at)
+    if kind == "slot":
+        side = _sides_of_slot((p - point) @ direction)
+        return _slot_at(p, point, direction, radius, side, at)
+    if association.half_angle is not None and association.half_angle_row is not None:
+        angle = association.half_angle + float(association.half_angle_row @ change)
+        return _cone_at(p, point, direction, (radius, angle), at)
+    if association.ring_diameter is not None and association.ring_diameter_row is not None:
+        ring = association.ring_diameter + float(association.ring_diameter_row @ change)
+        return _torus_at(p, point, direction, (0.5 * ring, radius))
     return _cylinder_at(p, point, direction, radius, at)

@@ -19,9 +19,9 @@ from pretravel.measurement.measured_feature import position_and_uncertainty
 
 DEFAULT_PROBABILITY = 0.95
 """Probability at which conformity or nonconformity is proven: the default of ISO 14253-1:2017."""
-_TRIALS = 40_000
+_TRIALS, _FEWEST_TRIALS, _MOST_DRAWS = 40_000, 4_000, 800_000
 _SEED = 1
-_STEPS = 60  # of a bisection: to the last digit
+_STEPS = 50  # of a bisection: to the last digit
 
 
 class ConformityVerdict(Enum):
@@ -240,6 +240,111 @@ def position_conformity(
         "position", value, u, -math.inf, tolerance, guard, band, found, required,
         _verdict(found, required, u), dof,
     )  # fmt: skip
+
+
+def zone_conformity(
+    name: str,
+    located: FloatArray,
+    covariance: FloatArray,
+    zone: tuple[float, float, float],
+    required: float,
+    *,
+    dof: float = math.inf,
+    refit: FloatArray | None = None,
+) -> Conformity:
+    """Decide about places of derived elements that must lie in zones of one size.
+
+    Parameters
+    ----------
+    name : str
+    located : (g, m) float
+        Distances of the places from their nominal ones, by direction. [mm]
+    covariance : (g m, g m) float
+        Of all; with one row more where the size of a feature changes the tolerance. [mm²]
+    zone : tuple of three float
+        Diameter or width of the zone; its growth by the size, and the largest one (ISO 2692). [mm]
+    required : float
+    dof : float
+        Degrees of freedom of the covariance.
+    refit : (g m, g m) float, optional
+        What of errors is left by a fit of the motions that the datums leave free, as many rows as
+        the covariance. An error that the fit would take up does not count.
+
+    Returns
+    -------
+    Conformity
+        Its value is twice the largest distance, its upper limit the zone with its growth. It does
+        not conform where this is so with the required probability and the value exceeds the limit
+        by that quantile of its uncertainty.
+
+    >>> two = zone_conformity("position", np.array([[0.01, 0.0], [0.0, 0.005]]), 1e-6 * np.eye(4),
+    ...                       (0.05, 0.0, 0.0), 0.95)
+    >>> round(two.value, 6), two.verdict.value
+    (0.02, 'conforms')
+    """
+    width, bonus, most_bonus = zone
+    checked(width, "the tolerance", DISTANCE, inputs=("tolerance",))
+    groups, count = located.shape, located.size
+    sizes, vectors = np.linalg.eigh(covariance)
+    deviations = np.sqrt(np.maximum(sizes, 0.0))
+    generator = np.random.default_rng(_SEED)
+    trials = max(min(_TRIALS, _MOST_DRAWS // len(covariance)), _FEWEST_TRIALS)
+    draws = generator.standard_normal((trials, len(covariance)))
+    if math.isfinite(dof):
+        draws /= np.sqrt(generator.chisquare(dof, (trials, 1)) / dof)
+    errors = (draws * deviations) @ vectors.T
+    ways = [errors[:, :count].reshape(-1, *groups)]
+    if refit is not None and not np.array_equal(refit, np.eye(len(refit))):
+        ways.append((errors @ refit.T)[:, :count].reshape(-1, *groups))
+    grown: float | FloatArray = bonus
+    if len(covariance) > count:
+        grown = np.clip(bonus + errors[:, -1], 0.0, most_bonus)
+    value = 2.0 * float(np.linalg.norm(located, axis=1).max())
+    shape = located / value if value > 0.0 else _unlike_zero(groups, covariance)
+    _check(required, 2.0 * float(deviations[-1]), -math.inf, width)
+
+    # Of each drawn error, the values that it would leave inside: between two roots.
+    inside = [_inside(shape, way, 0.5 * (width + grown)) for way in ways]
+
+    def probability(y: float) -> float:
+        return float(np.mean(np.any([(low <= y) & (y <= high) for low, high in inside], axis=0)))
+
+    found = probability(value)
+    limit = width + bonus
+    guard = _guard_band(lambda g: probability(limit - g), limit, required)
+    u = 2.0 * float(deviations[-1])
+    band = _rejection_band(lambda g: probability(limit + g), 10.0 * u, required)
+    # A zone that is narrow against u contains no place with much probability: this proves nothing.
+    band = max(band, _quantile(dof, required) * u)
+    verdict = _verdict(found, required, u)
+    if verdict is ConformityVerdict.DOES_NOT_CONFORM and value < limit + band:
+        verdict = ConformityVerdict.UNDECIDED
+    return Conformity(name, value, u, -math.inf, limit, guard, band, found, required, verdict, dof)
+
+
+def _inside(
+    shape: FloatArray, errors: FloatArray, radius: float | FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Ends of the values y with |y shape + error| at most the radius in all groups, (t,) each."""
+    square = np.sum(shape**2, axis=1)
+    half = np.einsum("gm,tgm->tg", shape, errors)
+    rest = np.sum(errors**2, axis=2) - np.asarray(radius)[..., None] ** 2
+    root = half**2 - square * rest
+    still = square == 0.0
+    never = np.where(still, rest > 0.0, root < 0.0)
+    size = np.sqrt(np.maximum(root, 0.0))
+    divisor = np.where(still, 1.0, square)
+    low = np.where(never, np.inf, np.where(still, -np.inf, (-half - size) / divisor))
+    high = np.where(never, -np.inf, np.where(still, np.inf, (-half + size) / divisor))
+    return low.max(axis=1), high.min(axis=1)
+
+
+def _unlike_zero(groups: tuple[int, ...], covariance: FloatArray) -> FloatArray:
+    """A shape of distances for places that are all at their nominal ones."""
+    shape = np.zeros(groups)
+    first = np.linalg.eigh(covariance[: groups[1], : groups[1]])[1][:, -1]
+    shape[0] = 0.5 * first
+    return shape
 
 
 def form_conformity(name: str, form: FormResult, tolerance: float, required: float) -> Conformity:

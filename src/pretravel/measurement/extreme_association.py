@@ -15,12 +15,18 @@ GAUSSIAN, MINIMUM_ZONE, TANGENT = "gaussian", "minimum-zone", "tangent"
 INSCRIBED, CIRCUMSCRIBED = "inscribed", "circumscribed"
 _FLAT = ("plane", "line")
 _ROUND = ("circle", "bore", "boss", "sphere", "cylinder")
+_OTHERS = ("cone", "torus", "slot")
 KINDS_BY_CRITERION: dict[str, tuple[str, ...]] = {
-    GAUSSIAN: (*_ROUND, "cone", *_FLAT),
-    MINIMUM_ZONE: (*_ROUND, *_FLAT),
-    INSCRIBED: _ROUND,
-    CIRCUMSCRIBED: _ROUND,
-    TANGENT: _FLAT,
+    GAUSSIAN: (*_ROUND, *_OTHERS, *_FLAT),
+    MINIMUM_ZONE: (
+        *_ROUND,
+        "cone",
+        "torus",
+        *_FLAT,
+    ),  # that of a slot is not one: its planes differ
+    INSCRIBED: (*_ROUND, *_OTHERS),
+    CIRCUMSCRIBED: (*_ROUND, *_OTHERS),
+    TANGENT: (*_FLAT, *_ROUND, "cone", "torus"),
 }
 """The associations, by name, with the features that they have."""
 
@@ -86,6 +92,7 @@ def associate_by(
     *,
     axis: npt.ArrayLike | None = None,
     at: npt.ArrayLike | None = None,
+    side: str = "",
 ) -> Association:
     """Associate a feature with points by least squares or by its extreme points.
 
@@ -94,13 +101,17 @@ def associate_by(
     criterion : str
         gaussian: smallest sum of squared distances. minimum-zone: smallest range of the distances;
         the feature is in the middle of the zone. inscribed: largest feature that has no point
-        inside, circumscribed: smallest feature that has no point outside (circle, bore, boss,
-        sphere, cylinder). tangent: plane or line outside the material whose largest distance from
-        a point is smallest, which is the outer side of the minimum zone.
+        inside, circumscribed: smallest feature that has no point outside (by its diameter; of a
+        cone that at the middle of the points, of a torus that of the tube, of a slot its width).
+        tangent: feature outside the material whose largest distance from a point is smallest,
+        which is the free side of the minimum zone (all but the slot).
     kind, points, at
         As of `associate`.
     axis : (3,) float, optional
         As of `associate`. A tangent plane or line needs it: the direction out of the material.
+    side : str
+        "inside" or "outside": where the surface of a tangent round feature is, seen from its axis
+        or centre; a bore is inside, a boss and a sphere are outside.
 
     Returns
     -------
@@ -148,14 +159,24 @@ def associate_by(
     gaussian = associate(kind, points, axis=axis, at=None if criterion != GAUSSIAN else at)
     if criterion == GAUSSIAN:
         return gaussian
-    if criterion == TANGENT and axis is None:
+    side = side or {"bore": "inside", "boss": "outside", "sphere": "outside"}.get(kind, "")
+    if criterion == TANGENT and kind not in _FLAT and not side:
+        raise PretravelError(
+            f"a tangent {kind} lies outside the material, and the points have no normals that say "
+            "on which side this is",
+            inputs=("association",),
+        )
+    if criterion == TANGENT and kind in _FLAT and axis is None:
         raise PretravelError(
             f"a tangent {kind} lies outside the material, and the points have no normals that say "
             "on which side this is. State the direction out of the material",
             inputs=("axis", "association"),
         )
     reference = gaussian.points.mean(axis=0) if at is None else np.asarray(at, dtype=np.float64)
-    search = _Search(criterion, kind, _size(gaussian), float(np.ptp(gaussian.residuals)))
+    slant = 1.0 if gaussian.half_angle is None else float(np.cos(gaussian.half_angle))
+    outer = -1.0 if side == "inside" and kind not in _FLAT else 1.0
+    spread = float(np.ptp(gaussian.residuals))
+    search = _Search(criterion, kind, _size(gaussian), spread, slant, outer)
     found, load = search.optimum(gaussian)
     response = search.response(found, load)
     nothing = np.zeros(gaussian.jacobian.shape[1])
@@ -167,7 +188,7 @@ def associate_by(
 
 
 def _size(a: Association) -> float:
-    return max(float(np.ptp(a.points, axis=0).max()), a.diameter or 0.0)
+    return max(float(np.ptp(a.points, axis=0).max()), a.diameter or 0.0, a.ring_diameter or 0.0)
 
 
 def _refuse_open(criterion: str, start: Association, found: Association, rounding: float) -> None:
@@ -176,7 +197,7 @@ def _refuse_open(criterion: str, start: Association, found: Association, roundin
     The centre of an inscribed circle lies between the points that it touches, so that their
     smallest circle is not smaller; and the contrary for a circumscribed one.
     """
-    if criterion not in (INSCRIBED, CIRCUMSCRIBED):
+    if criterion not in (INSCRIBED, CIRCUMSCRIBED) or start.half_angle or start.ring_diameter:
         return
     assert start.diameter is not None
     assert found.diameter is not None
@@ -194,12 +215,18 @@ def _refuse_open(criterion: str, start: Association, found: Association, roundin
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """The search for one feature; `size` is that of the feature, `spread` the Gaussian range."""
+    """The search for one feature.
+
+    `size` is that of the feature, `spread` the Gaussian range, `slant` the cosine of a cone's half
+    angle, `outer` 1 where the free side of the surface is that of its outward normals, else -1.
+    """
 
     criterion: str
     kind: str
     size: float
     spread: float
+    slant: float = 1.0
+    outer: float = 1.0
 
     @property
     def one_sided(self) -> float:
@@ -223,21 +250,26 @@ class _Search:
     @property
     def offset(self) -> int:
         """The parameter that moves the surface along its normals everywhere."""
-        return 0 if self.kind in _FLAT else -1
+        return 0 if self.kind in _FLAT else 4 if self.kind == "cone" else -1
 
     def centred(self, a: Association) -> Association:
         """With the best offset: that which touches, or the middle of the zone."""
         low, high = float(a.residuals.min()), float(a.residuals.max())
-        middle = {CIRCUMSCRIBED: high, INSCRIBED: low, TANGENT: high}
+        free = high if self.outer > 0.0 else low
+        middle = {CIRCUMSCRIBED: high, INSCRIBED: low, TANGENT: free}
         change = np.zeros(a.jacobian.shape[1])
-        change[self.offset] = middle.get(self.criterion, 0.5 * (low + high))
+        change[self.offset] = middle.get(self.criterion, 0.5 * (low + high)) * self.unit(a)
         return moved_association(self.kind, a, change)
+
+    def unit(self, a: Association) -> float:
+        """Change of the parameter `offset` that moves the surface by 1 mm."""
+        return float(1.0 / abs(a.jacobian[0, self.offset])) if self.kind == "cone" else 1.0
 
     def cost(self, a: Association) -> float:
         """What is smallest at the optimum: half the zone, or the radius with its sign. [mm]"""
         if self.one_sided:
             assert a.diameter is not None
-            return self.one_sided * 0.5 * a.diameter
+            return self.one_sided * 0.5 * a.diameter * self.slant
         return 0.5 * float(np.ptp(a.residuals))
 
     def optimum(self, start: Association) -> tuple[Association, _Load]:
@@ -298,7 +330,7 @@ class _Search:
                           for s in signs])  # fmt: skip
         bounds = [(-reach, reach)] * k + [(None, None)]
         if self.one_sided:
-            bounds[self.offset - 1] = (0.0, 0.0)  # the last but the height itself
+            bounds[self.offset % k] = (0.0, 0.0)  # that is the height itself
         found = linprog(
             np.eye(k + 1)[k],
             A_ub=rows,
@@ -343,7 +375,7 @@ class _Search:
         """Second derivatives of the distances by the parameters, weighted by the load, (k, k)."""
         k = a.jacobian.shape[1]
         total = np.zeros((k, k))
-        if self.kind in _FLAT:
+        if self.kind in _FLAT or self.kind in _OTHERS:  # these rest on enough points
             return total
         assert a.diameter is not None
         turn = np.zeros((3, k)) if a.direction_rows is None else a.direction_rows
@@ -410,7 +442,7 @@ class _Search:
         rows = np.zeros((len(found), len(load.row)))
         rows[free] = scale[:, None] * changed[:k]
         if self.one_sided or self.criterion == TANGENT:
-            rows[self.offset] += (self.one_sided or 1.0) * changed[k]
+            rows[self.offset] += (self.one_sided or self.outer) * changed[k] * self.unit(a)
         np.add.at(found.T, load.row, rows.T)
         if self.criterion != CIRCUMSCRIBED:
             basis = np.linalg.svd(matrix[k + 1 :, : k + 1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,24 +99,66 @@ def form_result(errors: FeatureErrors) -> FormResult:
     generator = np.random.default_rng(_SEED)
     noise = errors.noise_trials(generator)
     alone = np.ptp(noise, axis=1)
-    probability = (np.arange(_STEPS) + 0.5) / _STEPS
     # How large the noise is was found with few touches itself.
     scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, len(noise)))
-    enlarged = np.sort(scale * _enlargement(residuals, noise, alone))
+    shape = _without_noise(residuals, noise)
+    return bounded_form(
+        measured,
+        scale * _enlargement(residuals, noise, alone),
+        lambda factors: _largest_difference(errors, factors),
+        bias=float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape)),
+        noise=alone,
+        u_machine=errors.machine,
+        generator=generator,
+    )
+
+
+def bounded_form(
+    measured: float,
+    enlarged: FloatArray,
+    largest: Callable[[FloatArray], FloatArray],
+    *,
+    bias: float,
+    noise: FloatArray,
+    u_machine: float,
+    generator: np.random.Generator,
+) -> FormResult:
+    """A form, or another extent of a zone, between the bounds that hold for any surface.
+
+    Parameters
+    ----------
+    measured : float
+        Extent of the zone that contains the points. [mm]
+    enlarged : (t,) float
+        By which errors may have enlarged it, drawn: it is not smaller than `measured` less this.
+    largest : callable
+        From factors of standard uncertainties (q,) to the extents that it does not exceed, (q,).
+    bias : float
+        By which errors enlarge it on average. [mm]
+    noise : (t,) float
+        Extents that errors alone produce, drawn. [mm]
+    u_machine : float
+        Standard uncertainty of a length by other causes than the probe. [mm]
+    generator : Generator
+
+    Returns
+    -------
+    FormResult
+    """
+    probability = (np.arange(_STEPS) + 0.5) / _STEPS
+    enlarged = np.sort(enlarged)
     drawn = (np.arange(len(enlarged)) + 0.5) / len(enlarged)
     least = measured - np.interp(1.0 - probability, drawn, enlarged)
-    most = _largest_difference(errors, np.maximum(ndtri(probability), 0.0))
+    most = largest(np.maximum(ndtri(probability), 0.0))
     quantiles = np.where(probability < 0.5, np.maximum(least, 0.0), most)
-    if errors.machine > 0.0:
-        quantiles = _widened(quantiles, errors.machine, generator)
-    shape = _without_noise(residuals, noise)
-    bias = float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape))
+    if u_machine > 0.0:
+        quantiles = _widened(quantiles, u_machine, generator)
     return FormResult(
         measured=measured,
         value=min(max(measured - bias, 0.0), float(quantiles[-1])),
         quantiles=frozen(quantiles),
-        noise=float(alone.mean()),
-        most_noise=float(np.quantile(alone, 0.95)),
+        noise=float(noise.mean()),
+        most_noise=float(np.quantile(noise, 0.95)),
     )
 
 

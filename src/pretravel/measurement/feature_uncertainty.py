@@ -239,23 +239,36 @@ def covariance_by_source(terms: _Terms) -> dict[str, FloatArray]:
     several, with vectors w, Σ |w| u · Σ w w' u/|w| is not below the covariance in any
     direction (Cauchy-Schwarz inequality).
     """
-    features = [errors for errors, _ in terms]
-    causes = [{cause: len(rows) for cause, rows in each.shared.items()} for each in features]
-    known = [each.correlation_known for each in features]
-    if any(each != causes[0] for each in causes) or len(set(known)) > 1:
-        raise PretravelError(
-            "the points of these features do not state the same common errors, so that it is not "
-            "known which of them are common to both; compensate the touches of both together"
-        )
     weights = np.hstack([rows @ each.association.response for each, rows in terms])
+    return covariance_by_weights([errors for errors, _ in terms], weights)
+
+
+def covariance_by_weights(
+    features: Sequence[FeatureErrors], weights: FloatArray
+) -> dict[str, FloatArray]:
+    """Covariance of weighted sums of the movements of points along their normals, by source.
+
+    Parameters
+    ----------
+    features : sequence of FeatureErrors
+        One after the other; their points are those of one compensation.
+    weights : (m, n) float
+        Of all points of these features.
+
+    Returns
+    -------
+    dict of str to (m, m) float
+        As `covariance_by_source`.
+    """
+    known = check_same_causes(features)
 
     def of_points(name: str) -> FloatArray:
         return np.concatenate([getattr(each, name) for each in features])
 
     own, found = of_points("own"), {}
-    if known[0]:
+    if known:
         found[OWN] = (weights * own**2) @ weights.T
-        for cause in causes[0]:
+        for cause in features[0].shared:
             moved = weights @ np.hstack([each.shared[cause] for each in features]).T
             found[cause] = moved @ moved.T
         fixed = of_points("fixed")
@@ -270,6 +283,64 @@ def covariance_by_source(terms: _Terms) -> dict[str, FloatArray]:
     if excess.any():
         found[FORM_OF_PART] = (weights * excess**2) @ weights.T
     return {cause: np.asarray(part) for cause, part in found.items()}
+
+
+def check_same_causes(features: Sequence[FeatureErrors]) -> bool:
+    """Whether the points of features state their common errors; all do, or none.
+
+    Raises
+    ------
+    PretravelError
+        Features whose points do not have the same causes of common errors.
+    """
+    causes = [{cause: len(rows) for cause, rows in each.shared.items()} for each in features]
+    known = [each.correlation_known for each in features]
+    if any(each != causes[0] for each in causes) or len(set(known)) > 1:
+        raise PretravelError(
+            "the points of these features do not state the same common errors, so that it is not "
+            "known which of them are common to both; compensate the touches of both together"
+        )
+    return known[0]
+
+
+def noise_of_features(
+    features: Sequence[FeatureErrors], trials: int, generator: np.random.Generator
+) -> list[FloatArray]:
+    """Movements of the points of features along their normals by their errors, drawn.
+
+    Parameters
+    ----------
+    features : sequence of FeatureErrors
+        Errors that they have in common are the same in one trial. Errors whose correlation is not
+        stated are drawn as independent.
+    trials : int
+    generator : Generator
+
+    Returns
+    -------
+    list of (trials, n) float
+        [mm]
+    """
+    check_same_causes(features)
+    drawn = [
+        np.hypot(each.own, each.excess) * generator.standard_normal((trials, len(each.own)))
+        for each in features
+    ]
+    for cause, rows in features[0].shared.items():
+        amounts = generator.standard_normal((trials, len(rows)))
+        for own, each in zip(drawn, features, strict=True):
+            own += amounts @ each.shared[cause]
+    names, of_point = np.unique(
+        np.concatenate([each.direction for each in features]), return_inverse=True
+    )
+    amounts = generator.standard_normal((trials, len(names)))
+    start = 0
+    for own, each in zip(drawn, features, strict=True):
+        mine = of_point[start : start + len(each.own)]
+        if each.fixed.any():
+            own += amounts[:, mine] * each.fixed
+        start += len(mine)
+    return drawn
 
 
 def dof_of_features(terms: _Terms, u: float) -> float:

@@ -15,7 +15,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.forms import WithPlot, from_file
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
-from pretravel.measurement.association import Association, associate
+from pretravel.measurement.association import SIZE_NAMES, Association, associate
 from pretravel.measurement.extreme_association import GAUSSIAN, TANGENT, associate_by
 from pretravel.measurement.feature_form import FormResult, form_result
 from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
@@ -98,7 +98,8 @@ class MeasuredFeature(WithPlot):
         "inside" (a bore), "outside" (a boss) or "", which the normals of the points state.
     errors : FeatureErrors
     quantities : tuple of Quantity
-        diameter, half angle, x, y, z of the position, where the feature has them.
+        diameter (slot: width; torus: tube diameter and ring diameter), half angle, x, y, z of the
+        position, where the feature has them.
     located : (m,) float or None
         Distance from the nominal position in the directions `association.located_along`, where a
         nominal position was given. [mm]
@@ -130,7 +131,7 @@ class MeasuredFeature(WithPlot):
         told += [
             f"{q.name} {q.value:.5f} mm, u = {q.u / MICROMETRE:.2f} µm"
             for q in self.quantities
-            if q.name == "diameter"
+            if q.name == self.size_name
         ]
         low, high = (end / MICROMETRE for end in self.form.interval)
         told.append(f"{self.form_name} {low:.2f} to {high:.2f} µm at the touched points")
@@ -203,6 +204,11 @@ class MeasuredFeature(WithPlot):
         return FORM_NAMES.get(self.kind, "form")
 
     @property
+    def size_name(self) -> str:
+        """The name of its size: diameter, width, tube diameter."""
+        return SIZE_NAMES.get(self.kind, "diameter")
+
+    @property
     def u_direction(self) -> float | None:
         """Standard uncertainty of the direction where it is largest. [rad]"""
         rows = self.association.direction_rows
@@ -258,10 +264,10 @@ def measure_feature(
         feature. Where they do not state which errors are common (`Points.shared` is None),
         uncertainties are the largest that any correlation allows.
     kind : str
-        circle, bore, boss, sphere, plane, line, cylinder or cone.
+        circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot.
     axis : (3,) float, optional
         Circle: normal of its plane, by default that of the plane through the points. Cylinder,
-        cone: approximate axis.
+        cone, torus: approximate axis. Slot: across its planes; the normals of the points say it.
     at : (3,) float, optional
         Nominal position. An axis, a plane or a line is evaluated at its point nearest to this
         one, and so is the diameter of a cone. [mm]
@@ -308,6 +314,8 @@ def measure_feature(
     plain = not np.isfinite(points.normals).any()
     if kind in ("line", "plane") and not plain and (axis is None or association == TANGENT):
         axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
+    if kind == "slot" and not plain and axis is None:
+        axis = np.linalg.svd(points.normals, full_matrices=False)[2][0]
     found = associate(kind, points.positions, axis=axis, at=at)
     if plain:
         inward = -1.0 if kind == "bore" else 1.0
@@ -317,9 +325,9 @@ def measure_feature(
     errors = feature_errors(points, found, u_machine=u_machine)
     form = form_result(errors)
     if association != GAUSSIAN:
-        found = associate_by(association, kind, points.positions, axis=axis, at=at)
+        found = associate_by(association, kind, points.positions, axis=axis, at=at, side=side)
         errors = _of_extreme(errors, found, points)
-    before, rebuilt = _uncompensated(points, found, kind, axis, at)
+    before, rebuilt = _uncompensated(points, found, (kind, side), axis, at)
     parts = errors.parts(found.located_along @ found.point_rows)
     covariance = sum(parts.values()) + u_machine**2 * np.eye(len(found.located_along))
     located = None
@@ -334,7 +342,7 @@ def measure_feature(
         uncompensated_is_rebuilt=rebuilt,
         side=side,
         errors=errors,
-        quantities=_quantities(found, before, errors),
+        quantities=_quantities(kind, found, before, errors),
         located=located,
         located_covariance=frozen(covariance),
         form=form,
@@ -422,11 +430,15 @@ def _side(points: Points, association: Association, kind: str) -> str:
 def _uncompensated(
     points: Points,
     association: Association,
-    kind: str,
+    of: tuple[str, str],
     axis: npt.ArrayLike | None,
     at: npt.ArrayLike | None,
 ) -> tuple[Association | None, bool]:
-    """The same feature through the points without compensation, and whether these are rebuilt."""
+    """The same feature through the points without compensation, and whether these are rebuilt.
+
+    `of` is its kind and side.
+    """
+    kind, side = of
     plain, rebuilt = points.uncompensated, False
     if plain is None:
         if not np.all(np.isfinite(points.pretravel)):
@@ -434,11 +446,12 @@ def _uncompensated(
         plain, rebuilt = points.positions - points.pretravel[:, None] * points.normals, True
     if kind in ("circle", "bore", "boss"):
         axis = association.direction
-    return associate_by(association.criterion, kind, plain, axis=axis, at=at), rebuilt
+    found = associate_by(association.criterion, kind, plain, axis=axis, at=at, side=side)
+    return found, rebuilt
 
 
 def _quantities(
-    association: Association, before: Association | None, errors: FeatureErrors
+    kind: str, association: Association, before: Association | None, errors: FeatureErrors
 ) -> tuple[Quantity, ...]:
     found = []
 
@@ -457,7 +470,10 @@ def _quantities(
         found.append(Quantity(name, value, u, parts, plain, angle, errors.dof(row, u)))
 
     now, plain = association, before
-    add("diameter", now.diameter_row, now.diameter, plain.diameter if plain else None, False)
+    size = SIZE_NAMES.get(kind, "diameter")
+    add(size, now.diameter_row, now.diameter, plain.diameter if plain else None, False)
+    ring = plain.ring_diameter if plain else None
+    add("ring diameter", now.ring_diameter_row, now.ring_diameter, ring, False)
     add("half angle", now.half_angle_row, now.half_angle, plain.half_angle if plain else None, True)
     for index, name in enumerate("xyz"):
         row: FloatArray | None = now.point_rows[index]

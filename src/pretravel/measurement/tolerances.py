@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pretravel.base.errors import PretravelError
@@ -16,7 +17,10 @@ from pretravel.measurement.conformity import (
     position_conformity,
     size_conformity,
 )
-from pretravel.measurement.measured_feature import MeasuredFeature
+from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
+from pretravel.measurement.tolerance_frame import (
+    GeometricResult,
+)
 
 
 @dataclass(frozen=True)
@@ -58,10 +62,23 @@ class InspectedFeature:
     feature : MeasuredFeature
     conformities : tuple of Conformity
         One for each tolerance.
+    geometric : tuple of GeometricResult
+        Of tolerances to datums; their conformities are among `conformities`.
     """
 
     feature: MeasuredFeature
     conformities: tuple[Conformity, ...]
+    geometric: tuple[GeometricResult, ...] = ()
+
+    @property
+    def stated(self) -> tuple[Quantity, ...]:
+        """All that is stated of the feature, with what its tolerances to datums ask."""
+        return (*self.feature.stated, *(each.quantity for each in self.geometric))
+
+    def with_geometric(self, results: Sequence[GeometricResult]) -> InspectedFeature:
+        """With the results of its tolerances to datums."""
+        decided = [decided_if_known(each.conformity, self.feature) for each in results]
+        return replace(self, conformities=(*self.conformities, *decided), geometric=tuple(results))
 
     @property
     def verdict(self) -> ConformityVerdict | None:
@@ -71,6 +88,31 @@ class InspectedFeature:
             if found[verdict]:
                 return verdict
         return ConformityVerdict.CONFORMS if found else None
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """A decision about several features: of a pattern, a distance, an angle.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    quantity : Quantity
+    conformity : Conformity
+    u_machine : float
+        Standard uncertainty of a length by other causes than the probe. [mm]
+    remarks : tuple of str
+    """
+
+    labels: tuple[str, ...]
+    quantity: Quantity
+    conformity: Conformity
+    u_machine: float
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return ", ".join(self.labels)
 
 
 def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> InspectedFeature:
@@ -95,9 +137,9 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     found = []
     required = tolerances.probability
     if tolerances.size is not None:
-        size = feature.quantity("diameter")
+        size = feature.quantity(feature.size_name)
         found.append(
-            size_conformity("diameter", size.value, size.u, tolerances.size, required, dof=size.dof)
+            size_conformity(size.name, size.value, size.u, tolerances.size, required, dof=size.dof)
         )
     if tolerances.position is not None:
         if feature.located is None:
@@ -120,12 +162,14 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
                 f"nothing about its {feature.form_name}; touch more points"
             )
         found.append(form_conformity(feature.form_name, feature.form, tolerances.form, required))
-    if not feature.errors.map_is_stated:
-        found = [
-            replace(each, probability=math.nan, verdict=ConformityVerdict.UNDECIDED)
-            for each in found
-        ]
-    return InspectedFeature(feature, tuple(found))
+    return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
+
+
+def decided_if_known(conformity: Conformity, feature: MeasuredFeature) -> Conformity:
+    """The decision, or none where the points do not state the uncertainty of their map."""
+    if feature.errors.map_is_stated:
+        return conformity
+    return replace(conformity, probability=math.nan, verdict=ConformityVerdict.UNDECIDED)
 
 
 def side_of_failure(conformity: Conformity, side: str) -> str:

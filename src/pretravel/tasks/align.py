@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.fields import (
@@ -76,6 +76,19 @@ class Align(TouchFilesWithFeed, Reported):
             hint="A=3 B=7,8: numbers of faces, in the order of the drawing",
         ),
     ] = ()
+    datum_association: Annotated[
+        Literal["gaussian", "outside"],
+        Field(
+            help="gaussian: datums of least squares, on which all touches have a say. outside: "
+            "from outside the material (ISO 5459): planes that touch it, inscribed bores, "
+            "circumscribed bosses; they rest on a few touches.",
+            label="Datums are associated",
+            words={
+                "gaussian": "by least squares (Gaussian)",
+                "outside": "from outside the material (ISO 5459)",
+            },
+        ),
+    ] = "gaussian"
     free: Annotated[
         str,
         Field(
@@ -238,6 +251,11 @@ class Align(TouchFilesWithFeed, Reported):
         from pretravel.measurement.alignment import Datum
 
         found = []
+        if self.datum_association == "outside" and not self.datum:
+            raise PretravelError(
+                "an association from outside the material is that of datums; state them",
+                inputs=("datum", "datum_association"),
+            )
         for text in self.datum:
             name, sign, faces = text.partition("=")
             words = [word.strip() for word in faces.split(",") if word.strip()]
@@ -247,7 +265,7 @@ class Align(TouchFilesWithFeed, Reported):
                     inputs=("datum",),
                 )
             chosen = [index for word in words for index in part.select(word).chosen]
-            found.append(Datum(name.strip(), tuple(chosen)))
+            found.append(Datum(name.strip(), tuple(chosen), self.datum_association == "outside"))
         return found
 
     def _free(self) -> tuple[str, ...]:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from pretravel.touches import Touches
 _LOG = logging.getLogger(__name__)
 _NORMALS_TAKEN = "the touches have no normals: those of the {} are taken, and approaches along them"
+_SURFACE, _NAMED = "surface", 8
 _DRAWN = 5000
 """Points of a long table that pictures show."""
 
@@ -92,10 +93,11 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     ] = None
     tip_diameter: TipOfMap = None
     feature: Annotated[
-        Literal["bore", "boss", "sphere"] | None,
+        Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
             help="Touches without normals lie on features of this kind: the normals are those of "
-            "the fitted feature, one for each name before a number (bore1-1, bore1-2, …).",
+            "the fitted feature, one for each name before a number (bore1-1, bore1-2, …). surface: "
+            "from neighbouring touches of a digitised surface, on the side of +z.",
             label="Feature of touches without normals",
             words={"": "the touches state normals"},
         ),
@@ -143,11 +145,14 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         """Where touches without normals have theirs from, in the frame of the touches."""
         from pretravel.base.frames import Placement
         from pretravel.measurement.association import normals_of_feature
+        from pretravel.measurement.neighbour_normals import neighbour_normals
         from pretravel.surface.search import normals_near
 
         placement = self.placement() if self.in_machine else Placement()
 
         def near(tip_centres: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+            if nominal is None and self.feature == _SURFACE:
+                return neighbour_normals(tip_centres).normals
             if nominal is None:
                 return normals_of_feature(str(self.feature), tip_centres, labels)
             found = normals_near(nominal, placement.inverse.points(tip_centres))
@@ -223,6 +228,9 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             shared=shared,
             scatter=scatter,
         )
+        of_neighbours: tuple[str, ...] = ()
+        if readings.normals_taken and nominal is None and self.feature == _SURFACE:
+            points, of_neighbours = _with_neighbours(measured, points, seen)
         errors = errors_of_points(measured, points.normals, seen, scatter)
         summary = TouchSummary.of(measured, points, seen)
         if in_machine:
@@ -230,7 +238,8 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         warnings = tuple(compensation_warnings(summary, pretravel_map))
         if readings.normals_taken:
             source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
-            warnings = (_NORMALS_TAKEN.format(source), *warnings)
+            source = "neighbouring touches (z > 0)" if of_neighbours else source
+            warnings = (_NORMALS_TAKEN.format(source), *of_neighbours, *warnings)
         return CompensatedTouches(
             self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
@@ -253,6 +262,34 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         if found.reading:
             progress.say(f"read: {found.reading}")
         return found
+
+
+def _with_neighbours(
+    touches: Touches, points: Points, seen: PretravelMap
+) -> tuple[Points, tuple[str, ...]]:
+    """Points with the errors of normals from neighbouring touches, and what to say of these."""
+    import numpy as np
+
+    from pretravel.base.units import DEGREE
+    from pretravel.measurement.neighbour_normals import neighbour_normals, with_errors_of_normals
+
+    found = neighbour_normals(touches.positions)
+    median, largest = (float(turn) / DEGREE for turn in (np.median(found.turn), found.turn.max()))
+    uncertain = (
+        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° "
+        f"(median) to {largest:.2g}°, which is in the covariance of the points"
+    )
+    said = [uncertain]
+    doubtful = np.flatnonzero(found.doubtful)
+    if len(doubtful):
+        names = ", ".join(points.labels[row] for row in doubtful[:_NAMED].tolist())
+        more = "…" if len(doubtful) > _NAMED else ""
+        said.append(
+            f"the normals of {len(doubtful)} touches are doubtful: the surface is curved too much "
+            f"for this spacing, or has an edge there ({names}{more}). Touch more closely there, or "
+            "take the normals of the nominal surface"
+        )
+    return with_errors_of_normals(points, seen, found.turn), tuple(said)
 
 
 @dataclass(frozen=True, eq=False)

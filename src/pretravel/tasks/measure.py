@@ -15,10 +15,15 @@ from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector, vector
 
 if TYPE_CHECKING:
+    from pretravel.files.features_file import Drawing
     from pretravel.measurement.between_features import FeatureRelation
     from pretravel.measurement.points import Points
-    from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature
+    from pretravel.measurement.tolerance_frame import (
+        PlacedFeature,
+    )
+    from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, Together
     from pretravel.show.document import Document
+    from pretravel.surface.cad.part import Part
 
 
 def _features() -> list[str]:
@@ -55,7 +60,7 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="circle, bore, boss, sphere, plane, line, cylinder or cone.",
+            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot.",
             names=_features,
             metavar="FEATURE",
         ),
@@ -64,8 +69,8 @@ class Measure(LaboratoryReport):
         Criterion,
         Field(
             help="gaussian: least squares. minimum-zone: smallest range of the distances. "
-            "inscribed, circumscribed: largest circle, sphere or cylinder with no point inside, "
-            "smallest with none outside. tangent: plane or line outside the material.",
+            "inscribed, circumscribed: largest feature with no point inside, smallest with none "
+            "outside. tangent: outside the material.",
             words={
                 "gaussian": "least squares (Gaussian)",
                 "minimum-zone": "minimum zone",
@@ -78,10 +83,21 @@ class Measure(LaboratoryReport):
     features: Annotated[
         Path | None,
         Field(
-            help="Instead of --feature: all features of a drawing with their tolerances, .toml; a "
-            "table [[feature]] for each, with kind, select, label, association, axis, at_mm, "
-            "tolerance, nominal_mm, position_tolerance_mm, form_tolerance_mm.",
+            help="Instead of --feature: all features of a drawing with their tolerances: .toml, or "
+            "a plan, .qif or .dmi. In the .toml a table [[feature]] for each, with kind, select, "
+            "label, association, axis, at_mm, tolerance, nominal_mm, position_tolerance_mm, "
+            "form_tolerance_mm; [[feature.geometric]] with kind, tolerance_mm, datums, material; "
+            "[[pattern]]; [[between]].",
             label="Features of a drawing",
+            reads=True,
+        ),
+    ] = None
+    part: Annotated[
+        Path | None,
+        Field(
+            help="The part, .step or .iges, in whose frame the points are: its faces are the "
+            "nominal surface of a profile, and nominal places that the drawing's file leaves out.",
+            label="Part",
             reads=True,
         ),
     ] = None
@@ -208,6 +224,11 @@ class Measure(LaboratoryReport):
                 "state the feature of the points, or the file with all features of the drawing",
                 inputs=("feature", "features"),
             )
+        if self.part is not None and self.features is None:
+            raise PretravelError(
+                "the part serves the tolerances of a file of features; state this file",
+                inputs=("features", "part"),
+            )
         self.drawn()
         points = read_points(self.points, units=self.units)
         with progress.working(f"measuring the features of {len(points)} points"):
@@ -221,13 +242,12 @@ class Measure(LaboratoryReport):
         PretravelError
             Tolerances that contradict each other, with the name of the feature.
         """
-        from pretravel.files.features_file import read_features
-
-        if self.features is None:
+        drawing = self.drawing()
+        if drawing is None:
             self.tolerances()
             return {"": self}
         tasks = {}
-        for row in read_features(self.features):
+        for row in drawing.feature:
             name = row.label or row.select
             try:
                 tasks[name] = replace(
@@ -247,6 +267,21 @@ class Measure(LaboratoryReport):
             except PretravelError as error:
                 raise PretravelError(f"{self.features}: {name}: {error}") from None
         return tasks
+
+    def drawing(self) -> Drawing | None:
+        """What the file of features states; None without one."""
+        return self._drawing_and_notes()[0]
+
+    def _drawing_and_notes(self) -> tuple[Drawing | None, tuple[str, ...]]:
+        """What the file of features states, and what of a plan was left out."""
+        from pretravel.files.features_file import read_features
+        from pretravel.files.plan_features import PLAN_ENDINGS, read_plan_features
+
+        if self.features is None:
+            return None, ()
+        if self.features.suffix.lower() in PLAN_ENDINGS:
+            return read_plan_features(self.features)
+        return read_features(self.features), ()
 
     def tolerances(self) -> FeatureTolerances:
         """The tolerances of each feature.
@@ -304,12 +339,16 @@ class Measure(LaboratoryReport):
         """
         from pretravel.measurement.selection import points_of_features
 
-        found = []
-        for name, task in self.drawn().items():
+        found, tasks = [], self.drawn()
+        for name, task in tasks.items():
             chosen = points_of_features(points, task.select, by_prefix=task.by_prefix)
             _refuse_one_place_for_many(task, list(chosen))
             found += [_measured(name or label, mine, task) for label, mine in chosen.items()]
-        return _result(self, tuple(found))
+        drawing = self.drawing()
+        if drawing is None:
+            return _result(self, tuple(found), ())
+        inspected, together = _to_datums(self, drawing, tasks, found)
+        return _result(self, inspected, together)
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
@@ -326,6 +365,8 @@ class MeasuredFeatures(Result):
     features : tuple of InspectedFeature
     relations : tuple of FeatureRelation
         Distances and angles between the features.
+    together : tuple of Together
+        Decisions about several features.
     exit_code : int
         `ANSWER` where a feature does not conform to its tolerances, or this cannot be decided.
     """
@@ -333,6 +374,7 @@ class MeasuredFeatures(Result):
     task: Measure
     features: tuple[InspectedFeature, ...]
     relations: tuple[FeatureRelation, ...] = ()
+    together: tuple[Together, ...] = ()
     exit_code: int = 0
 
     def document(self) -> Document:
@@ -352,9 +394,13 @@ class MeasuredFeatures(Result):
                 "the noise of the points moves an extreme feature to one side, by the amount in "
                 "the note; a verdict on its size or position does not contain this"
             )
-        warnings += task.statements_left_out()
+        warnings += [*task._drawing_and_notes()[1], *task.statements_left_out()]
         report = features_document(
-            self.features, self.relations, points_name=task.points.name, warnings=warnings
+            self.features,
+            self.relations,
+            self.together,
+            points_name=task.points.name,
+            warnings=warnings,
         )
         return with_laboratory(report, task.statements())
 
@@ -366,18 +412,127 @@ class MeasuredFeatures(Result):
         if output == "residuals":
             write_table(path, residuals_table([each.feature for each in self.features]))
         else:
-            write_table(path, features_table(self.features, self.relations))
+            write_table(path, features_table(self.features, self.relations, self.together))
 
 
-def _result(task: Measure, features: tuple[InspectedFeature, ...]) -> MeasuredFeatures:
+def _result(
+    task: Measure, features: tuple[InspectedFeature, ...], together: tuple[Together, ...]
+) -> MeasuredFeatures:
     from pretravel.measurement.between_features import relations_between
     from pretravel.measurement.conformity import ConformityVerdict
 
     relations = relations_between([each.feature for each in features])
     # A script must not take "cannot be decided" for "conforms".
     proven = (None, ConformityVerdict.CONFORMS)
-    all_proven = all(feature.verdict in proven for feature in features)
-    return MeasuredFeatures(task, features, relations, 0 if all_proven else ANSWER)
+    verdicts = [each.verdict for each in features]
+    verdicts += [each.conformity.verdict for each in together]
+    all_proven = all(verdict in proven for verdict in verdicts)
+    return MeasuredFeatures(task, features, relations, together, 0 if all_proven else ANSWER)
+
+
+def _to_datums(
+    task: Measure, drawing: Drawing, tasks: dict[str, Measure], found: Sequence[InspectedFeature]
+) -> tuple[tuple[InspectedFeature, ...], tuple[Together, ...]]:
+    """The features with their tolerances to datums, and the decisions about several features."""
+    from pretravel.measurement.geometric_tolerances import inspect_geometry
+    from pretravel.measurement.tolerances import Together, decided_if_known
+
+    part = None
+    if task.part is not None:
+        from pretravel.surface.cad.part_file import read_part
+
+        part = read_part(task.part)
+    placed = {
+        name: _placed(each, tasks[name], part)
+        for name, each in zip(drawing.names, found, strict=True)
+    }
+    inspected = []
+    for row, each in zip(drawing.feature, found, strict=True):
+        name = row.label or row.select
+        try:
+            results = [
+                inspect_geometry([placed[name]], tolerance, placed, task.probability)
+                for tolerance in row.geometric
+            ]
+        except PretravelError as error:
+            raise PretravelError(f"{task.features}: {name}: {error}") from None
+        inspected.append(each.with_geometric(results) if results else each)
+    together = []
+    for pattern in drawing.pattern:
+        members = [placed[name] for name in pattern.features]
+        try:
+            result = inspect_geometry(members, pattern.tolerance, placed, task.probability)
+        except PretravelError as error:
+            raise PretravelError(f"{task.features}: {pattern.label}: {error}") from None
+        decided = decided_if_known(result.conformity, members[0].feature)
+        u_machine = task.u_machine_um * MICROMETRE
+        fitted = f"{result.free} motions that the datums leave free were fitted"
+        remarks = (*result.remarks, *((fitted,) if result.free else ()))
+        together.append(
+            Together(tuple(pattern.features), result.quantity, decided, u_machine, remarks)
+        )
+    together += [_between(task, drawing, index, placed) for index in range(len(drawing.between))]
+    return tuple(inspected), tuple(together)
+
+
+def _placed(inspected: InspectedFeature, task: Measure, part: Part | None) -> PlacedFeature:
+    """A feature with its nominal place: stated, or that of the faces beneath its points."""
+    import numpy as np
+
+    from pretravel.measurement.geometric_tolerances import nominal_of_part
+    from pretravel.measurement.tolerance_frame import (
+        PlacedFeature,
+    )
+
+    limits = task.tolerances().size
+    size = task.nominal
+    if size is None and limits is not None and math.isfinite(limits[0] + limits[1]):
+        size = 0.5 * (limits[0] + limits[1])
+    at, axis = (None if each is None else np.array(each) for each in (task.at, task.axis))
+    stated = PlacedFeature(inspected.feature, at, axis, size, limits, part)
+    return stated if part is None else nominal_of_part(stated, part)
+
+
+def _between(
+    task: Measure, drawing: Drawing, index: int, placed: dict[str, PlacedFeature]
+) -> Together:
+    """A distance or an angle with its tolerance."""
+    from pretravel.base.units import DEGREE
+    from pretravel.measurement.between_features import relations_between
+    from pretravel.measurement.conformity import size_conformity
+    from pretravel.measurement.tolerances import Together, decided_if_known
+
+    row = drawing.between[index]
+    both = [placed[name].feature for name in row.features]
+    found = [
+        each.quantity for each in relations_between(both) if each.quantity.name == row.quantity
+    ]
+    names = " and ".join(row.features)
+    if not found:
+        raise PretravelError(
+            f"{task.features}: {names} have no {row.quantity} (features that are not parallel have "
+            "no distance, and centres no angle)"
+        )
+    try:
+        limits = replace(
+            task, features=None, size_tolerance=tolerance(row.tolerance), nominal=row.nominal
+        ).tolerances().size  # fmt: skip
+    except PretravelError as error:
+        raise PretravelError(f"{task.features}: {names}: {error}") from None
+    assert limits is not None
+    scale = DEGREE if row.quantity == "angle" else 1.0
+    quantity = found[0]
+    decided = size_conformity(
+        quantity.name,
+        quantity.value,
+        quantity.u,
+        (limits[0] * scale, limits[1] * scale),
+        task.probability,
+        dof=quantity.dof,
+    )
+    return Together(
+        row.features, quantity, decided_if_known(decided, both[0]), task.u_machine_um * MICROMETRE
+    )
 
 
 def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:

@@ -190,3 +190,98 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
     assert "cannot be decided" in text
     assert "the points state no uncertainty" in warned
     assert "roundness" not in text.split("Conformity")[0]
+
+
+DRAWING = """
+[[feature]]
+label = "A"
+kind = "plane"
+select = "plane3-*"
+[[feature]]
+label = "B"
+kind = "plane"
+select = "plane2-*"
+[[feature]]
+label = "D"
+kind = "cylinder"
+select = "bore1-*"
+tolerance = "11.99..12.03"
+  [[feature.geometric]]
+  kind = "position"
+  tolerance_mm = 0.05
+  datums = ["A", "B"]
+  material = "M"
+[[feature]]
+label = "E"
+kind = "cylinder"
+select = "bore2-*"
+  [[feature.geometric]]
+  kind = "position"
+  tolerance_mm = 0.001
+  datums = ["A", "D", "B"]
+[[pattern]]
+label = "bores"
+features = ["D", "E"]
+position_tolerance_mm = 0.05
+datums = ["A"]
+[[between]]
+features = ["D", "E"]
+nominal = 53.0377
+tolerance = "±0.02"
+"""
+
+
+def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:
+    """The bracket is made as its model: distances of bores √(53² + 2²), positions near zero."""
+    drawing, table = folder / "drawing.toml", folder / "drawing.csv"
+    drawing.write_text(DRAWING)
+    text = run("measure", folder / "points.csv", "--features", drawing, "--part", PART,
+               "--u-machine", 1, "-o", table, code=3)  # fmt: skip
+    assert "4 features: 3 conform, 1 cannot be decided (E)" in text
+    assert "the size adds" in text
+    found = {(row["feature"], row["quantity"]): row for row in rows(table)}
+    one = found["D", "position (M) to A|B"]
+    assert float(one["value"]) < float(one["expanded_u"]) + 0.002
+    assert one["verdict"] == "conforms"
+    together = found["D, E", "position to A"]
+    assert float(together["value"]) < 0.02
+    distance = found["D, E", "distance"]
+    assert float(distance["value"]) == pytest.approx(np.hypot(53.0, 2.0), abs=0.005)
+    assert distance["verdict"] == "conforms"
+
+
+def test_what_is_wrong_in_a_drawing(folder: Path) -> None:
+    drawing = folder / "wrong.toml"
+    for old, new, words in (
+        ('"A", "D", "B"]', '"A", "Q"]', "wrong.toml: E: datum Q is not among"),
+        (
+            '"position"\n  tolerance_mm = 0.001',
+            '"positon"\n  tolerance_mm = 1.0',
+            "'positon' is not",
+        ),
+        ('features = ["D", "E"]\nposition', 'features = ["D", "F"]\nposition', "no feature 'F'"),
+    ):
+        drawing.write_text(DRAWING.replace(old, new))
+        text = run("measure", folder / "points.csv", "--features", drawing, "--part", PART,
+                   code=2)  # fmt: skip
+        assert words in text
+
+
+def test_the_plan_of_another_system_is_a_drawing(folder: Path) -> None:
+    plan = folder / "plan.dmi"
+    plan.write_text(
+        "UNITS/MM,ANGDEC\nF(bore1)=FEAT/CYLNDR,INNER,CART,12,12,10,0,0,1,12\n"
+        "T(D)=TOL/DIAM,-0.02,0.02\nT(P)=TOL/POS,2D,0.05\nT(X)=TOL/CORTOL,XAXIS,0,1\n"
+        "OUTPUT/FA(bore1),TA(D),TA(P),TA(X)\n"
+    )
+    text, warned = both_outputs("measure", folder / "points.csv", "--features", plan,
+                                "--u-machine", 1)  # fmt: skip
+    assert "conforms" in text
+    assert "left out: T(X) of bore1: CORTOL is not read" in text + warned
+
+
+def test_datums_from_outside_the_material(folder: Path) -> None:
+    text = run("align", TOUCHES, "--part", PART, "--map", folder / "map.json", "--datum", "A=3",
+               "--datum", "B=12,14", "--datum-association", "outside", "--verbose")  # fmt: skip
+    assert "from outside the material" in text
+    assert "the datums rest on plane" in text

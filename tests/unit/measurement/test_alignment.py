@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from pretravel.measurement.alignment import (
 )
 from pretravel.measurement.alignment_search import found_placements
 from pretravel.measurement.compensation import embed
+from pretravel.measurement.extreme_association import associate_by
 from pretravel.surface.cad.part import Part
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import lobes
@@ -253,6 +255,69 @@ def test_the_sizes_of_bores_are_free_as_datums() -> None:
     shifted = found.association.outward @ np.array([1.0, 0.0, 0.0])
     for moved in (one_bore, shifted):
         assert found.association.residual_change(moved) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_datums_from_outside_the_material() -> None:
+    """A: the tangent plane, found by all planes through three points. B and C: the outermost
+    point, after A has turned the part. Its response is that of moved touches."""
+    rng, part, made = np.random.default_rng(21), bracket(), radius_alone(RADIUS)
+    side = _box_faces(part)
+    points, normals, faces = random_targets(part, 40, rng, on=list(side.values()))
+    points = points + 0.01 * rng.uniform(-1.0, 1.0, (len(points), 1)) * normals
+    placement = Placement(shift=np.array([5.0, 6.0, 7.0]))
+    order = zip("ABC", "zyx", strict=True)
+    datums = [Datum(letter, (side[name],), outside=True) for letter, name in order]
+
+    def aligned(there: FloatArray) -> Alignment:
+        tips = tip_centres(placement, there, normals, made)
+        return align(tips, part, made, placement, datums=datums, extrapolate=True)
+
+    found = aligned(points)
+    here = found.placement.inverse.points(placement.points(points))
+    on = {name: here[faces == side[name]] for name in "xyz"}
+    for name, axis in zip("zyx", (2, 1, 0), strict=True):  # all on the side of the material
+        assert on[name][:, axis].min() == pytest.approx(0.0, abs=1e-6)
+    p = points[faces == side["z"]]
+    widths = []
+    for i, j, k in combinations(range(len(p)), 3):
+        normal = np.cross(p[j] - p[i], p[k] - p[i])
+        height = (p - p[i]) @ (normal / np.linalg.norm(normal))
+        if min(abs(height.min()), abs(height.max())) < 1e-12:
+            widths.append(np.ptp(height))
+    for (i, j), (k, m) in combinations(list(combinations(range(len(p)), 2)), 2):
+        normal = np.cross(p[j] - p[i], p[m] - p[k])
+        if len({i, j, k, m}) == 4 and np.linalg.norm(normal) > 1.0:
+            widths.append(np.ptp(p @ (normal / np.linalg.norm(normal))))
+    assert on["z"][:, 2].max() == pytest.approx(min(widths), abs=1e-6)
+    step = 1e-5
+    for row in np.flatnonzero(np.any(np.abs(found.association.response) > 1e-9, axis=0)):
+        touch = np.flatnonzero(found.used)[row]
+        moved = points.copy()
+        moved[touch] += step * normals[touch]
+        shift = aligned(moved).placement.points(found.placement.inverse.points(found.about[None]))[
+            0
+        ]
+        stated = found.motions[:3] @ found.association.response[: found.motions.shape[1], row]
+        assert (shift - found.about) / step == pytest.approx(stated, abs=2e-3)
+    # It rests on at least three, two and one touches; the form is no error.
+    assert found.errors.excess == 0.0
+
+
+def test_an_inscribed_bore_as_a_datum() -> None:
+    """The centre is that of the largest circle across the plane, of another program."""
+    rng, part, made = np.random.default_rng(22), bracket(), radius_alone(RADIUS)
+    side = _box_faces(part)
+    bore = next(i for i in faces_of_kind(part, "cylinder") if part.faces[i].number == 12)
+    points, normals, faces = random_targets(part, 40, rng, on=[side["z"], bore])
+    points = points + 0.01 * rng.uniform(-1.0, 1.0, (len(points), 1)) * normals
+    datums = [Datum("A", (side["z"],)), Datum("B", (bore,), outside=True)]
+    tips = tip_centres(Placement(), points, normals, made)
+    found = align(tips, part, made, Placement(), datums=datums, extrapolate=True)
+    here = found.placement.inverse.points(points[faces == bore])
+    flat = np.c_[here[:, :2], np.zeros(len(here))]
+    circle = associate_by("inscribed", "circle", flat, axis=(0.0, 0.0, 1.0))
+    assert not found.gross.any()
+    assert circle.point[:2] == pytest.approx([12.0, 12.0], abs=1e-6)  # where the part has it
 
 
 def test_a_datum_that_was_not_touched_is_refused() -> None:

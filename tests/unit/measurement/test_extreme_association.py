@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import NonlinearConstraint, minimize
+from scipy.optimize import NonlinearConstraint, linprog, minimize
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -18,10 +18,12 @@ from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associ
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.points import Points
+from pretravel.uncertainty.fitting.feature import across
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 
 E = 2e-3
 """Half the width of the constructed zones. [mm]"""
+SLOPE = np.radians(20.0)
 NEAR = 1e-9  # mm; rounding of places of 120 mm and a few equations with them
 PLACE = parse_placement("120,-35,60,25,-40,70")
 UP = np.asarray(PLACE.vectors(np.array([[0.0, 0.0, 1.0]]))[0])
@@ -44,6 +46,17 @@ def _perfect(kind: str, rng: np.random.Generator, count: int) -> tuple[FloatArra
         outward = rng.normal(size=(count, 3))
         outward /= np.linalg.norm(outward, axis=1)[:, None]
         points = 10.0 * outward
+    elif kind == "torus":
+        tube = rng.uniform(0.0, 2.0 * np.pi, count)[:, None]
+        outward = np.cos(tube) * round_ + np.sin(tube) * z
+        points = 10.0 * round_ + 4.0 * outward
+    elif kind == "cone":
+        outward = np.cos(SLOPE) * round_ - np.sin(SLOPE) * z
+        points = (10.0 + height * np.tan(SLOPE))[:, None] * round_ + height[:, None] * z
+    elif kind == "slot":
+        outward = np.where(turn[:, None] > np.pi, z, -z)
+        wide = 20.0 * rng.uniform(-1.0, 1.0, count)
+        points = np.c_[2.0 * height, wide, np.zeros(count)] + 10.0 * outward
     elif kind in ("plane", "line"):
         outward = np.tile(z, (count, 1))
         wide = 20.0 if kind == "plane" else 0.0
@@ -104,8 +117,15 @@ class TestKnownByConstruction:
     @pytest.mark.parametrize("seed", SEEDS)
     @pytest.mark.parametrize("kind", KINDS_BY_CRITERION["tangent"])
     def test_tangent(self, kind: str, seed: int) -> None:
-        """The outer side of the zone; outside is where the axis points."""
+        """The free side of the zone; of planes and lines it is where the axis points."""
         points, ideal, contacts = _zone_points(kind, np.random.default_rng(seed))
+        if kind not in ("plane", "line"):
+            for side, word in ((1.0, "outside"), (-1.0, "inside")):
+                found = associate_by("tangent", kind, points, axis=UP, at=ideal.point, side=word)
+                assert (side * found.residuals).max() == pytest.approx(0.0, abs=NEAR)
+                assert found.form == pytest.approx(2.0 * E, abs=NEAR)
+                assert set(_carrying(found)) <= set(range(contacts))
+            return
         for side in (1.0, -1.0):
             found = associate_by("tangent", kind, points, axis=side * UP, at=ideal.point)
             assert found.residuals.max() == pytest.approx(0.0, abs=NEAR)
@@ -132,11 +152,16 @@ class TestKnownByConstruction:
             points, outward = _perfect(kind, rng, 40)
             ideal = _ideal(kind, points)
             contacts = ideal.jacobian.shape[1]
-            load = np.linalg.svd(ideal.jacobian[:contacts, :-1].T)[2][-1]
-            if np.abs(load).min() > 0.1:
+            size = 4 if kind == "cone" else -1
+            load = np.linalg.svd(np.delete(ideal.jacobian[:contacts], size, axis=1).T)[2][-1]
+            if kind == "cone":  # no opposite place has the contrary slope by the half angle
+                load *= np.sign(load[0])
+                if load.min() > 0.05:
+                    break
+            elif np.abs(load).min() > (0.05 if kind == "torus" else 0.1):
                 break
         opposite = np.flatnonzero(load < 0.0)
-        points[opposite] -= 20.0 * outward[opposite]
+        points[opposite] -= (8.0 if kind == "torus" else 20.0) * outward[opposite]
         outward[opposite] *= -1.0
         beyond = 2.0 * E * rng.uniform(0.2, 1.0, 40)
         beyond[:contacts] = 0.0
@@ -167,10 +192,11 @@ def _noisy(kind: str, seed: int, count: int = 9) -> FloatArray:
     rng = np.random.default_rng(seed)
     while True:
         points, outward = _perfect(kind, rng, count)
-        slopes = _ideal(kind, points).jacobian if kind != "cylinder" else np.ones((1, 1))
+        slopes = _ideal(kind, points).jacobian if kind in ("circle", "sphere") else np.ones((1, 1))
         singular = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0))[1]
         around_ = np.linalg.norm(outward.mean(axis=0)) < 0.3
-        if kind in ("plane", "line") or (around_ and singular[-1] > 0.4) or kind == "cylinder":
+        free = ("plane", "line", "cylinder", "cone", "torus", "slot")
+        if kind in free or (around_ and singular[-1] > 0.4):
             return points + E * rng.normal(size=(count, 1)) * outward
 
 
@@ -287,9 +313,9 @@ def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) 
 
     The features are found to some fm; the contacts do not change by so small a movement.
     """
-    points = _noisy(kind, seed, 14)
+    points = _noisy(kind, seed, 40 if kind in ("cone", "torus") else 14)
     at = points.mean(axis=0)
-    here = associate_by(criterion, kind, points, axis=UP, at=at)
+    here = associate_by(criterion, kind, points, axis=UP, at=at, side="outside")
     step = 2e-8
 
     def values(found: Association) -> FloatArray:
@@ -308,7 +334,8 @@ def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) 
         for side in (1.0, -1.0):
             moved = points.copy()
             moved[index] += side * step * outward
-            found.append(values(associate_by(criterion, kind, moved, axis=axis, at=at)))
+            again = associate_by(criterion, kind, moved, axis=axis, at=at, side="outside")
+            found.append(values(again))
         change = (found[0] - found[1]) / (2.0 * step)
         assert change == pytest.approx(stated[:, index], abs=2e-3, rel=1e-3)
 
@@ -322,15 +349,19 @@ def test_more_contacts_than_are_needed(criterion: str, kind: str, form: str) -> 
     the single points move the feature in all directions that it has.
     """
     points, normals = features(12)["bore" if kind == "circle" else kind]
-    outward = normals if kind in ("sphere", "plane", "line") else -normals
-    points = points - (0.0 if form == "perfect" else E) * outward * (np.arange(12) == 4)[:, None]
+    outward = normals if kind in ("sphere", "plane", "line", "torus") else -normals
+    out = (np.arange(len(points)) == 4)[:, None]
+    points = points - (0.0 if form == "perfect" else E) * outward * out
     axis = normals.mean(axis=0) if kind in ("plane", "line") else (0.0, 0.0, 1.0)
     if kind == "sphere":  # the lower half too
         points, axis = np.vstack([points, -points]), None
-    found = associate_by(criterion, kind, points, axis=axis)
+    found = associate_by(criterion, kind, points, axis=axis, side="outside")
     common = found.response.sum(axis=1)
     wanted = np.zeros(len(common))
-    wanted[0 if kind in ("plane", "line") else -1] = 1.0
+    size = {"plane": 0, "line": 0, "cone": 4}.get(kind, -1)
+    wanted[size] = -1.0 / found.jacobian[0, size]
+    if kind == "slot":
+        wanted[size] = 1.0
     assert common == pytest.approx(wanted, abs=1e-6)
     own = found.response @ found.response.T
     if criterion != "circumscribed":  # which may rest on two opposite points
@@ -345,12 +376,10 @@ def test_a_zone_without_width(kind: str) -> None:
     found = associate_by("minimum-zone", kind, points)
     gaussian = associate(kind, points)
     assert found.form == pytest.approx(0.0, abs=NEAR)
-    # Changes of the feature in space: parameters count along sides that rounding may exchange.
-    moved = gaussian.point_rows @ gaussian.response
-    assert found.point_rows @ found.response == pytest.approx(moved, abs=1e-6)
-    if gaussian.direction_rows is not None and found.direction_rows is not None:
-        turned = gaussian.direction_rows @ gaussian.response
-        assert found.direction_rows @ found.response == pytest.approx(turned, abs=1e-6)
+    for rows in ("point_rows", "direction_rows"):  # tilts are about axes that rounding chooses
+        if getattr(found, rows) is not None:
+            there = getattr(found, rows) @ found.response
+            assert there == pytest.approx(getattr(gaussian, rows) @ gaussian.response, abs=1e-6)
 
 
 class TestMeasured:
@@ -446,3 +475,28 @@ class TestMessages:
     def test_the_side_of_a_tangent_plane(self) -> None:
         with pytest.raises(PretravelError, match="no normals that say on which side"):
             associate_by("tangent", "plane", np.eye(3))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", ["plane", "line"])
+def test_zone_against_a_linear_program(kind: str, seed: int) -> None:
+    """Another program: heights over the zone's own plane or line, in one linear program.
+
+    There, no other plane or line has a narrower zone: along one direction that is linear.
+    """
+    points = _noisy(kind, seed, 25)
+    found = associate_by("minimum-zone", kind, points, axis=UP)
+    assert found.direction is not None
+    offset = points - found.point
+    sideways = across(found.outward[0]) if kind == "plane" else found.direction[None]
+    design = np.column_stack([np.ones(25), offset @ sideways.T])
+    height = offset @ found.outward[0]
+    ones = -np.ones((25, 1))
+    k = design.shape[1]
+    best = linprog(
+        np.eye(k + 1)[k],
+        A_ub=np.vstack([np.hstack([-design, ones]), np.hstack([design, ones])]),
+        b_ub=np.concatenate([-height, height]),
+        bounds=[(None, None)] * (k + 1),
+    )
+    assert 2.0 * best.fun == pytest.approx(found.form, abs=NEAR)

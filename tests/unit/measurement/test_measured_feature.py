@@ -106,7 +106,8 @@ def test_every_feature_against_trials(kind: str, draws: int) -> None:
     for _ in range(draws):
         errors = OWN * rng.normal(size=count) + rng.normal(size=len(factors)) @ factors
         fit = associate(kind, positions + errors[:, None] * normals, axis=axis, at=at)
-        values = {"diameter": fit.diameter, "half angle": fit.half_angle}
+        values = {stated.size_name: fit.diameter, "half angle": fit.half_angle}
+        values["ring diameter"] = fit.ring_diameter
         values |= dict(zip("xyz", fit.point, strict=True))
         trials.append([values[q.name] for q in stated.quantities])
     # A deviation of n trials scatters by 1/√(2n); four of that.
@@ -379,8 +380,8 @@ class TestMessages:
 
     def test_unknown_feature(self) -> None:
         outward, _ = around(6)
-        with pytest.raises(PretravelError, match="'slot' is not a feature"):
-            measure_feature(feature_points(outward, outward), "slot")
+        with pytest.raises(PretravelError, match="'thread' is not a feature"):
+            measure_feature(feature_points(outward, outward), "thread")
 
 
 class TestEquivariance:

@@ -56,7 +56,7 @@ def read_dmis(
     file = opened(source)
     lines = file.lines("a DMIS file")
     output = _Output(file, units)
-    for number, statement in _statements(lines):
+    for number, statement in statements(lines):
         output.read_statement(statement, number)
     if not output.actual:
         raise file.error(_without_points(output))
@@ -224,7 +224,7 @@ def with_unit_normals(
     return np.asarray(vectors / lengths[:, None])
 
 
-def _statements(lines: list[str]) -> list[tuple[int, str]]:
+def statements(lines: list[str]) -> list[tuple[int, str]]:
     """Return line numbers and statements, without comments; a line that ends in $ continues.
 
     Empty lines are skipped, so that doubled line ends do no harm.

@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base.frames import typed_placement
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.measurement.alignment import MOTIONS, Alignment, points_in_part
+from pretravel.measurement.extreme_association import TANGENT
 from pretravel.show.document import Column, Digits, Document, KeyFigure, Picture, Table
 from pretravel.show.formatting import value_text
 from pretravel.tasks.reports.points_picture import points_view
@@ -20,6 +21,7 @@ _LARGE = 0.1
 """Root mean square of the residuals from which the start may be wrong. [mm]"""
 
 
+_MOVES = 1e-9  # smallest change of a motion by a touch, in mm or rad for 1 mm
 _NOT_IN_U = (
     "u of a motion contains the errors of the touches and the form of the part as far as the "
     "residuals show it; errors of the machine's geometry, of temperature and clamping are not in "
@@ -55,7 +57,9 @@ def alignment_document(
     part = alignment.part
     title = f"{touches_name}, aligned on {part.name}" if touches_name else part.name
     used = int(alignment.used.sum())
+    outside = alignment.association.criterion == TANGENT
     how = f"datums {', '.join(datums)}" if datums else "best fit"
+    how += " from outside the material" if outside else ""
     free = alignment.undetermined.shape[1]
     residual = value_text(alignment.scatter / MICROMETRE, "µm")
     verdict = f"{used} of {len(alignment.points)} touches, {how}: residuals {residual} (rms)" + (
@@ -76,7 +80,19 @@ def alignment_document(
             ),
         ),
         warnings=(*warnings, *_warnings(alignment)),
-        notes=(_NOT_IN_U,),
+        notes=(_NOT_IN_U, *((_rests_on(alignment),) if outside else ())),
+    )
+
+
+def _rests_on(alignment: Alignment) -> str:
+    """Touches on which datums from outside the material rest."""
+    own = alignment.association
+    moves = np.any(np.abs(own.response[: alignment.motions.shape[1]]) > _MOVES, axis=0)
+    labels = np.array(alignment.points.labels)[np.flatnonzero(alignment.used)[moves]]
+    return (
+        f"the datums rest on {', '.join(labels)}: the errors of these touches move the part, and "
+        "noise moves a datum out of the material on average. The form of the part is no error of "
+        "such a datum"
     )
 
 

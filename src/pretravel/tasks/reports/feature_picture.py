@@ -57,7 +57,9 @@ def _zone(inspected: InspectedFeature) -> tuple[float, float, str] | None:
     """The tolerance as deviations from the compensated feature. [µm]"""
     feature = inspected.feature
     for conformity in inspected.conformities:
-        if conformity.name == "diameter" and math.isfinite(conformity.lower + conformity.upper):
+        if conformity.name == feature.size_name and math.isfinite(
+            conformity.lower + conformity.upper
+        ):
             slant = (
                 1.0
                 if feature.association.half_angle is None
@@ -65,7 +67,7 @@ def _zone(inspected: InspectedFeature) -> tuple[float, float, str] | None:
             )
             ends = (0.5 * slant * (x - conformity.value) / MICROMETRE
                     for x in (conformity.lower, conformity.upper))  # fmt: skip
-            return (*ends, "tolerance of the diameter")  # type: ignore[return-value]
+            return (*ends, f"tolerance of the {conformity.name}")  # type: ignore[return-value]
     for conformity in inspected.conformities:
         if conformity.name == feature.form_name:
             residuals = feature.association.residuals / MICROMETRE

@@ -22,7 +22,7 @@ from pretravel.measurement.conformity import (
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
-from pretravel.measurement.tolerances import InspectedFeature, side_of_failure
+from pretravel.measurement.tolerances import InspectedFeature, Together, side_of_failure
 from pretravel.show.budget_picture import budget_picture
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Span, Table
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
@@ -55,6 +55,7 @@ _COMMON = (
 def features_document(
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
+    together: Sequence[Together] = (),
     *,
     points_name: str = "",
     warnings: Sequence[str] = (),
@@ -66,6 +67,8 @@ def features_document(
     features : sequence of InspectedFeature
     relations : sequence of FeatureRelation
         Distances and angles between them.
+    together : sequence of Together
+        Decisions about several of them.
     points_name : str
         Of the file with the points.
     warnings : sequence of str
@@ -77,8 +80,10 @@ def features_document(
     """
     title = f"{points_name}, features" if points_name else "Features"
     measured = [inspected.feature for inspected in features]
-    decided = [(i.feature, c) for i in features for c in i.conformities]
-    tables = [_results_table(measured)]
+    decided = [(_name(i.feature), i.feature.errors.machine, c)
+               for i in features for c in i.conformities]  # fmt: skip
+    decided += [(each.name, each.u_machine, each.conformity) for each in together]
+    tables = [_results_table(features, together)]
     angles = _angles_table(measured)
     tables += [angles] if angles is not None else []
     tables += [_relations_table(relations)] if relations else []
@@ -86,9 +91,9 @@ def features_document(
     budgets = tuple(budget for feature in measured for budget in feature_budgets(feature))
     return Document(
         title=title,
-        verdict=_verdict(features),
+        verdict=_verdict(features, together),
         tables=tuple(tables),
-        sections=tuple(_budget_section(feature) for feature in measured),
+        sections=tuple(_budget_section(each) for each in features),
         pictures=(
             Picture(
                 "Residuals before and after compensation",
@@ -96,15 +101,20 @@ def features_document(
             ),
             *(budget_picture(budget, budget.result) for budget in budgets[:_MOST_BUDGETS]),
         ),
-        notes=tuple(_notes(measured, [conformity for _, conformity in decided])),
+        notes=(
+            *_notes(measured, [conformity for *_, conformity in decided]),
+            *_notes_on_datums(features, together),
+        ),
         warnings=(*warnings, *_warnings(measured)),
         budgets=budgets,
-        data=_data(features, relations),
+        data=_data(features, relations, together),
     )
 
 
 def _data(
-    features: Sequence[InspectedFeature], relations: Sequence[FeatureRelation]
+    features: Sequence[InspectedFeature],
+    relations: Sequence[FeatureRelation],
+    together: Sequence[Together],
 ) -> tuple[Table, ...]:
     """All values, for programs: quantities with their sources, covariances, residuals."""
     measured = [inspected.feature for inspected in features]
@@ -131,6 +141,8 @@ def _data(
         "range_by_errors_alone_mm": [f.form.noise for f in measured],
     }
     named = [(f.label, q) for f in measured for q in f.quantities]
+    named += [(i.feature.label, each.quantity) for i in features for each in i.geometric]
+    named += [(each.name, each.quantity) for each in together if len(each.labels) > 2]
     named += [(f"{r.first}, {r.second}", r.quantity) for r in relations]
     sources = [
         (label, q.name, cause, u / (DEGREE if q.angle else 1.0), "deg" if q.angle else "mm")
@@ -145,7 +157,7 @@ def _data(
     residuals = residuals_table(measured)
     residuals["residual_mm"] = MICROMETRE * np.asarray(residuals.pop("residual_um"))
     return (
-        Table.of(features_table(features, relations), "Quantities"),
+        Table.of(features_table(features, relations, together), "Quantities"),
         Table.of(each, "Features"),
         _rows_data(("feature", "quantity", "source", "u", "unit"), sources, "Sources"),
         _rows_data(
@@ -198,19 +210,24 @@ _WITHOUT_MACHINE = (
 )
 
 
-def _verdict(features: Sequence[InspectedFeature]) -> str:
+def _verdict(features: Sequence[InspectedFeature], together: Sequence[Together]) -> str:
     """What was found, and what it does not state."""
     lacking = any(i.verdict is not None and not i.feature.errors.machine for i in features)
-    return _found(features) + (_WITHOUT_MACHINE if lacking else "")
+    lacking = lacking or any(not each.u_machine for each in together)
+    return _found(features, together) + (_WITHOUT_MACHINE if lacking else "")
 
 
-def _found(features: Sequence[InspectedFeature]) -> str:
-    if len(features) == 1:
+def _found(features: Sequence[InspectedFeature], together: Sequence[Together]) -> str:
+    if len(features) == 1 and not together:
         return _verdict_of_one(features[0])
     u_machine = features[0].feature.errors.machine
+    decided = [(_name(i.feature), i.verdict) for i in features]
+    decided += [
+        (f"{each.quantity.name} of {each.name}", each.conformity.verdict) for each in together
+    ]
     words = []
     for verdict in ConformityVerdict:
-        names = [_name(i.feature) for i in features if i.verdict is verdict]
+        names = [name for name, found in decided if found is verdict]
         if not names:
             continue
         which = "" if verdict is ConformityVerdict.CONFORMS else f" ({', '.join(names)})"
@@ -234,7 +251,7 @@ def _verdict_of_one(inspected: InspectedFeature) -> str:
     feature = inspected.feature
     count = f"{len(feature.points)} points"
     if inspected.verdict is None:
-        lead = next((q for q in feature.quantities if not q.angle and q.name == "diameter"), None)
+        lead = next((q for q in feature.quantities if q.name == feature.size_name), None)
         if lead is None:
             return f"{_name(feature)}, {count}: {_form_words(feature)}"
         return f"{_name(feature)}, {count}: {_value_words(lead)}"
@@ -284,13 +301,13 @@ def _decided_value(inspected: InspectedFeature) -> str:
     conformity, feature = inspected.conformities[0], inspected.feature
     if conformity.of_touched_points:
         return f"; {_form_words(feature)}"
-    found = next((q for q in feature.stated if q.name == conformity.name), None)
+    found = next((q for q in inspected.stated if q.name == conformity.name), None)
     return "" if found is None else f"; {_value_words(found)}"
 
 
 def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
     if (
-        conformity.name != "diameter"
+        conformity.name != feature.size_name
         or conformity.verdict is not ConformityVerdict.DOES_NOT_CONFORM
     ):
         return ""
@@ -327,8 +344,11 @@ def _end(quantity: Quantity, index: int) -> float:
     return math.nan if quantity.ends is None else quantity.ends[index]
 
 
-def _results_table(features: Sequence[MeasuredFeature]) -> Table:
-    rows = [(_name(f), quantity) for f in features for quantity in f.stated if not quantity.angle]
+def _results_table(features: Sequence[InspectedFeature], together: Sequence[Together]) -> Table:
+    rows = [(_name(i.feature), quantity)
+            for i in features for quantity in i.stated if not quantity.angle]  # fmt: skip
+    known = ("distance", "angle")  # in the table between features
+    rows += [(each.name, each.quantity) for each in together if each.quantity.name not in known]
     return _lengths_table(
         rows,
         explanation="uncompensated: tip centres less the tip radius along the normals. u: standard "
@@ -404,8 +424,9 @@ def _angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
     )
 
 
-def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> Table:
-    conformities = [conformity for _, conformity in decided]
+def _conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
+    """Of names, standard uncertainties by the machine, and decisions."""
+    conformities = [conformity for *_, conformity in decided]
     lower = [c.lower if math.isfinite(c.lower) else math.nan for c in conformities]
     upper = [c.upper if math.isfinite(c.upper) else math.nan for c in conformities]
     guard = [
@@ -415,7 +436,7 @@ def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> 
     reject = [number_text(c.rejection_band / MICROMETRE) for c in conformities]
     return Table(
         (
-            Column.of("feature", [_name(feature) for feature, _ in decided]),
+            Column.of("feature", [name for name, *_ in decided]),
             Column.of("quantity", [c.name for c in conformities]),
             Column.of("value", [c.value for c in conformities], "mm", decimals(5)),
             Column.of("from", lower, "mm", decimals(4)),
@@ -425,7 +446,7 @@ def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> 
             Column.of("P", [100.0 * c.probability for c in conformities], "%", decimals(1)),
             Column.of(
                 "verdict",
-                [conformity_words(c, feature.errors.machine) for feature, c in decided],
+                [conformity_words(c, u_machine) for _, u_machine, c in decided],
             ),
         ),
         title="Conformity",
@@ -435,10 +456,12 @@ def _conformity_table(decided: Sequence[tuple[MeasuredFeature, Conformity]]) -> 
     )
 
 
-def _budget_section(feature: MeasuredFeature) -> Section:
+def _budget_section(inspected: InspectedFeature) -> Section:
     """The contributions to each uncertainty, source by source."""
-    names = dict.fromkeys(cause for q in feature.quantities for cause in q.parts)
+    feature = inspected.feature
     lengths = [q for q in feature.quantities if not q.angle]
+    lengths += [each.quantity for each in inspected.geometric if each.quantity.parts]
+    names = dict.fromkeys(cause for q in lengths for cause in q.parts)
     table = Table(
         (
             Column.of("source", [*names, "u"]),
@@ -517,6 +540,29 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "outside by up to half of it. This is not taken off, and not in u"
     )
     return [on_points, one_sided, _FORM_BESIDE]
+
+
+def _notes_on_datums(
+    features: Sequence[InspectedFeature], together: Sequence[Together]
+) -> list[str]:
+    """What the datums left free, and what a material condition added."""
+    found = [each for i in features for each in i.geometric]
+    if not found and not any(each.remarks for each in together):
+        return []
+    notes = []
+    for each in found:
+        name = f"{', '.join(each.labels)}, {each.tolerance.name}"
+        if each.bonus > 0.0:
+            notes.append(f"{name}: the size adds {each.bonus / MICROMETRE:.1f} µm to the tolerance")
+        notes += [f"{name}: {remark}" for remark in each.remarks]
+    notes += [f"{each.name}: {remark}" for each in together for remark in each.remarks]
+    notes.append(
+        "tolerances to datums: each datum feature is associated as its line states, and takes the "
+        "motions that those before it left (ISO 5459); what they leave free is fitted, with the "
+        "least largest distance. The errors of the datums are in U. A zone of a surface contains "
+        "its touched points, that of an axis its ends within the touched length"
+    )
+    return notes
 
 
 def _range_text(span: Span) -> str:

@@ -1,0 +1,314 @@
+"""Tolerances to datums: answers in closed form, trials of the whole chain, refused input."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement, parse_placement
+from pretravel.measurement.conformity import ConformityVerdict
+from pretravel.measurement.datum_system import DatumFeature, datum_system
+from pretravel.measurement.geometric_tolerances import inspect_geometry
+from pretravel.measurement.measured_feature import measure_feature
+from pretravel.measurement.tolerance_frame import (
+    GeometricResult,
+    GeometricTolerance,
+    PlacedFeature,
+)
+from tests.support.feature_points import OWN, around, feature_points
+
+Z = np.array([0.0, 0.0, 1.0])
+NEAR = 2e-6
+"""mm: what the second order of the errors of places (0.05 mm on 40 mm) leaves."""
+PLACE = parse_placement("0.3,-0.2,0.1,0.2,0.1,-0.3")
+"""Of the points: not aligned with the drawing, which datums must take up."""
+GRID = np.array([[x, y, 0.0] for x in (0.0, 20.0, 40.0, 60.0) for y in (0.0, 20.0, 40.0)])
+OUTWARD, _ = around(12)
+
+
+def _cylinder(
+    center: tuple[float, float], radius: float, *, tilt: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """A bore from z = -10 to 0 whose axis leans by `tilt` mm in x over its length."""
+    height = np.repeat([-10.0, 0.0], 12)[:, None]
+    ring = np.vstack([OUTWARD, OUTWARD])
+    lean = (height + 10.0) / 10.0 * np.array([tilt, 0.0, 0.0])
+    return np.array([*center, 0.0]) + radius * ring + height * Z + lean, -ring
+
+
+def _block(**bores: tuple[FloatArray, FloatArray]) -> dict[str, tuple[str, FloatArray, FloatArray]]:
+    """Three planes at right angles, and bores."""
+    flat = np.zeros(len(GRID))
+    return {
+        "A": ("plane", GRID, np.tile(Z, (12, 1))),
+        "B": (
+            "plane",
+            np.c_[GRID[:, 0], flat, -GRID[:, 1] / 2 - 1],
+            np.tile([0, -1.0, 0], (12, 1)),
+        ),
+        "C": (
+            "plane",
+            np.c_[flat, GRID[:, 1], -GRID[:, 0] / 4 - 1],
+            np.tile([-1.0, 0, 0], (12, 1)),
+        ),
+        **{name: ("cylinder", *both) for name, both in bores.items()},
+    }
+
+
+NOMINAL = {
+    "A": ((0.0, 0, 0), (0.0, 0, 1)), "B": ((0.0, 0, 0), (0.0, -1, 0)),
+    "C": ((0.0, 0, 0), (-1.0, 0, 0)),
+    "h1": ((10.0, 10, 0), (0.0, 0, 1)), "h2": ((50.0, 10, 0), (0.0, 0, 1)),
+    "h3": ((30.0, 30, 0), (0.0, 0, 1)),
+}  # fmt: skip
+
+
+def _measured(
+    block: dict[str, tuple[str, FloatArray, FloatArray]],
+    *,
+    place: Placement = PLACE,
+    noise: Callable[[int], FloatArray] = np.zeros,
+    limits: tuple[float, float] = (7.95, 8.05),
+    own: float = 1e-6,
+) -> dict[str, PlacedFeature]:
+    found = {}
+    for name, (kind, points, normals) in block.items():
+        moved = points + noise(len(points))[:, None] * normals
+        there, facing = place.points(moved), place.vectors(normals)
+        bore = name.startswith("h")
+        feature = measure_feature(
+            feature_points(there, facing, shared={}, own=own),
+            kind,
+            label=name,
+            axis=Z if bore else None,
+        )
+        at, axis = NOMINAL.get(name, (None, None))
+        found[name] = PlacedFeature(
+            feature,
+            None if at is None else np.array(at),
+            None if axis is None else np.array(axis),
+            8.0 if bore else None,
+            limits if bore else None,
+        )
+    return found
+
+
+def _result(
+    placed: dict[str, PlacedFeature],
+    names: str,
+    kind: str,
+    zone: float,
+    datums: str,
+    material: str = "",
+) -> GeometricResult:
+    tolerance = GeometricTolerance(kind, zone, tuple(datums.split("|")) if datums else (), material)
+    return inspect_geometry([placed[name] for name in names.split()], tolerance, placed, 0.95)
+
+
+class TestInClosedForm:
+    def test_position_of_one_bore(self) -> None:
+        """Off by 0.03 and 0.04 mm: twice 0.05, wherever the points lie."""
+        placed = _measured(_block(h1=_cylinder((10.03, 10.04), 4.0)))
+        found = _result(placed, "h1", "position", 0.12, "A|B|C")
+        assert found.quantity.value == pytest.approx(0.1, abs=NEAR)
+        assert found.conformity.verdict is ConformityVerdict.CONFORMS
+        assert found.free == 0
+
+    def test_position_counts_the_worse_end_of_an_axis(self) -> None:
+        """Its touched length ends at the outermost touch along the leaning axis."""
+        lean = 0.06 + 0.006 * (4.0 * 0.006)  # at one end, the radius further
+        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.0, tilt=0.06)))
+        found = _result(placed, "h1", "position", 0.2, "A|B|C")
+        assert found.quantity.value == pytest.approx(2.0 * lean, abs=NEAR)
+        # The zone of an orientation lies anywhere: the lean over the whole length.
+        found = _result(placed, "h1", "perpendicularity", 0.2, "A")
+        assert found.quantity.value == pytest.approx(2.0 * lean - 0.06, abs=NEAR)
+
+    def test_a_pattern_takes_the_freedom_of_its_datums(self) -> None:
+        """To A alone, two bores keep their distance only: too near by 0.03 mm, half at each."""
+        placed = _measured(
+            _block(h1=_cylinder((10.03, 10.0), 4.0), h2=_cylinder((50.0, 10.04), 4.0))
+        )
+        whole = _result(placed, "h1 h2", "position", 0.1, "A|B|C")
+        assert whole.quantity.value == pytest.approx(0.08, abs=NEAR)
+        found = _result(placed, "h1 h2", "position", 0.1, "A")
+        apart = 40.0 - np.hypot(39.97, 0.04)
+        assert found.quantity.value == pytest.approx(apart, abs=NEAR)
+        assert found.free == 3
+
+    def test_a_pattern_without_datums(self) -> None:
+        """Three bores, one off by d towards the middle of the others: a known best fit.
+
+        Of a triangle with the corner moved along its axis of symmetry, the least largest distance
+        is that of a shift of d/2 along it (the other two move back as far).
+        """
+        placed = _measured(
+            _block(h1=_cylinder((10.0, 10.0), 4.0), h2=_cylinder((50.0, 10.0), 4.0),
+                   h3=_cylinder((30.0, 29.96), 4.0))
+        )  # fmt: skip
+        found = _result(placed, "h1 h2 h3", "position", 0.1, "")
+        assert found.quantity.value == pytest.approx(0.04, abs=1e-5)
+
+    def test_maximum_material(self) -> None:
+        """8.02 mm is 0.07 above the maximum material size of 7.95, and 0.03 below the least."""
+        placed = _measured(_block(h1=_cylinder((10.03, 10.04), 4.01)))
+        found = _result(placed, "h1", "position", 0.05, "A|B|C", "M")
+        assert found.bonus == pytest.approx(0.07, abs=NEAR)
+        assert found.conformity.upper == pytest.approx(0.12, abs=NEAR)
+        assert found.conformity.verdict is ConformityVerdict.CONFORMS
+        without = _result(placed, "h1", "position", 0.05, "A|B|C")
+        assert without.conformity.verdict is ConformityVerdict.DOES_NOT_CONFORM
+        least = _result(placed, "h1", "position", 0.05, "A|B|C", "L")
+        assert least.bonus == pytest.approx(0.03, abs=NEAR)
+
+    def test_the_bonus_is_not_larger_than_the_tolerance_of_the_size(self) -> None:
+        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.1)))
+        assert _result(placed, "h1", "position", 0.05, "A|B|C", "M").bonus == pytest.approx(0.1)
+
+    def test_a_datum_at_maximum_material_shifts(self) -> None:
+        """Datum h2 of 8.01 mm may shift by 0.03: the position is twice (0.05 - 0.03) mm."""
+        placed = _measured(
+            _block(h1=_cylinder((10.03, 10.04), 4.0), h2=_cylinder((50.0, 10.0), 4.005))
+        )
+        fixed = _result(placed, "h1", "position", 0.2, "A|h2|B")
+        assert fixed.quantity.value == pytest.approx(0.1, abs=NEAR)
+        found = _result(placed, "h1", "position", 0.2, "A|h2(M)|B")
+        assert found.quantity.value == pytest.approx(0.04, abs=1e-5)
+        assert "h2 may shift by up to 30.0 µm" in found.remarks[0]
+
+    def test_coaxiality_and_run_out(self) -> None:
+        """A bore off by e: twice e; the radii from the datum differ by 2 e, and a little more."""
+        block = _block(h1=_cylinder((10.0, 10.0), 4.0))
+        wide = _cylinder((10.02, 10.0), 6.0)
+        block["wide"] = ("cylinder", wide[0] - 20.0 * Z, wide[1])
+        placed = _measured(block)
+        assert _result(placed, "wide", "coaxiality", 0.1, "h1").quantity.value == pytest.approx(
+            0.04, abs=NEAR
+        )
+        for kind in ("run-out", "total run-out"):
+            found = _result(placed, "wide", kind, 0.1, "h1")
+            assert found.quantity.value == pytest.approx(0.04, abs=2.0 * NEAR)
+
+    def test_axial_run_out(self) -> None:
+        """A face that leans by 0.03 mm over 60 mm."""
+        block = _block(h1=_cylinder((10.0, 10.0), 4.0))
+        ring = 30.0 * OUTWARD
+        block["face"] = ("plane", ring + np.outer(ring[:, 0] / 60.0 * 0.03, Z), np.tile(Z, (12, 1)))
+        placed = _measured(block)
+        found = _result(placed, "face", "total run-out", 0.1, "h1")
+        assert found.quantity.value == pytest.approx(0.03, abs=2.0 * NEAR)
+
+    def test_planes(self) -> None:
+        """A plane that leans by 0.04 mm over 40 mm, and lies 0.05 mm off."""
+        block = _block()
+        kind, points, normals = block["C"]
+        off = np.array([[0.05, 0.0, 0.0]]) + np.outer(points[:, 1] / 40.0 * 0.04, [1.0, 0.0, 0.0])
+        block["C"] = (kind, points + off, normals)
+        placed = _measured(block)
+        lean = _result(placed, "C", "perpendicularity", 0.1, "B")
+        assert lean.quantity.value == pytest.approx(0.04, abs=2.0 * NEAR)
+        assert _result(placed, "C", "perpendicularity", 0.1, "A").quantity.value < 2.0 * NEAR
+        for kind in ("position", "profile"):
+            found = _result(placed, "C", kind, 0.2, "A|B")
+            assert found.free == 1  # along x: to A and B alone it is an orientation
+
+    def test_a_slot(self) -> None:
+        """A median plane off by 0.02 mm; symmetrical within 0.04."""
+        block = _block()
+        side = np.vstack([GRID + 5.02 * Z, GRID - 4.98 * Z])
+        block["S"] = ("slot", side, np.repeat([-Z, Z], 12, axis=0))
+        block["T"] = (
+            "slot",
+            np.vstack([GRID + 3.0 * Z, GRID - 3.0 * Z]),
+            np.repeat([-Z, Z], 12, axis=0),
+        )
+        placed = _measured(block)
+        assert placed["S"].feature.quantity("width").value == pytest.approx(10.0, abs=1e-9)
+        assert _result(placed, "S", "symmetry", 0.1, "T").quantity.value == pytest.approx(
+            0.04, abs=NEAR
+        )
+
+
+def test_the_frame_of_three_planes_is_that_of_the_part() -> None:
+    placed = _measured(_block())
+    system = datum_system(
+        [
+            [DatumFeature(placed[n].feature, np.array(NOMINAL[n][0]), np.array(NOMINAL[n][1]))]
+            for n in "ABC"
+        ]
+    )
+    assert system.placement.rotation == pytest.approx(PLACE.rotation, abs=1e-12)
+    assert system.placement.shift == pytest.approx(PLACE.shift, abs=1e-9)
+    assert system.free.shape == (6, 0)
+
+
+def _trials(
+    names: str, kind: str, datums: str, count: int, seed: int, material: str = ""
+) -> tuple[FloatArray, FloatArray]:
+    """Values and standard uncertainties of sets with drawn errors of single points."""
+    rng = np.random.default_rng(seed)
+    block = _block(h1=_cylinder((10.03, 10.04), 4.0), h2=_cylinder((50.02, 10.0), 4.0))
+    found = []
+    for _ in range(count):
+        placed = _measured(block, noise=lambda n: OWN * rng.normal(size=n), own=OWN)
+        found.append(_result(placed, names, kind, 0.2, datums, material).quantity)
+    return np.array([q.value for q in found]), np.array([q.u for q in found])
+
+
+@pytest.mark.parametrize(
+    ("names", "datums", "truth"),
+    [("h1", "A|B|C", 0.1), ("h1", "A|h2|B", None), ("h1 h2", "A|B|C", 0.1)],
+)
+def test_position_scatters_as_stated(names: str, datums: str, truth: float | None) -> None:
+    values, u = _trials(names, "position", datums, 60, 3)
+    # A deviation of 60 trials scatters by 9 %; three of that. The form of a part is guessed.
+    assert np.std(values) == pytest.approx(np.median(u), rel=0.3)
+    if truth is not None:
+        assert values.mean() == pytest.approx(truth, abs=4.0 * u[0] / np.sqrt(60))
+
+
+class TestRefused:
+    def test_words(self) -> None:
+        with pytest.raises(PretravelError, match="'postion' is not a tolerance"):
+            GeometricTolerance("postion", 0.1)
+        with pytest.raises(PretravelError, match="needs a datum"):
+            GeometricTolerance("parallelism", 0.1)
+        with pytest.raises(PretravelError, match="M or L"):
+            GeometricTolerance("position", 0.1, ("A",), "X")
+        with pytest.raises(PretravelError, match="no material condition"):
+            GeometricTolerance("run-out", 0.1, ("A",), "M")
+
+    @pytest.mark.parametrize(
+        ("names", "kind", "datums", "material", "message"),
+        [
+            ("h1", "position", "A|Q", "", "datum Q is not among"),
+            ("h1", "coaxiality", "h1", "", "cannot be a datum of itself"),
+            ("h1 h2", "coaxiality", "A", "", "a pattern has a position"),
+            ("h1", "parallelism", "A", "", "this is no parallelism"),
+            ("A", "position", "B", "M", "has no material condition"),
+            ("h1", "position", "A(M)|B|C", "", "no datum at maximum material"),
+        ],
+    )
+    def test_tolerances(
+        self, names: str, kind: str, datums: str, material: str, message: str
+    ) -> None:
+        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.0), h2=_cylinder((50.0, 10.0), 4.0)))
+        with pytest.raises(PretravelError, match=message):
+            _result(placed, names, kind, 0.1, datums, material)
+
+    def test_sections_of_single_points(self) -> None:
+        points, normals = _cylinder((10.0, 10.0), 4.0)
+        points = points - np.outer(np.arange(24.0), Z)
+        placed = _measured(_block(h1=(points, normals), h2=_cylinder((10.0, 10.0), 3.0)))
+        with pytest.raises(PretravelError, match="fewer than 3 points"):
+            _result(placed, "h1", "run-out", 0.1, "h2")
+
+    def test_without_a_nominal_place(self) -> None:
+        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.0)))
+        placed["h1"] = PlacedFeature(placed["h1"].feature)
+        with pytest.raises(PretravelError, match="h1: the tolerance needs its nominal point"):
+            _result(placed, "h1", "position", 0.1, "A|B|C")
