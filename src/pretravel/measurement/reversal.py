@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import azimuth_angle
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
@@ -117,7 +117,7 @@ def reversed_touches(touches: Touches) -> Reversal:
     return _with_lobes(means, np.asarray(half))
 
 
-def _orientations(touches: Touches) -> tuple[FloatArray, FloatArray]:
+def _orientations(touches: Touches) -> tuple[IntArray, IntArray]:
     if touches.spindle is None:
         raise PretravelError(
             "the touches do not state the orientation of the spindle: a column spindle_deg is "
@@ -137,7 +137,7 @@ def _orientations(touches: Touches) -> tuple[FloatArray, FloatArray]:
     return np.flatnonzero(at_first), np.flatnonzero(opposite)
 
 
-def _partners(touches: Touches, first: FloatArray, second: FloatArray) -> FloatArray:
+def _partners(touches: Touches, first: IntArray, second: IntArray) -> IntArray:
     """The row at the other orientation of each touch: the nearest that is free."""
     free = np.ones(len(second), dtype=bool)
     found = []
