@@ -25,7 +25,7 @@ from pretravel.tasks.fields import (
     with_reading,
 )
 from pretravel.tasks.qualify_references import (
-    ENDINGS,
+    TERM_ENDINGS,
     OnReferences,
     QualifiedReferences,
     as_round_reference,
@@ -151,7 +151,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
     def endings(self, output: str) -> tuple[str, ...]:
         """On blocks and several references a table or a page, and no map."""
         if output == "output" and (self.on_references or self.tip):
-            return several_tips.ENDINGS if self.tip else ENDINGS
+            return several_tips.TIP_ENDINGS if self.tip else TERM_ENDINGS
         return super().endings(output)
 
     def run(

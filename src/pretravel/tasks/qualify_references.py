@@ -315,5 +315,5 @@ class QualifiedReferences(Result):
         write_csv_table(path, term_columns(self.fit))
 
 
-ENDINGS = (".csv", *PAGES)
+TERM_ENDINGS = (".csv", *PAGES)
 """Of the output of touches on references."""
