@@ -57,6 +57,9 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
     ),
     "History of a probe": (("history", "probe.jsonl"),),
     "Repeated touches": (("repeat", "octoprint.log"),),
+    "Terms of machine and probe": (
+        ("qualify", EXAMPLES / "block_touches.csv", "--block", "25.4,50.8,76.2"),
+    ),
     "Drift over days": (("history", "logs", "--map", "map.json", *REFERENCE, "--limit", 2),),
 }  # fmt: skip
 """Commands by the kind of file that they write; later ones read the files of earlier ones."""

@@ -142,6 +142,7 @@ COMMANDS = tuple(
         ("align", (f"{EXAMPLES}/bracket_touches.csv --part {EXAMPLES}/bracket.step "
          "--tip-diameter 6 --start 212,-48,-210,0,0,33 -o {0}/place.json --points {0}/part.csv"),
          ("place.json", "part.csv")),
+        ("reversal", f"{EXAMPLES}/reversal_touches.csv -o {{0}}/means.csv", ("means.csv",)),
         ("repeat", f"{SPHERE} -o {{0}}/repeat.csv", ("repeat.csv",)),
         ("measure", "{0}/points.csv --feature sphere -o {0}/ball.json", ("ball.json",),
          ("map.json", "points.csv")),

@@ -16,7 +16,7 @@ from pretravel.files.map_json import json_of_map, map_from_json
 from pretravel.files.source_file import SourceFile, opened
 from pretravel.measurement.star_stylus import StarStylus, StarTip
 
-SCHEMA = "pretravel tips"
+TIPS_SCHEMA = "pretravel tips"
 _VERSION = 1
 
 
@@ -38,7 +38,7 @@ def write_star(path: str | Path, star: StarStylus) -> None:
         }
         for tip in star.tips
     ]
-    content = {"schema": SCHEMA, "version": _VERSION, "tips": tips}
+    content = {"schema": TIPS_SCHEMA, "version": _VERSION, "tips": tips}
     write_text(Path(path), json.dumps(content, indent=1, ensure_ascii=False) + "\n")
 
 
@@ -52,7 +52,7 @@ def is_star_file(path: str | Path) -> bool:
     if place.suffix.lower() != ".json" or not place.is_file():
         return False
     with place.open("rb") as stream:
-        return SCHEMA.encode() in stream.read(100)
+        return TIPS_SCHEMA.encode() in stream.read(100)
 
 
 def read_star(path: str | Path) -> StarStylus:
@@ -74,7 +74,7 @@ def read_star(path: str | Path) -> StarStylus:
     file = opened(path)
     try:
         content = parsed_json(file.content)
-        if content["schema"] != SCHEMA or content["version"] != _VERSION:
+        if content["schema"] != TIPS_SCHEMA or content["version"] != _VERSION:
             raise file.error(f"not a file of several tips of version {_VERSION}")
         return StarStylus(tuple(_tip(file, one) for one in content["tips"]))
     except InputError:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import azimuth_angle
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
@@ -32,7 +32,7 @@ _FEWEST = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Reversal:
+class ReversedPairs:
     """Means and differences of touches at two opposite orientations of the spindle.
 
     Attributes
@@ -76,7 +76,7 @@ class Reversal:
         return float(np.sqrt(np.mean(self.half_differences**2)))
 
 
-def reversed_touches(touches: Touches) -> Reversal:
+def reversed_touches(touches: Touches) -> ReversedPairs:
     """Pair touches at two opposite orientations of the spindle.
 
     Parameters
@@ -87,7 +87,7 @@ def reversed_touches(touches: Touches) -> Reversal:
 
     Returns
     -------
-    Reversal
+    ReversedPairs
 
     Raises
     ------
@@ -117,7 +117,7 @@ def reversed_touches(touches: Touches) -> Reversal:
     return _with_lobes(means, np.asarray(half))
 
 
-def _orientations(touches: Touches) -> tuple[FloatArray, FloatArray]:
+def _orientations(touches: Touches) -> tuple[IntArray, IntArray]:
     if touches.spindle is None:
         raise PretravelError(
             "the touches do not state the orientation of the spindle: a column spindle_deg is "
@@ -137,7 +137,7 @@ def _orientations(touches: Touches) -> tuple[FloatArray, FloatArray]:
     return np.flatnonzero(at_first), np.flatnonzero(opposite)
 
 
-def _partners(touches: Touches, first: FloatArray, second: FloatArray) -> FloatArray:
+def _partners(touches: Touches, first: IntArray, second: IntArray) -> IntArray:
     """The row at the other orientation of each touch: the nearest that is free."""
     free = np.ones(len(second), dtype=bool)
     found = []
@@ -162,12 +162,12 @@ def _partners(touches: Touches, first: FloatArray, second: FloatArray) -> FloatA
     return np.array(found)
 
 
-def _with_lobes(means: Touches, half: FloatArray) -> Reversal:
+def _with_lobes(means: Touches, half: FloatArray) -> ReversedPairs:
     level = np.abs(means.normals[:, 2]) < 0.1
     azimuth = azimuth_angle(means.normals[level])
     nothing = np.full(len(ORDERS), math.nan)
     if len(np.unique(np.round(azimuth / DEGREE))) < _FEWEST:
-        return Reversal(means, frozen(half), nothing, math.nan, nothing[:2], math.nan, 0.0)
+        return ReversedPairs(means, frozen(half), nothing, math.nan, nothing[:2], math.nan, 0.0)
     columns = np.hstack([
         np.stack([np.cos(order * azimuth), np.sin(order * azimuth)], axis=1) for order in ORDERS
     ])  # fmt: skip
@@ -177,7 +177,7 @@ def _with_lobes(means: Touches, half: FloatArray) -> Reversal:
     of_half = math.sqrt(float(left @ left) / dof)
     u = of_half * math.sqrt(float(np.linalg.inv(columns.T @ columns)[2, 2]))
     pairs = found.reshape(-1, 2)
-    return Reversal(
+    return ReversedPairs(
         means,
         frozen(half),
         frozen(np.hypot(pairs[:, 0], pairs[:, 1])),

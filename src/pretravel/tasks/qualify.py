@@ -25,11 +25,12 @@ from pretravel.tasks.fields import (
     with_reading,
 )
 from pretravel.tasks.qualify_references import (
-    ENDINGS,
+    TERM_ENDINGS,
     OnReferences,
     QualifiedReferences,
     as_round_reference,
     qualified_references,
+    references_of,
     size_warnings,
 )
 from pretravel.tasks.several_tips import OfSeveralTips
@@ -150,7 +151,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
     def endings(self, output: str) -> tuple[str, ...]:
         """On blocks and several references a table or a page, and no map."""
         if output == "output" and (self.on_references or self.tip):
-            return several_tips.ENDINGS if self.tip else ENDINGS
+            return several_tips.TIP_ENDINGS if self.tip else TERM_ENDINGS
         return super().endings(output)
 
     def run(
@@ -163,6 +164,10 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         QualifiedProbe
             Or `UpdatedProbe`, with an old map; `QualifiedReferences`, on blocks or several.
         """
+        if not self.on_references:
+            self.refuse_settings_of_references()
+        elif self.tip:
+            references_of(self)
         if self.tip:
             return several_tips.qualified_tips(self, progress)
         if self.on_references:

@@ -136,6 +136,20 @@ class OnReferences(Task):
         """Whether the touches are on a block or on several references."""
         return self.block is not None or bool(self.reference)
 
+    def refuse_settings_of_references(self) -> None:
+        """What is known of a machine has no effect on a sphere, a ring or a pin.
+
+        Raises
+        ------
+        PretravelError
+        """
+        for name in ("u_scale_ppm", "u_squareness_ppm", "u_backlash_um"):
+            if getattr(self, name) is not None:
+                raise PretravelError(
+                    "what is known of the machine is taken with a block or several references only",
+                    inputs=(name.removesuffix("_um"), "block", "reference"),
+                )
+
 
 def size_warnings(task: OnReferences) -> list[str]:
     """What a size that is not known leaves open."""
@@ -186,7 +200,7 @@ def references_of(task: Qualify) -> list[Reference]:
     """
     from pretravel.qualification.reference_fit import Reference
 
-    for name in ("diameter", "ring", "pin", "unknown_size", "prior", "kind"):
+    for name in ("diameter", "ring", "pin", "unknown_size", "prior", "kind", "tip"):
         if task.stated(name) and (name != "diameter" or task.diameter is not None):
             raise PretravelError(
                 f"{name.replace('_', ' ')} is stated, and also a block or several references; they "
@@ -301,5 +315,5 @@ class QualifiedReferences(Result):
         write_csv_table(path, term_columns(self.fit))
 
 
-ENDINGS = (".csv", *PAGES)
+TERM_ENDINGS = (".csv", *PAGES)
 """Of the output of touches on references."""

@@ -14,7 +14,7 @@ from pretravel.tasks.values import Angles, angles
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings
-    from pretravel.measurement.reversal import Reversal as Evaluated
+    from pretravel.measurement.reversal import ReversedPairs
     from pretravel.show.chart import View
     from pretravel.show.document import Document
 
@@ -59,12 +59,12 @@ class ReversedTouches(Result):
     ----------
     task : Reversal
     readings : FileReadings
-    evaluated : Evaluated
+    evaluated : ReversedPairs
     """
 
     task: Reversal
     readings: FileReadings
-    evaluated: Evaluated
+    evaluated: ReversedPairs
 
     def document(self) -> Document:
         """The report."""
@@ -104,8 +104,8 @@ class ReversedTouches(Result):
             notes=(
                 (
                     "Left in the means: mean pretravel, lobes of order two, four and so on, what "
-                    "does not turn with the spindle. Qualify on the means of a ring or a sphere to know "
-                    "them with U."
+                    "does not turn with the spindle. Qualify on the means of a ring or a sphere to "
+                    "know them with U."
                 ),
             ),
             warnings=tuple(self.readings.notes()),
@@ -123,7 +123,7 @@ class ReversedTouches(Result):
         write_touches(path, self.evaluated.means)
 
 
-def _view(found: Evaluated) -> View:
+def _view(found: ReversedPairs) -> View:
     from pretravel.base.directions import azimuth_angle
     from pretravel.show.chart import Axis, PlaneChart, View
     from pretravel.show.chart_marks import Dots, Rule

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pretravel.tasks.compensate import Compensate
     from pretravel.tasks.qualify import Qualify
 
-ENDINGS = (".json", *PAGES)
+TIP_ENDINGS = (".json", *PAGES)
 """Of the output of several tips."""
 _TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
 

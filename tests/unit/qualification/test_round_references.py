@@ -73,3 +73,9 @@ def test_refused() -> None:
         unknown_diameter(touches.take([0, 12]), 6.0, ring=True)
     with pytest.raises(PretravelError, match="no touch on an upright wall"):
         as_ring_touches(Touches(touches.positions, np.tile([0.0, 0.0, 1.0], (24, 1))), 25.0)
+
+
+def test_few_touches_at_two_heights_stay() -> None:
+    """Five touches show no tilt: a quick update of a map takes them as they are."""
+    touches = _touched(ring=True, heights=(0.0, 8.0)).take([0, 9, 18, 30, 45])
+    assert without_tilt(touches, ring=True) is touches

@@ -18,7 +18,7 @@ from pretravel.tasks.values import StatedColumns
 if TYPE_CHECKING:
     from pretravel.files.file_format import ReadingOptions
 
-QUALIFICATION = TaskForm(Qualify)
+QUALIFICATION = TaskForm(Qualify, shared=("pin",))
 CONTROL = TaskForm(Export, prefix="export_", without=("tip_diameter", "show_template"))
 """The map is not read from a file here, and no template is printed."""
 OF_FILE: Mapping[str, Any] = {"units": None, "decimal": None, "columns": {}, "left_out": []}
