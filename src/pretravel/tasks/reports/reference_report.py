@@ -128,8 +128,10 @@ def _directions_table(fit: ReferenceFit) -> Table:
                                     for t in fit.pretravel], "µm", decimals(2)),
             Column.of("U", [t.expanded / MICROMETRE if t.determined else math.nan
                             for t in fit.pretravel], "µm", decimals(2)),
-            Column.of("remark", ["" if t.determined else f"not told from {', '.join(t.told_from[:2])}"
-                           for t in fit.pretravel]),
+            Column.of("remark", [
+                "" if t.determined else f"not told from {', '.join(t.told_from[:2])}"
+                for t in fit.pretravel
+            ]),
         ),
         "Pretravel by the outward normal of the surface:",
         "A direction alone is told from the place of the reference where opposite directions and "
