@@ -24,8 +24,8 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.departure import Departure
 from benchmarks.departures.machine import DIAMETER, PART_AT, Run, latched, reference_run
-from benchmarks.departures.probes import MICROMETRE, six_seats
-from benchmarks.departures.tripod import FLAT, TIP_RADIUS, Tripod
+from benchmarks.departures.probes import MICROMETRE, MakeProbe, six_seats, uneven
+from benchmarks.departures.tripod import FLAT, TIP_RADIUS, SimulatedProbe
 
 from pretravel import PretravelMap, Touches, apply, measure_feature, qualify, relations_between
 from pretravel.measurement.conformity import (
@@ -85,7 +85,7 @@ PLANES = (4, 50)
 class Workshop:
     """A probe, the map that was made of it, and the noise to come."""
 
-    probe: Tripod
+    probe: SimulatedProbe
     pretravel_map: PretravelMap
     generator: np.random.Generator
     centre_error: np.ndarray  # of the reference, to which positions refer [mm]
@@ -105,10 +105,10 @@ class Workshop:
         return measure_feature(points, kind, axis=Z if kind == "bore" else None, label=label)
 
 
-def workshop(number: int, kind: str) -> Workshop:
+def workshop(number: int, kind: str, make_probe: MakeProbe = six_seats) -> Workshop:
     """One probe, qualified as a user does."""
     generator = np.random.default_rng([SEED, number])
-    probe = six_seats(generator)
+    probe = make_probe(generator)
     departure = Departure("sphere", diameter_error=generator.normal(0.0, U_DIAMETER))
     reference = reference_run(departure, probe, generator)
     at = latched(reference.run, probe, departure, generator)
@@ -200,6 +200,19 @@ def plane_row(shop: Workshop, count: int) -> dict[str, float]:
     return _form_and_size(found, np.zeros(count), None, None)
 
 
+def height_row(shop: Workshop, count: int) -> dict[str, float]:
+    """A plane touched from above: its height from the centre of the reference."""
+    at = shop.generator.uniform(-20.0, 20.0, (count, 3)) * [1.0, 1.0, 0.0]
+    found = shop.measured("plane", PART_AT + at, np.tile(Z, (count, 1)), FLAT).quantity("z")
+    error = found.value - PART_AT[2] - shop.centre_error[2]
+    return {
+        "chi": (error / found.u) ** 2,
+        "covered": float(abs(error) <= found.expanded_u),
+        "u": found.u,
+        "error": error,
+    }
+
+
 def _apart(first: MeasuredFeature, second: MeasuredFeature, truth: float) -> dict[str, float]:
     """The one distance or angle of two features, in units of its u, and of u in quadrature."""
     (relation,) = relations_between([first, second])
@@ -263,6 +276,9 @@ def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
     }
     found["two planes, 9 touches each, step of 5 mm"] = planes_apart(shop, Z, angle=False)
     found["two planes, 9 touches each, angle of 57.3°"] = planes_apart(shop, oblique, angle=True)
+    for name, one in (("usual", shop), ("very uneven", workshop(number, kind, uneven))):
+        row = f"two heights, plane (50 touches) and sphere, {name} probe"
+        found[row] = height_row(one, 50)
     return found
 
 

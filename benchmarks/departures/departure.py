@@ -48,6 +48,11 @@ class Departure:
     """In the touches on the reference, and in those of the part."""
     diameter_error: float = 0.0
     """True less calibrated diameter."""
+    form: float = 0.0
+    """Of the reference: an oval, between highest and lowest point."""
+    usual_errors: bool = False
+    """Each set draws what u contains of a usual machine: diameter, temperature and form of the
+    reference, hysteresis."""
     gross_errors: tuple[float, ...] = ()
     """Of single touches on the reference, at random places, outwards."""
     check: int | None = None

@@ -24,6 +24,7 @@ from .machine import (
     part_run,
     reference_run,
     with_gross_errors,
+    with_usual_errors,
 )
 from .patterns import reachable, scattered
 from .probes import MICROMETRE
@@ -99,9 +100,11 @@ class Scene:
 def scene_of(job: Job) -> Scene:
     """The simulated set; probe, part and noise do not depend on the departure."""
     departure = ROWS[job.row]
-    streams = np.random.SeedSequence([job.seed, job.number]).spawn(7)
+    streams = np.random.SeedSequence([job.seed, job.number]).spawn(8)
     generators = [np.random.default_rng(stream) for stream in streams]
-    for_probe, for_reference, for_part, noise, gross, later, ageing = generators
+    for_probe, for_reference, for_part, noise, gross, later, ageing, usual = generators
+    if departure.usual_errors:
+        departure = with_usual_errors(departure, usual)
     probe = departure.make_probe(for_probe)
     reference = reference_run(departure, probe, for_reference)
     found = latched(reference.run, probe, departure, noise)

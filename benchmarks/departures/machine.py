@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,11 @@ REFERENCE_AT = np.array([212.3447, -87.9123, -301.4561])
 PART_AT = np.array([148.2312, 12.4478, -322.8719])
 PART_SIZE = 20.0
 """Largest distance of a part's points from its datum. [mm]"""
+# A usual workshop, as docs/qualification.md describes it: what u contains where nothing is stated.
+U_DIAMETER, U_WARMER, FORM = 0.2e-3, 0.2, 0.13e-3  # mm, K, mm
+EXPANSION = 11.5e-6
+HYSTERESES = {0.0: 0.63, 0.4e-3: 0.25, 1.0e-3: 0.10, 3.0e-3: 0.02}
+"""Standard deviations of a hysteresis, with their shares. [mm]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +49,19 @@ class Reference:
     center: np.ndarray
 
 
+def with_usual_errors(departure: Departure, generator: np.random.Generator) -> Departure:
+    """Errors of reference and machine of a usual workshop."""
+    size = RING_DIAMETER if departure.ring else DIAMETER
+    diameter, warmer, memory = generator.standard_normal(3)
+    usual = generator.choice(list(HYSTERESES), p=list(HYSTERESES.values()))
+    return replace(
+        departure,
+        diameter_error=U_DIAMETER * diameter + EXPANSION * size * U_WARMER * warmer,
+        form=FORM,
+        hysteresis=usual * memory,
+    )
+
+
 def reference_run(
     departure: Departure, probe: SimulatedProbe, generator: np.random.Generator
 ) -> Reference:
@@ -62,6 +80,10 @@ def reference_run(
     along = outward @ offset
     reach = -along + np.sqrt(along**2 + distance**2 - offset @ offset)
     radial = (offset + reach[:, None] * outward) / distance
+    if departure.form > 0.0:
+        turn = np.arctan2(outward[:, 1], outward[:, 0]) - generator.uniform(0.0, np.pi)
+        across = np.sum(outward[:, :2] ** 2, axis=1)
+        reach = reach + 0.5 * departure.form * across * np.cos(2.0 * turn)
     side = -1.0 if departure.ring else 1.0
     during = np.linspace(-0.5, 0.5, len(rows))[:, None]
     toward = generator.normal(size=3)

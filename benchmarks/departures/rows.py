@@ -31,6 +31,9 @@ _CHANGED = {f"{name}_{n}": _changed(name, n) for name in _CHANGES for n in (5, 9
 
 ROWS: Mapping[str, Departure] = {
     "baseline": Departure("baseline, noise 0.3 µm"),
+    "baseline_usual": Departure(
+        "baseline, with the usual errors that u contains", usual_errors=True
+    ),
     "rod_10deg": Departure("one rod 10° out", make_probe=probes.rod_out),
     "five": Departure("five directions", directions=patterns.FIVE),
     "six": Departure("six directions", directions=patterns.SIX),
@@ -46,6 +49,12 @@ ROWS: Mapping[str, Departure] = {
     ),
     "nine": Departure("nine directions", directions=patterns.NINE),
     "fourteen": Departure("fourteen directions", directions=patterns.FOURTEEN),
+    "nine_usual": Departure(
+        "nine directions, with these errors", directions=patterns.NINE, usual_errors=True
+    ),
+    "fourteen_usual": Departure(
+        "fourteen directions, with these errors", directions=patterns.FOURTEEN, usual_errors=True
+    ),
     "single": Departure("25 directions once", repeats=1),
     "uneven": Departure("very uneven probe, stylus of 100 mm", make_probe=probes.uneven),
     "prior_5": Departure("map of an aged probe, 5 planned touches", check=5),
@@ -97,6 +106,21 @@ ROWS: Mapping[str, Departure] = {
     ),
     "ring": Departure(
         "ring gauge, 24 directions", directions=patterns.RING_24, repeats=3, ring=True
+    ),
+    "ring_shuffled": Departure(
+        "ring gauge, 24 directions, passes in random order",
+        directions=patterns.RING_24,
+        repeats=3,
+        ring=True,
+        order="shuffled passes",
+    ),
+    "ring_usual": Departure(
+        "ring gauge, 24 directions, passes in random order, with these errors",
+        directions=patterns.RING_24,
+        repeats=3,
+        ring=True,
+        order="shuffled passes",
+        usual_errors=True,
     ),
     "smooth_lobes": Departure(
         "smooth lobes of 8 µm, 92 touches without repeats",

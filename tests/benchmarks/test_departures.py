@@ -15,6 +15,9 @@ from benchmarks.departures.departure import Departure
 from benchmarks.departures.evaluation import Job, Outcome, evaluated, scene_of
 from benchmarks.departures.tripod import TIP_RADIUS, Tripod, scaled
 
+from pretravel.maps.provenance import QualificationSetup
+from pretravel.qualification.machine_effects import _HYSTERESES
+
 MICROMETRE = 1e-3
 LEVER, SEAT_RADIUS, PRELOAD, SUPPORT = 50.0, 9.0, 5.0, np.radians(30.0)
 
@@ -371,3 +374,19 @@ def test_refusals_are_counted_and_not_averaged() -> None:
         "       1 × doubtful by # µm",
         "       1 × refused: too few touches",
     ]
+
+
+def test_usual_errors_have_the_sizes_that_u_assumes() -> None:
+    """Of 4000 draws: diameter 0.2 µm and 0.2 K of steel; hysteresis by its shares, within 4 u."""
+    rng = np.random.default_rng(3)
+    drawn = [machine.with_usual_errors(Departure("usual"), rng) for _ in range(4000)]
+    setup = QualificationSetup(machine.DIAMETER)
+    squares = np.array([d.diameter_error for d in drawn]) ** 2
+    assert np.mean(squares) == pytest.approx(setup.u_reference_diameter**2, rel=4 * 0.022)
+    assert drawn[0].form == pytest.approx(setup.sphere_form)
+    share = np.mean([d.hysteresis != 0.0 for d in drawn])
+    assert share == pytest.approx(sum(_HYSTERESES.values()), abs=4 * 0.0076)
+    expected = sum(weight * size**2 for size, weight in _HYSTERESES.items())
+    squares = np.array([d.hysteresis for d in drawn]) ** 2
+    spread = np.sqrt(3.0 * sum(w * s**4 for s, w in _HYSTERESES.items()) / 4000.0)
+    assert np.mean(squares) == pytest.approx(expected, abs=4 * spread)

@@ -176,7 +176,9 @@ def test_half_axes_of_table_4_11_are_fitted() -> None:
         fit = least_squares(misfit, [9.0, 7.0, 0.4], args=(rows,), xtol=1e-15, ftol=1e-15)
         noise = np.sum(fit.fun**2) / (len(rows) - 3)
         u = np.sqrt(np.diag(noise * np.linalg.inv(fit.jac.T @ fit.jac)))
-        assert fit.x == pytest.approx(expected, abs=0.015)
+        # The valley is flat: where the search ends differs by some percent of u.
+        for found, value, spread in zip(fit.x, expected, u_expected, strict=True):
+            assert found == pytest.approx(value, abs=0.005 + 0.05 * spread)
         assert u == pytest.approx(u_expected, rel=0.1)
         assert fit.x[1] / fit.x[0] == pytest.approx(0.6000, abs=1e-4)
         assert _slid_on_ellipsoid(*fit.x[:2])[19] == pytest.approx(printed[19], abs=2e-3)

@@ -7,19 +7,24 @@ its own, with a `Control` at the end, and list that in the group of entry points
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import polar_angle
 from pretravel.base.errors import PretravelError
 from pretravel.base.plugins import Plugins
-from pretravel.base.units import MICROMETRE, delay_travel
+from pretravel.base.units import DEGREE, MICROMETRE, delay_travel
 from pretravel.controls.axis_radii import axis_radii, axis_radii_text
-from pretravel.controls.control_table import TableSettings
+from pretravel.controls.control_table import SLACK_DEG, TableSettings
 from pretravel.controls.haas import HAAS, haas_macro
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
-from pretravel.controls.lookup import describe_form
+from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table
 from pretravel.controls.macro_b import (
@@ -30,7 +35,7 @@ from pretravel.controls.macro_b import (
     renishaw_variables,
 )
 from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle, siemens_formula
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
 _FIRST_LINUXCNC, _MOST_LINUXCNC = 1050, 1900
@@ -38,6 +43,8 @@ _MOST_MACRO_B = 399
 _TABLE_FILE = "pretravel_table.ngc"
 _ROOM_FOR_A_TABLE = 500
 """Fewest parameters that must remain for a table of LinuxCNC."""
+USUAL_TOLERANCE = 0.02 * MICROMETRE
+"""Deviation of an interpolated table from the map that no measurement sees. [mm]"""
 _REMARK_LINES = 12
 """Remarks are among the first lines of a table's text."""
 
@@ -50,10 +57,12 @@ class ExportSettings:
     ----------
     base : int, optional
         First variable of the control; a default for each control.
-    tolerance : float
-        Largest deviation of an interpolated table from the map. [mm]
+    tolerance : float, optional
+        Largest deviation of an interpolated table from the map; `USUAL_TOLERANCE` when not given,
+        which half of the map's uncertainty may exceed. [mm]
     form : str
-        Formula, table, or auto: on LinuxCNC the formula where the map has one, else a table.
+        Formula, table, or auto: on LinuxCNC the formula where the map has one, else a table; on the
+        others a table, or the formula where the table would be coarser than the tolerance.
     criterion : str
         For vector radii; see `pretravel.maps.sector_tables.resampled_sectors`.
     template : str, optional
@@ -79,7 +88,7 @@ class ExportSettings:
     """
 
     base: int | None = None
-    tolerance: float = 0.02 * MICROMETRE
+    tolerance: float | None = None
     form: str = "auto"
     criterion: str = "max"
     template: str | None = None
@@ -91,6 +100,11 @@ class ExportSettings:
     angles: str = "normals"
     program: int | None = None
     tool: int | None = None
+
+    @property
+    def largest_deviation(self) -> float:
+        """That a table is made for. [mm]"""
+        return USUAL_TOLERANCE if self.tolerance is None else self.tolerance
 
     @property
     def table(self) -> TableSettings:
@@ -111,12 +125,15 @@ class ExportedFiles:
     remarks : tuple of str
         Statements about the texts, for the user.
     warnings : tuple of str
+    form : Lookup, optional
+        What the control evaluates, where it takes off more than a table of radii.
     """
 
     texts: Mapping[str, str]
     obsolete: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    form: Lookup | None = None
 
 
 @dataclass(frozen=True)
@@ -140,6 +157,52 @@ class Control:
     folder: bool = False
     uses_feed: bool = False
     options: frozenset[str] = frozenset()
+
+
+def correction_on_control(
+    pretravel_map: PretravelMap, to: str, settings: ExportSettings
+) -> tuple[str, Callable[[FloatArray], FloatArray]]:
+    """The pretravel that a control will take off, by its own formula or interpolation.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    to : str
+        Name of the control.
+    settings : ExportSettings
+        Those of the export.
+
+    Returns
+    -------
+    name : str
+        The control and its form, in words.
+    correction : callable
+        Pretravel (n,) of outward normals (n, 3), machine frame; nan where there is an alarm. [mm]
+
+    Raises
+    ------
+    PretravelError
+        A control that takes radii off; an unknown one.
+    """
+    if to not in CONTROLS:
+        known = ", ".join(CONTROLS)
+        raise PretravelError(f"control '{to}' is not known; there are {known}", inputs=("for",))
+    form = CONTROLS[to].files(pretravel_map, settings).form
+    if form is None:
+        raise PretravelError(
+            f"the files for {to} contain radii, not a map: what they leave is in the rows of two "
+            "axis radii and of eight radii",
+            inputs=("for",),
+        )
+
+    def correction(normals: FloatArray) -> FloatArray:
+        directions = pretravel_map.probe_directions(normals)
+        polar, slack = polar_angle(directions), SLACK_DEG * DEGREE
+        held = (polar >= form.band.lowest - slack) & (polar <= form.band.highest + slack)
+        return np.where(held, form.value(directions), np.nan)
+
+    table = isinstance(form, LookupTable)
+    return f"{to}, {form.description.partition(',')[0] if table else 'formula'}", correction
 
 
 def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
@@ -192,18 +255,19 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)
     if exact is not None:
         texts = subroutines(pretravel_map, exact)
-        return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),))
+        return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),), form=exact)
     if settings.form == "formula":
         _own_formula(pretravel_map)
     table = lookup_table(
         pretravel_map,
-        tolerance=settings.tolerance,
+        tolerance=settings.largest_deviation,
         most_values=min(_MOST_LINUXCNC, LAST_FREE - base),
     )
     return ExportedFiles(
         subroutines(pretravel_map, table),
         remarks=(describe_form(table),),
-        warnings=_coarse_table_warnings(table, settings.tolerance),
+        warnings=_coarse_table_warnings(table, settings.largest_deviation),
+        form=table,
     )
 
 
@@ -240,35 +304,52 @@ def _macro_files(
     dialect: MacroDialect,
     programs: Callable[[PretravelMap, LookupTable, TableSettings], dict[str, str]],
 ) -> ExportedFiles:
-    if settings.form == "formula":
-        form = _own_formula(pretravel_map)
-        texts = macro_formula(pretravel_map, form, settings.table, dialect)
-        (lookup,) = texts.values()
-        return ExportedFiles(texts, remarks=_remarks(lookup))
     base = dialect.base if settings.base is None else settings.base
     # One variable contains the number of the table.
     most_values = min(dialect.room(base) - 1, _MOST_MACRO_B)
-    table = lookup_table(pretravel_map, tolerance=settings.tolerance, most_values=most_values)
-    texts = programs(pretravel_map, table, settings.table)
-    return _table_files(texts, table, settings)
+    form = _table_or_formula(pretravel_map, settings, most_values)
+    if isinstance(form, LookupTable):
+        return _form_files(programs(pretravel_map, form, settings.table), form, settings)
+    return _form_files(macro_formula(pretravel_map, form, settings.table, dialect), form, settings)
 
 
 def _siemens(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    form = _table_or_formula(pretravel_map, settings, MOST_SIEMENS_VALUES)
+    if isinstance(form, LookupTable):
+        return _form_files(siemens_cycle(pretravel_map, form, settings.table), form, settings)
+    texts = siemens_formula(pretravel_map, form, settings.table)
+    return _form_files(texts, form, settings, obsolete=("PRETRAVEL_TABLE.SPF",))
+
+
+def _table_or_formula(
+    pretravel_map: PretravelMap, settings: ExportSettings, most_values: int
+) -> LookupTable | LookupSeries | LookupSeats:
+    """What the settings ask for; auto: a table, where it is as fine as they or the map's u ask."""
     if settings.form == "formula":
-        texts = siemens_formula(pretravel_map, _own_formula(pretravel_map), settings.table)
-        return ExportedFiles(texts, ("PRETRAVEL_TABLE.SPF",), _remarks(texts["PRETRAVEL.SPF"]))
+        return _own_formula(pretravel_map)
     table = lookup_table(
-        pretravel_map, tolerance=settings.tolerance, most_values=MOST_SIEMENS_VALUES
+        pretravel_map, tolerance=settings.largest_deviation, most_values=most_values
     )
-    return _table_files(siemens_cycle(pretravel_map, table, settings.table), table, settings)
+    allowed = settings.largest_deviation
+    if settings.tolerance is None:
+        u = over_support(pretravel_map)[2]
+        allowed = max(allowed, 0.5 * math.sqrt(float(np.mean(u**2))))
+    if settings.form == "table" or table.largest_error <= allowed:
+        return table
+    return exact_lookup(pretravel_map) or table
 
 
-def _table_files(
-    texts: Mapping[str, str], table: LookupTable, settings: ExportSettings
+def _form_files(
+    texts: Mapping[str, str],
+    form: LookupTable | LookupSeries | LookupSeats,
+    settings: ExportSettings,
+    obsolete: tuple[str, ...] = (),
 ) -> ExportedFiles:
-    lookup = list(texts.values())[-1]
-    warnings = _coarse_table_warnings(table, settings.tolerance)
-    return ExportedFiles(texts, remarks=_remarks(lookup), warnings=warnings)
+    remarks = _remarks(list(texts.values())[-1])
+    warnings: tuple[str, ...] = ()
+    if isinstance(form, LookupTable):
+        warnings = _coarse_table_warnings(form, settings.largest_deviation)
+    return ExportedFiles(texts, obsolete, remarks, warnings, form)
 
 
 def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
@@ -303,7 +384,7 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
     warning = (
         f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
         f"than the tolerance of {tolerance / MICROMETRE:g} µm: there are too few variables for a "
-        "finer table. The formula of the map, where it has one, needs no table"
+        "finer table. The form 'formula' needs no table, where the map has one"
     )
     return (warning,)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,9 @@ UNCORRECTED = "uncorrected"
 """The method that subtracts no pretravel, only the radius of the tip."""
 _COUNT = 4000  # directions over the sphere
 _AXIS = np.array([[0.0, 0.0, 1.0]])
+FULL_MAP = "full map"
+Correction = Callable[[FloatArray], FloatArray]
+"""Pretravel that is subtracted, (n,), of outward normals (n, 3) in the machine frame. [mm]"""
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,7 @@ class CorrectionResidual:
     where : str
         equator, all or part.
     count : int
-        Directions.
+        Directions in which there is a correction.
     largest, rms : float
         Of correction less map.
     """
@@ -69,7 +72,9 @@ class Comparison:
 
 
 def compare_corrections(
-    pretravel_map: MapLike, part_normals: npt.ArrayLike | None = None
+    pretravel_map: MapLike,
+    part_normals: npt.ArrayLike | None = None,
+    others: Mapping[str, Correction] | None = None,
 ) -> Comparison:
     """Compare the corrections of today's controls, and Woźniak's, with a map.
 
@@ -79,6 +84,8 @@ def compare_corrections(
         Represents the probe. The corrections are made from it, without errors of touching.
     part_normals : (n, 3) float, optional
         Outward unit normals of the touches of a part.
+    others : mapping of str to callable, optional
+        Further corrections by name, for example that of a control; nan where they have none.
 
     Returns
     -------
@@ -113,17 +120,19 @@ def compare_corrections(
         places["part"] = checked_unit(part_normals, "normals of the part")
     truth = {where: pretravel_map.pretravel(n) for where, n in places.items()}
     rows, curves = [], {}
-    for method, correction in _corrections(pretravel_map, places["all"]).items():
+    corrections = _corrections(pretravel_map, places["all"]) | dict(others or {})
+    corrections[FULL_MAP] = corrections.pop(FULL_MAP)
+    for method, correction in corrections.items():
         off = {where: correction(n) - truth[where] for where, n in places.items()}
         curves[method] = off["equator"]
         rows += [
             CorrectionResidual(
                 method,
                 where,
-                len(values),
+                len(_finite(values)),
                 # All directions contain the equator, which the spread ones miss by some degrees.
                 _largest(values, *([off["equator"]] if where == "all" else [])),
-                float(np.sqrt(np.mean(values**2))),
+                float(np.sqrt(np.sum(_finite(values) ** 2) / max(len(_finite(values)), 1))),
             )
             for where, values in off.items()
         ]
@@ -132,7 +141,11 @@ def compare_corrections(
 
 
 def _largest(*errors: FloatArray) -> float:
-    return float(np.max(np.abs(np.concatenate(errors))))
+    return float(np.max(np.abs(_finite(np.concatenate(errors))), initial=0.0))
+
+
+def _finite(errors: FloatArray) -> FloatArray:
+    return np.asarray(errors[np.isfinite(errors)])
 
 
 def _supported(pretravel_map: PretravelMap) -> FloatArray:
@@ -145,9 +158,7 @@ def _supported(pretravel_map: PretravelMap) -> FloatArray:
     return np.asarray(held @ pretravel_map.rotation.T)
 
 
-def _corrections(
-    pretravel_map: PretravelMap, everywhere: FloatArray
-) -> dict[str, Callable[[FloatArray], FloatArray]]:
+def _corrections(pretravel_map: PretravelMap, everywhere: FloatArray) -> dict[str, Correction]:
     """Pretravel that each method subtracts, as functions of the normal, machine frame."""
     ring = equator(pretravel_map, np.arange(0.0, 360.0, 1.0))
     four = equator(pretravel_map, np.array([0.0, 90.0, 180.0, 270.0]))
@@ -160,7 +171,7 @@ def _corrections(
         quarter = np.floor(azimuth_angle(n) / (90.0 * DEGREE) + 0.5).astype(np.int64)
         return np.asarray(values[quarter % len(values)])
 
-    def in_plane(across: Callable[[FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
+    def in_plane(across: Correction) -> Correction:
         def correction(n: FloatArray) -> FloatArray:
             value = across(n)
             if axial is None:
@@ -178,13 +189,11 @@ def _corrections(
         "eight sectors": in_plane(lambda n: basis.design(n) @ touched),
         "eight sectors, resampled": in_plane(lambda n: basis.design(n) @ resampled),
         "Woźniak": _wozniak(pretravel_map, everywhere),
-        "full map": pretravel_map.pretravel,
+        FULL_MAP: pretravel_map.pretravel,
     }
 
 
-def _wozniak(
-    pretravel_map: PretravelMap, everywhere: FloatArray
-) -> Callable[[FloatArray], FloatArray]:
+def _wozniak(pretravel_map: PretravelMap, everywhere: FloatArray) -> Correction:
     """One constant and the azimuth of a lobe, least squares over all directions."""
     truth = pretravel_map.pretravel(everywhere)
     directions = pretravel_map.probe_directions(everywhere)

@@ -118,14 +118,18 @@ def machine_effects(
             )
     hysteresis, moments, probability = _memory(observation, change, order)
     before = previous_directions(observation.directions, predecessors(order))
-    change = change + hysteresis_columns(observation.directions, before)[:, :2] @ hysteresis
+    columns = hysteresis_columns(observation.directions, before)[:, :2]
+    change = change + columns @ hysteresis
     between = between_predecessors(observation.values - change, groups, order)
     remaining = between.variance if between.p_value < _HYSTERESIS_LEVEL else 0.0
     variance += remaining
     if probability == _COMMON and between.warning:  # nothing was determined
         warnings.append(between.warning)
     if probability:
-        variance += _scatter_by_memory(observation.group_directions, moments)
+        sums = np.column_stack([np.bincount(groups, column) for column in columns.T])
+        own = np.asarray(sums / np.bincount(groups)[:, None])
+        left = moments - np.outer(hysteresis, hysteresis)
+        variance += _scatter_by_memory(observation.group_directions, moments, own, left)
     warnings.extend(_memory_warnings(probability, hysteresis, moments))
     return MachineEffects(
         step=step,
@@ -257,13 +261,30 @@ def _log_density(value: FloatArray, covariance: FloatArray) -> float:
     return -0.5 * float(whitened @ whitened + np.linalg.slogdet(covariance)[1])
 
 
-def _scatter_by_memory(directions: FloatArray, moments: FloatArray) -> float:
-    """Variance of a touch after one in any other direction, mean over the directions. [mm²]"""
+def _scatter_by_memory(
+    directions: FloatArray, moments: FloatArray, own: FloatArray, left: FloatArray
+) -> float:
+    """Mean square by which a touch after one in any other direction differs from the map. [mm²]
+
+    The map contains the memory of the touches that it was made of, as far as it was not
+    subtracted: in a row of repeats most of them follow a touch in the same direction.
+
+    Parameters
+    ----------
+    directions : (g, 3) float
+    moments, left : (2, 2) float
+        Second moments of the memory, and of what was not subtracted of it. [mm²]
+    own : (g, 2) float
+        Mean columns of the touches of each direction.
+    """
     # The columns are products of components of two directions, and so are the means over pairs
     # products of the mean products of components: all pairs in one small matrix.
     squares = (directions.T @ directions / len(directions)) ** 2
     lateral = float(squares[:2, :2].sum())
     mixed = float(squares[:2, 2].sum())
-    return float(
+    any_before = float(
         moments[0, 0] * lateral + 2.0 * moments[0, 1] * mixed + moments[1, 1] * squares[2, 2]
     )
+    mean_before = hysteresis_columns(directions, directions.mean(axis=0))[:, :2]
+    in_map = np.sum((own - 2.0 * mean_before) @ left * own, axis=1)
+    return any_before + float(np.mean(in_map))

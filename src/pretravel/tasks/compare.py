@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.tasks.export import ControlForm
 from pretravel.tasks.fields import ModelName, Reported, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
@@ -14,9 +15,15 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.measurement.comparison import Comparison
+    from pretravel.measurement.comparison import Comparison, Correction
     from pretravel.show.document import Document
     from pretravel.tasks.compare_designs import DesignComparison
+
+
+def _controls_with_maps() -> list[str]:
+    from pretravel.controls.exports import CONTROLS
+
+    return [name for name, control in CONTROLS.items() if "form" in control.options]
 
 
 class Compare(Reported):
@@ -62,6 +69,18 @@ class Compare(Reported):
             reads=True,
         ),
     ] = None
+    control: Annotated[
+        str | None,
+        Field(
+            help="Also the correction that this control will make with the files of pretravel "
+            "export: linuxcnc, fanuc, haas or siemens.",
+            option="--for",
+            names=_controls_with_maps,
+            metavar="CONTROL",
+            label="Correction on a control",
+        ),
+    ] = None
+    form: ControlForm = None
     model: ModelName = "analytic"
     output: Annotated[
         Path | None,
@@ -97,7 +116,23 @@ class Compare(Reported):
         """Compare corrections with a map; parameters and errors as `compare_corrections`."""
         from pretravel.measurement.comparison import compare_corrections
 
-        return ComparedMap(self, pretravel_map, compare_corrections(pretravel_map, part_normals))
+        others = self._on_control(pretravel_map)
+        compared = compare_corrections(pretravel_map, part_normals, others)
+        return ComparedMap(self, pretravel_map, compared)
+
+    def _on_control(self, pretravel_map: PretravelMap) -> dict[str, Correction]:
+        from pretravel.controls.exports import ExportSettings, correction_on_control
+
+        if self.control is None:
+            if self.form is not None:
+                raise PretravelError(
+                    "a form is that of the files of a control; state which control too",
+                    inputs=("form", "for"),
+                )
+            return {}
+        settings = ExportSettings(form=self.form or "auto")
+        name, correction = correction_on_control(pretravel_map, self.control, settings)
+        return {name: correction}
 
     def _of_probes(self, other: str, progress: Progress) -> ComparedProbes:
         from pretravel.tasks.compare_designs import compare_designs
@@ -108,6 +143,11 @@ class Compare(Reported):
             raise PretravelError(
                 f"{maps[0]} is not the description of a probe. compare takes one map, or two "
                 "probes (names of pretravel probes, or .toml)"
+            )
+        if self.control is not None:
+            raise PretravelError(
+                "the files of a control are those of one map, not of two probes; leave it out",
+                inputs=("for",),
             )
         if self.part is not None:
             raise PretravelError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, FEED_OR_NONE, TIP_BALL
@@ -76,6 +76,22 @@ def applies(to: str, setting: str) -> bool:
     return setting not in _OF_CONTROLS or _OF_CONTROLS[setting] in used
 
 
+ControlForm: TypeAlias = Annotated[
+    Literal["auto", "formula", "table"] | None,
+    Field(
+        help="linuxcnc, fanuc, haas, siemens: formula (exact: harmonic, mean and physical "
+        "maps; no table), table (interpolated) or auto (default: on linuxcnc the formula, "
+        "on the others a table, where it is fine enough).",
+        words={
+            "": "Usual: automatic",
+            "auto": "Automatic",
+            "formula": "Formula (exact)",
+            "table": "Table",
+        },
+    ),
+]
+
+
 class Export(Task):
     """Export a map as tables and macros for a control."""
 
@@ -114,28 +130,15 @@ class Export(Task):
         Path | None,
         Field(help="File; for several files the folder.", short="-o", writes=FOLDER),
     ] = None
-    form: Annotated[
-        Literal["auto", "formula", "table"] | None,
-        Field(
-            help="linuxcnc, fanuc, haas, siemens: formula (exact: harmonic, mean and physical "
-            "maps; no table), table (interpolated) or auto (default: on linuxcnc the formula, "
-            "else a table).",
-            words={
-                "": "Usual: automatic",
-                "auto": "Automatic",
-                "formula": "Formula (exact)",
-                "table": "Table",
-            },
-        ),
-    ] = None
+    form: ControlForm = None
     tolerance_um: Annotated[
         float | None,
         Field(
             help="linuxcnc, fanuc, haas, siemens: largest deviation of the interpolated table from "
-            "the map, in µm; 0.02 by default.",
+            "the map, in µm; by default 0.02, or half of the map's u.",
             range=(1e-6, 1000.0),
             label="Largest deviation from the map",
-            hint="Empty: 0.02 µm",
+            hint="Empty: 0.02 µm, or half of the map's u",
         ),
     ] = None
     base: Annotated[

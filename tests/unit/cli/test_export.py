@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel import qualify
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
 from pretravel.controls.exports import CONTROLS
@@ -177,3 +178,21 @@ class TestExportCommand:
         monkeypatch.chdir(tmp_path)
         assert words in run("export", map_file, *options, code=2)
         assert sorted(p.name for p in tmp_path.iterdir()) == ["map.json"]
+
+
+def test_compare_says_what_a_control_will_have(tmp_path: Path) -> None:
+    """A table rounds off the kinks of six seats; the formula that export writes does not."""
+    map_file = tmp_path / "map.json"
+    touches = EXAMPLES / "sphere_touches.csv"
+    write_map(map_file, qualify(touches, 24.9987, tip_diameter=6.0, kind="physical").pretravel_map)
+    left = {}
+    for form in ("table", "formula"):
+        output = tmp_path / f"{form}.csv"
+        run("compare", map_file, "--for", "haas", "--form", form, "-o", output)
+        (left[form],) = (
+            float(row["largest_um"])
+            for row in rows(output)
+            if row["method"].startswith("haas, ") and row["where"] == "all"
+        )
+    assert left["formula"] < 0.001 < 0.1 < left["table"]
+    assert "state which control" in run("compare", map_file, "--form", "table", code=2)

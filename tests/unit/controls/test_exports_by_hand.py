@@ -16,7 +16,13 @@ from pretravel.base.units import DEGREE
 from pretravel.controls import exports, heidenhain
 from pretravel.controls.axis_radii import axis_radii
 from pretravel.controls.control_table import TableSettings, check_radii, control_table
-from pretravel.controls.exports import CONTROLS, ExportedFiles, ExportSettings, table_travel
+from pretravel.controls.exports import (
+    CONTROLS,
+    ExportedFiles,
+    ExportSettings,
+    correction_on_control,
+    table_travel,
+)
 from pretravel.controls.gcode import plain_number
 from pretravel.controls.haas import HAAS
 from pretravel.controls.heidenhain import heidenhain_table
@@ -102,6 +108,40 @@ class TestControls:
         assert asked["tolerance"] == 4e-4
         (warned,) = coarse.warnings
         assert "by up to 0.500 µm, more than the tolerance of 0.4 µm" in warned
+
+    @pytest.mark.parametrize("name", ["fanuc", "haas", "siemens"])
+    def test_a_table_is_written_where_it_is_fine_enough(
+        self, name: str, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """The limit is half of the map's u, or the tolerance that is stated."""
+        made = replace(mean_map(0.016), covariance=Covariance.independent([0.4e-3**2]))
+        table = replace(_values(Band(0.0, 1.0), 4, 12))
+        for error, stated, form, expected in (
+            (0.19e-3, None, "auto", True), (0.21e-3, None, "auto", False),
+            (0.21e-3, None, "table", True), (0.19e-3, None, "formula", False),
+            (0.19e-3, 0.18e-3, "auto", False), (0.30e-3, 0.31e-3, "auto", True),
+        ):  # fmt: skip
+            off = replace(table, largest_error=error)
+            monkeypatch.setattr(exports, "lookup_table", lambda *_, off=off, **__: off)
+            files = CONTROLS[name].files(made, ExportSettings(tolerance=stated, form=form))
+            assert isinstance(files.form, LookupTable) is expected, (error, stated, form)
+            assert (len(files.texts) == {"siemens": 3}.get(name, 2)) is expected
+
+    def test_what_a_control_takes_off(self) -> None:
+        """A formula as the map; nothing where the control has an alarm; radii are refused."""
+        made = replace(mean_map(0.016), rotation=probe_rotation([0.0, 1.0, 0.0]))
+        form = CONTROLS["haas"].files(made, ExportSettings(form="formula")).form
+        assert form is not None
+        name, correction = correction_on_control(made, "haas", ExportSettings(form="formula"))
+        assert name == "haas, formula"
+        polar = np.array([0.5 * form.band.highest, form.band.highest + 0.01, 3.0])
+        found = correction(from_angles(polar, 1.0) @ made.rotation.T)
+        assert found == pytest.approx([0.016, np.nan, np.nan], nan_ok=True)
+        name, _ = correction_on_control(made, "siemens", ExportSettings(form="table"))
+        assert name.startswith("siemens, table of ")
+        for control, words in (("renishaw", "contain radii"), ("radii", "radii"), ("x", "known")):
+            with pytest.raises(PretravelError, match=words):
+                correction_on_control(mean_map(0.016), control, ExportSettings())
 
     def test_a_formula_replaces_the_table_of_an_earlier_export(
         self, monkeypatch: pytest.MonkeyPatch

@@ -177,7 +177,7 @@ class TestNumbers:
 
     def test_defaults_of_an_export(self) -> None:
         """0.02 µm of tolerance, no travel; a feed where, and only where, the map has a delay."""
-        assert ExportSettings().tolerance == pytest.approx(2e-5)
+        assert ExportSettings().largest_deviation == pytest.approx(2e-5)
         assert ExportSettings().travel == 0.0
         assert TableSettings().travel == 0.0
         with pytest.raises(PretravelError, match="contains none"):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles, ring_pattern
 from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.base.frames import probe_rotation
@@ -94,6 +95,23 @@ class TestComparison:
             other = truth - shape @ np.linalg.lstsq(shape, truth, rcond=None)[0]
             # The search has steps of a degree; between them little is gained.
             assert left <= np.sqrt(np.mean(other**2)) * (1.0 + 1e-4), lobe
+
+    def test_a_further_correction_is_compared_where_it_is_one(self) -> None:
+        """0.25 mm too much on one half of the equator, an alarm on the other."""
+        made = lobes(3)
+
+        def half(normals: FloatArray) -> FloatArray:
+            late = made.pretravel(normals) + 0.25
+            return np.where(normals[:, 0] > 1e-6, late, np.nan)
+
+        found = compare_corrections(made, [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]], {"control": half})
+        left = {r.where: r for r in found.rows if r.method == "control"}
+        assert [row.method for row in found.rows][-4:-3] == ["control"]
+        assert (left["equator"].largest, left["equator"].rms) == pytest.approx((0.25, 0.25))
+        assert (left["equator"].count, left["part"].count) == (179, 1)
+        nothing = compare_corrections(made, others={"alarm": lambda n: np.full(len(n), np.nan)})
+        (row,) = (r for r in nothing.rows if (r.method, r.where) == ("alarm", "equator"))
+        assert (row.count, row.largest) == (0, 0.0)
 
     def test_along_the_axis_controls_have_their_length(self) -> None:
         up = np.array([[0.0, 0.0, 1.0]])

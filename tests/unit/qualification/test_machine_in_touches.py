@@ -44,6 +44,17 @@ def _with_memory(lateral: float, axial: float, noise: float, seed: int = 0) -> F
     return np.asarray(error + noise * np.random.default_rng(seed).standard_normal(100))
 
 
+def _own_columns(order: FloatArray | IntArray, groups: IntArray) -> FloatArray:
+    """Mean columns of each direction's touches, touch by touch."""
+    assert np.all(np.diff(order) > 0)
+    sums, before = np.zeros((25, 2)), np.zeros(3)
+    for group in groups:
+        n = NORMALS[group]
+        sums[group] += n[0] * before[0] + n[1] * before[1], n[2] * before[2]
+        before = n
+    return sums / np.bincount(groups)[:, None]
+
+
 def _effects(errors: FloatArray, groups: IntArray, form: float = 0.0) -> MachineEffects:
     seen = _observation(errors, groups)
     return machine_effects(seen, seen.positions, form)
@@ -106,19 +117,37 @@ def test_without_another_order_a_memory_is_as_likely_as_before() -> None:
     assert moments == pytest.approx(0.37 * (0.4 * UM) ** 2 * np.eye(2), rel=1e-12)
     found = _effects(errors, groups)
     assert any("after the same direction every time" in w for w in found.warnings)
-    square = _scatter_by_memory(seen.group_directions, moments)
+    own = _own_columns(np.arange(75), groups)
+    square = _scatter_by_memory(seen.group_directions, moments, own, moments)
     assert found.fixed_scatter == pytest.approx(math.sqrt(square), rel=1e-6)
 
 
 def test_scatter_by_memory_is_a_mean_over_pairs() -> None:
-    """Each direction after each, with a memory that has given second moments."""
-    moments = np.array([[3.0, -1.0], [-1.0, 2.0]])
+    """Each direction after each, less what the map contains of draws of the memory."""
+    rng = np.random.default_rng(2)
+    memories = rng.multivariate_normal([0.5, -0.2], [[3.0, -1.0], [-1.0, 2.0]], 40)
+    subtracted = memories.mean(axis=0)
+    own = rng.uniform(-1.0, 1.0, (25, 2))
     total = 0.0
-    for n in NORMALS:
+    for n, in_map in zip(NORMALS, own, strict=True):
         for m in NORMALS:
             columns = np.array([n[0] * m[0] + n[1] * m[1], n[2] * m[2]])
-            total += float(columns @ moments @ columns)
-    assert _scatter_by_memory(NORMALS, moments) == pytest.approx(total / 625.0, rel=1e-9)
+            error = memories @ columns - (memories - subtracted) @ in_map
+            total += float(np.mean(error**2))
+    moments = memories.T @ memories / 40.0
+    left = moments - np.outer(subtracted, subtracted)
+    square = _scatter_by_memory(NORMALS, moments, own, left)
+    assert square == pytest.approx(total / 625.0, rel=1e-9)
+
+
+def test_a_row_of_repeats_leaves_the_memory_in_the_map() -> None:
+    """All follow their own direction: the map is off by the whole memory, a part by none of it."""
+    even = np.vstack([NORMALS, -NORMALS])
+    own = np.column_stack([even[:, 0] ** 2 + even[:, 1] ** 2, even[:, 2] ** 2])
+    lateral = np.array([[1.0, 0.0], [0.0, 0.0]])
+    apart = _scatter_by_memory(even, lateral, 0.0 * own, lateral)
+    square = _scatter_by_memory(even, lateral, own, lateral)
+    assert square - apart == pytest.approx(np.mean(own[:, 0] ** 2), rel=1e-9)
 
 
 def test_logarithm_of_a_normal_density() -> None:
@@ -150,7 +179,9 @@ def test_a_sure_memory_is_subtracted_and_scatters() -> None:
     assert found.drift.tolist() == [0.0, 0.0, 0.0]
     seen = _observation(np.zeros(100), PASSES)
     moments = np.outer(found.hysteresis, found.hysteresis)
-    scatter = math.sqrt(_scatter_by_memory(seen.group_directions, moments))
+    nothing = np.zeros((2, 2))
+    square = _scatter_by_memory(seen.group_directions, moments, np.zeros((25, 2)), nothing)
+    scatter = math.sqrt(square)
     assert found.fixed_scatter == pytest.approx(scatter, rel=0.05)
     assert [w.partition(":")[0] for w in found.warnings] == ["hysteresis of about 2.0 µm"]
 
@@ -231,7 +262,8 @@ def test_scatter_between_predecessors_counts_below_one_in_a_hundred() -> None:
         observed = _observation(errors, passes)
         _, moments, share = _memory(observed, np.zeros(200), order.astype(float))
         assert 0.0 < share < 0.95
-        expected = _scatter_by_memory(NORMALS, moments) + (1.2 * UM) ** 2 / 12.0
+        own = _own_columns(order, passes)
+        expected = _scatter_by_memory(NORMALS, moments, own, moments) + (1.2 * UM) ** 2 / 12.0
         found = _effects(errors, passes, form=1.2 * UM)
         assert not found.drift.any()
         if thousandths < 10:

@@ -34,6 +34,7 @@ from pretravel.uncertainty.covariance import Covariance
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])
+_FEW_DIRECTIONS = 8  # the fewest that contradict the seven numbers of six seats
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,8 +117,13 @@ class HarmonicKind(KindOfMap):
     name: ClassVar[str] = "harmonic"
     title: ClassVar[str] = "harmonic map"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (HarmonicBasis,)
-    prior_weight: ClassVar[float] = 0.7
+    prior_weight: ClassVar[float] = 0.35
     fits_harmonics: ClassVar[bool] = True
+
+    def weight_in_advance(self, fit: MapFit) -> float:
+        """`prior_weight`; twice that where so few directions hardly contradict six seats."""
+        few = fit.observation.direction_count < _FEW_DIRECTIONS
+        return 2.0 * self.prior_weight if few else self.prior_weight
 
     def fit(self, observation: Observation, repeats: Scatter) -> HarmonicMapFit:
         del repeats

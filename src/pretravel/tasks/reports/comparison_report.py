@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.units import MICROMETRE
-from pretravel.measurement.comparison import UNCORRECTED, Comparison
+from pretravel.measurement.comparison import FULL_MAP, UNCORRECTED, Comparison
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Area, Bars, LineMark, Mark, Rule
 from pretravel.show.colours import Colour
@@ -17,7 +17,6 @@ from pretravel.show.document import Column, Document, KeyFigure, Picture, Table
 from pretravel.show.formatting import value_text
 
 _WHERE = {"equator": "on the equator", "all": "all directions", "part": "on the part"}
-_FULL = "full map"
 _CURVES = ("mean radius", "eight sectors", "eight sectors, resampled", "Woźniak")
 _COLOURS: dict[str, Colour] = {
     UNCORRECTED: "before",
@@ -27,7 +26,7 @@ _COLOURS: dict[str, Colour] = {
     "eight sectors": "series4",
     "eight sectors, resampled": "series5",
     "Woźniak": "series3",
-    _FULL: "after",
+    FULL_MAP: "after",
 }
 
 _SHOWN = {
@@ -56,7 +55,9 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     title = f"{map_name}: errors that corrections leave" if map_name else "Errors left"
     place = _places(result)[-1]
     simpler = [
-        row for row in result.rows if row.where == place and row.method not in (_FULL, UNCORRECTED)
+        row
+        for row in result.rows
+        if row.where == place and row.method in _COLOURS.keys() - {FULL_MAP, UNCORRECTED}
     ]
     best = min(simpler, key=lambda row: row.largest)
     u_map = KeyFigure("u of the map", result.u_map / MICROMETRE, "µm",
@@ -74,7 +75,12 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 
 def _shown(method: str) -> str:
-    return "map (2 u, u)" if method == _FULL else _SHOWN.get(method, method)
+    return "map (2 u, u)" if method == FULL_MAP else _SHOWN.get(method, method)
+
+
+def _colour(method: str) -> Colour:
+    """Of a correction that the comparison was given, such as that of a control, the last one."""
+    return _COLOURS.get(method, "series1")
 
 
 def _places(result: Comparison) -> list[str]:
@@ -88,8 +94,10 @@ def _errors_table(result: Comparison) -> Table:
     for where in _places(result):
         rows = [by_name[method, where] for method in methods]
         largest, rms = ([getattr(row, n) / MICROMETRE for row in rows] for n in ("largest", "rms"))
-        if _FULL in methods:  # measured against itself it leaves nothing: its u is what it leaves
-            of_map = methods.index(_FULL)
+        if (
+            FULL_MAP in methods
+        ):  # measured against itself it leaves nothing: its u is what it leaves
+            of_map = methods.index(FULL_MAP)
             u = result.u_map / MICROMETRE or math.nan
             largest[of_map], rms[of_map] = 2.0 * u, u
         columns += [Column.of(f"{_WHERE[where]}: max", largest, "µm"), Column.of("rms", rms, "µm")]
@@ -141,10 +149,10 @@ def _curves_chart(result: Comparison) -> PlaneChart:
     marks: list[Mark] = [Rule(0.0)]
     if result.u_map > 0.0:
         band = np.full(len(azimuth), 2.0 * result.u_map / MICROMETRE)
-        marks.append(Area(azimuth, -band, band, "map, ± 2 u (rms)", _COLOURS[_FULL], 0.3))
+        marks.append(Area(azimuth, -band, band, "map, ± 2 u (rms)", _COLOURS[FULL_MAP], 0.3))
     marks += [
-        LineMark(azimuth, result.curves[name] / MICROMETRE, _shown(name), _COLOURS[name])
-        for name in _CURVES
+        LineMark(azimuth, result.curves[name] / MICROMETRE, _shown(name), _colour(name))
+        for name in (*_CURVES, *(name for name in result.curves if name not in _COLOURS))
     ]
     return PlaneChart("errors left on the equator", azimuth_axis("machine"),
                       Axis("correction less map", "µm"), tuple(marks))  # fmt: skip
@@ -160,15 +168,15 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
         length = row.largest / MICROMETRE
         text = value_text(length, "µm")
         name = row.method
-        if row.method == _FULL:
+        if row.method == FULL_MAP:
             length = 2.0 * result.u_map / MICROMETRE
             text = (
                 f"2 u (rms) = {value_text(length, 'µm')}"
                 if known
                 else "the reference, u not stated"
             )
-        names.append("map" if name == _FULL else _shown(name))
-        bars.append(Bars(np.array([float(place)]), np.array([length]), "", _COLOURS[name],
+        names.append("map" if name == FULL_MAP else _shown(name))
+        bars.append(Bars(np.array([float(place)]), np.array([length]), "", _colour(name),
                          horizontal=True, texts=(text,)))  # fmt: skip
     longest = max(row.largest for row in rows) / MICROMETRE
     return PlaneChart(f"largest error {_WHERE[where] if where != 'all' else 'in all directions'}",
