@@ -164,6 +164,10 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
         How a file of another form than this package's own was understood, in one line.
     numbered_from : int, optional
         Number of the first touch, where these are a part of a longer series.
+    references : n strings, optional
+        What each touch was made on, where there are several references: ``block@90``.
+    tips : n strings, optional
+        The tip that touched, of a star stylus or among several tools.
 
     Raises
     ------
@@ -187,6 +191,8 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
     reading: str = ""
     spindle: FloatArray | None = None
     numbered_from: int = 1
+    references: tuple[str, ...] | None = None
+    tips: tuple[str, ...] | None = None
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -217,6 +223,8 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             ("lines", count if self.lines is None else len(self.lines)),
             ("spindle orientations", count if self.spindle is None else len(self.spindle)),
             ("nominal points", count if self.nominal_points is None else len(self.nominal_points)),
+            ("references", count if self.references is None else len(self.references)),
+            ("tips", count if self.tips is None else len(self.tips)),
         ):
             if rows != count:
                 raise PretravelError(f"{count} touches, but {rows} {name}")
@@ -305,7 +313,13 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
             reading=self.reading,
             spindle=None if self.spindle is None else self.spindle[index],
+            references=_taken(self.references, index),
+            tips=_taken(self.tips, index),
         )
+
+
+def _taken(words: tuple[str, ...] | None, index: IntArray) -> tuple[str, ...] | None:
+    return None if words is None else tuple(words[i] for i in index)
 
 
 def without(touches: Touches, names: Sequence[str]) -> Touches:

@@ -35,6 +35,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
         ("plan-touches", "--map", "map.json", "--count", 5),
         ("pattern", "iso10360-5", "--diameter", 25),
         ("plan", EXAMPLES / "part.step", "--grid", "3x3"),
+        ("plan-touches", "--block", 50),
     ),
     "Touches": (
         ("simulate", "omp40-2", "--surface", "sphere:radius=12.5", "--targets", "Targets-1.csv",
@@ -67,7 +68,7 @@ NOT_WRITTEN_HERE = {
     "Check of a ruler": "read alone",
     "Results of features": "the print-outs of controls: tests/unit/files",
 }
-ELSEWHERE = {"Touches": {"spindle_deg"}, "Faces of a part": {"part"}}
+ELSEWHERE = {"Touches": {"spindle_deg", "reference", "tip"}, "Faces of a part": {"part"}}
 """Columns that no command of this test writes."""
 
 

@@ -16,6 +16,8 @@ from pretravel.cli.app import App
 from pretravel.cli.derived import command_of, task_of
 from pretravel.tasks import PLACES, task_named
 from pretravel.tasks import values as texts
+from pretravel.tasks.qualify_references import block_lengths, stated_reference
+from pretravel.tasks.several_tips import stated_tip
 from pretravel.tasks.task import Setting, Task, by_name, command_line, settings_of
 
 TASKS = {**{name: task_named(name) for name in PLACES}, App.name: App}
@@ -25,6 +27,8 @@ SAMPLES: dict[Callable[[str], Any], str] = {
     texts.stated_columns: "x=X pos,nx=-I,label=2", texts.length_or_none: "1.5",
     texts.counts: "10x8", texts.vector: "1,-2.5,3", texts.unit_vector: "0,1,0",
     texts.tolerance: "20..20.021",
+    block_lengths: "25.4,50.8,76.2", stated_tip: "front=4@0,1,0",
+    stated_reference: "r50=ring:50.0003:0.3",
 }  # fmt: skip
 """What can be typed, by the function that reads it."""
 every_task = pytest.mark.parametrize("task", TASKS.values(), ids=TASKS)

@@ -208,6 +208,11 @@ PLAN = Targets(
 
 GRBL_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0)
 G2CORE_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, offset=(-100.0, 50.0, -20.0))
+TRIP_MAP_FILE = (
+    "Probe 7\nangle_deg,trip_um,untrip_um\n0,16.0,9.0\n60,8.0,5.0\n120,16.0,9.0\n180,8.0,5.0\n"
+    "240,16.0,9.0\n300,8.0,5.0\n"
+)
+TRIP_MAP_OPTIONS = ReadingOptions(ring=True, reference_diameter=50.0, tip_radius=3.0)
 CENTRES_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", join="feature")
 POSITIONS_OPTIONS = ReadingOptions(plan=PLAN, tip_radius=3.0, units="mm", overtravel=2.0)
 SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
@@ -227,6 +232,7 @@ SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "cmm-listing": (CMM_LISTING_FILE, ReadingOptions(radius_taken_off=1.0, bores=("HOLE*",))),
     "cmm-centres": (CMM_CENTRES_FILE, CENTRES_OPTIONS),
     "height-grid": (HEIGHT_GRID_FILE, ReadingOptions(units="mm")),
+    "trip-map": (TRIP_MAP_FILE, TRIP_MAP_OPTIONS),
     "print": (PRINT_FILE, ReadingOptions(units="mm")),
 }
 """A file of each text format that is read, and what the user must add to it."""

@@ -63,6 +63,16 @@ def test_figures_4_07_to_4_15(script: Any, mesh: None) -> None:
     assert len(names["draw"](computed).axes) == 18
 
 
+def test_deviation_of_the_diameter(script: Any) -> None:
+    """A table of diameters does not see lobes of three; the map does."""
+    names = script("plot_kp3_deviation_of_the_diameter.py")
+    computed = names["compute"]()
+    assert_the_number(names, computed)
+    assert names["left"](computed["one radius"]) == pytest.approx(6.80, abs=0.01)
+    assert names["left"](computed["map, kind physical"]) < 4.2
+    assert len(names["draw"](computed).axes) == 2
+
+
 def test_figure_4_16(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_16_polar_sweep.py")
     distances = names["compute"]()

@@ -17,7 +17,9 @@ LENGTH_ROLES = (*POSITION_ROLES, *NOMINAL_ROLES)
 NUMBER_ROLES = (
     *POSITION_ROLES, *NORMAL_ROLES, *APPROACH_ROLES, *NOMINAL_ROLES, "feed", "spindle",
 )  # fmt: skip
-ROLES = (*NUMBER_ROLES, "label")
+TEXT_ROLES = ("reference", "tip", "label")
+"""Of columns that are words, not numbers."""
+ROLES = (*NUMBER_ROLES, *TEXT_ROLES)
 """What a column of a table of touches can be."""
 
 OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
@@ -70,6 +72,8 @@ _FEED_WORDS = (
     "probefeed", "measuringfeed", "avance", "avanzamento", "feedspeed",
 )  # fmt: skip
 _SPINDLE_WORDS = ("spindleangle", "spindleorientation", "spindelwinkel", "spindelorientierung")
+_REFERENCE_WORDS = ("reference", "referenz", "artefact", "artifact", "normalkorper", "etalon")
+_TIP_WORDS = ("tip", "tipname", "stylus", "tasterkugel", "palpeur", "stylusnumber", "tipnumber")
 _LABEL_WORDS = (
     "label", "name", "pointname", "punktname", "punktbezeichnung", "bezeichnung", "pointid",
     "punktid", "id", "point", "punkt", "messpunkt", "touch", "punto", "designation", "nom",
@@ -127,7 +131,7 @@ def column_name(title: str) -> ColumnName:
     if found is None:
         return ColumnName(title, None, None, 1)
     role, rank = found
-    if role == "label" or role in NORMAL_ROLES:
+    if role in TEXT_ROLES or role in NORMAL_ROLES:
         unit = None
     return ColumnName(title, role, unit, rank)
 
@@ -213,5 +217,7 @@ def _known() -> dict[str, tuple[str, int]]:
                 known |= {letter + word: (f"n{axis}", 1)}
     known |= dict.fromkeys(_FEED_WORDS, ("feed", 1))
     known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
+    known |= dict.fromkeys(_REFERENCE_WORDS, ("reference", 1))
+    known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
     known |= {word: ("label", 1 + rank) for rank, word in enumerate(_LABEL_WORDS)}
     return known

@@ -17,6 +17,7 @@ from pretravel.files.column_names import (
     NORMAL_ROLES,
     POSITION_ROLES,
     ROLES,
+    TEXT_ROLES,
     ColumnName,
     column_name,
     unit_of,
@@ -106,7 +107,7 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
     taken = set(index.values())
     if names is not None:
         index |= _named(text, names, set(stated), taken)
-        if not set(index) - {"label"} and not stated:
+        if not set(index) - set(TEXT_ROLES) and not stated:
             raise _without_known_names(text)
         if not {"label"} & {*index, *stated} and 0 not in index.values() and not names[0].title:
             index["label"] = 0  # an index without a name, as spreadsheets and pandas write it

@@ -136,10 +136,11 @@ class ReadingOptions:
 
     @property
     def completes_files(self) -> bool:
-        """Whether this can complete a log; the reference of a qualification alone does not."""
+        """Whether this can complete a log; the sphere of a qualification alone does not."""
         normals = (self.plan, self.normal, self.normals_from)
         stated = (*normals, self.units, self.offset, self.radius_taken_off)
-        return self.reference_diameter is None or any(value is not None for value in stated)
+        in_ring = self.ring and self.tip_radius is not None
+        return self.reference_diameter is None or in_ring or any(v is not None for v in stated)
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,6 +31,7 @@ FORMATS: Mapping[str, FileFormat] = Plugins(
         "cmm-centres",
         "print",
         "height-grid",
+        "trip-map",
         "pcdmis-report",
         "calypso",
         "heidenhain-log",

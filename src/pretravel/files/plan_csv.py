@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pretravel.base.arrays import FloatArray
 from pretravel.base.frames import probe_rotation
 from pretravel.probing.inspection import InspectionPlan
+from pretravel.qualification.block_plan import BlockPlan
 from pretravel.surface.cad.part import Part
 
 _EVERY = {"cylinder": 100, "sphere": 100, "cone": 5, "torus": 5}
@@ -122,3 +123,26 @@ def pattern_table(
     columns |= {f"{a}_mm": points[:, i] for i, a in enumerate("xyz")}
     columns |= {f"n{a}": normals[:, i] + 0.0 for i, a in enumerate("xyz")}
     return columns | {f"start_{a}_mm": starts[:, i] for i, a in enumerate("xyz")}
+
+
+def block_table(plan: BlockPlan, center: npt.ArrayLike) -> dict[str, npt.ArrayLike]:
+    """Targets on a block as `read_targets` reads them, with approaches of their own.
+
+    Parameters
+    ----------
+    plan : BlockPlan
+    center : (3,) float
+        Middle of the block. [mm]
+
+    Returns
+    -------
+    mapping of str to values
+        label, reference, x_mm…, nx…, ax….
+    """
+    points = plan.points + np.asarray(center, dtype=np.float64)
+    columns: dict[str, npt.ArrayLike] = {
+        "label": list(plan.labels), "reference": list(plan.references)
+    }  # fmt: skip
+    columns |= {f"{a}_mm": points[:, i] for i, a in enumerate("xyz")}
+    columns |= {f"n{a}": plan.normals[:, i] + 0.0 for i, a in enumerate("xyz")}
+    return columns | {f"a{a}": plan.approaches[:, i] + 0.0 for i, a in enumerate("xyz")}

@@ -167,6 +167,8 @@ def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
         feeds=_joined_values(paths, [part.feeds for part in parts], "feeds"),
         spindle=_joined_values(paths, [part.spindle for part in parts], "spindle's orientation"),
         labels=_unique_labels(paths, parts),
+        references=_joined_words(paths, [part.references for part in parts], "reference"),
+        tips=_joined_words(paths, [part.tips for part in parts], "tip"),
         nominal_points=_joined_values(paths, [p.nominal_points for p in parts], "nominal points"),
         source=f"{names[0]} … {names[-1]} ({len(names)} files)",
         reading="; ".join([reading, *details]),
@@ -184,6 +186,14 @@ def _joined_values(
         absent = next(p for p, value in zip(paths, values, strict=True) if value is None)
         raise InputError(f"states no {what}, but {there.name} does", path=absent)
     return np.concatenate(stated)
+
+
+def _joined_words(
+    paths: Sequence[Path], words: Sequence[tuple[str, ...] | None], what: str
+) -> tuple[str, ...] | None:
+    arrays = [None if each is None else np.array(each) for each in words]
+    found = _joined_values(paths, arrays, what)
+    return None if found is None else tuple(map(str, found))
 
 
 def _unique_labels(paths: Sequence[Path], parts: Sequence[Touches]) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from pretravel.files.column_names import (
     OWN_NAMES,
     POSITION_ROLES,
     ROLES,
+    TEXT_ROLES,
 )
 from pretravel.files.column_roles import ColumnRoles, column_roles
 from pretravel.files.csv_table import CsvTable
@@ -299,12 +300,12 @@ def refuse_control_characters(table: CsvTable) -> None:
     ------
     InputError
     """
-    if not table.has("label"):
-        return
-    for label, line in zip(table.columns["label"], table.lines, strict=True):
-        if not label.isprintable():
+    for role in TEXT_ROLES:
+        for word, line in zip(table.columns.get(role, ()), table.lines, strict=False):
+            if word.isprintable():
+                continue
             raise InputError(
-                f"the label {label!r} contains a control character or a line break; remove it",
+                f"the {role} {word!r} contains a control character or a line break; remove it",
                 path=table.path,
                 line=line,
             )

@@ -174,6 +174,8 @@ def touches_of_columns(
             feeds=_feeds(table),
             spindle=_spindle(table),
             labels=_labels(table),
+            references=_words(table, "reference"),
+            tips=_words(table, "tip"),
             nominal_points=nominal,
             source=file.name,
             lines=table.lines,
@@ -315,8 +317,8 @@ def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to (n,) values
-        label, x_mm, y_mm, z_mm, nx, ny, nz, ax, ay, az, feed_mm_min, spindle_deg, nominal_x_mm,
-        nominal_y_mm, nominal_z_mm: those that the touches have.
+        label, reference, tip, x_mm, y_mm, z_mm, nx, ny, nz, ax, ay, az, feed_mm_min, spindle_deg,
+        nominal_x_mm, nominal_y_mm, nominal_z_mm: those that the touches have.
 
     >>> list(touches_table(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])))[:4]
     ['x_mm', 'y_mm', 'z_mm', 'nx']
@@ -324,6 +326,10 @@ def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
     columns: dict[str, npt.ArrayLike] = {}
     if touches.labels is not None:
         columns["label"] = list(touches.labels)
+    if touches.references is not None:
+        columns["reference"] = list(touches.references)
+    if touches.tips is not None:
+        columns["tip"] = list(touches.tips)
     vectors: list[tuple[tuple[str, str, str], FloatArray]] = [
         (_POSITION, touches.positions),
         (_NORMAL, touches.normals),
@@ -365,6 +371,10 @@ def _points(table: CsvTable, normals: FloatArray, surface: Surface | Part | None
 
 def _labels(table: CsvTable) -> tuple[str, ...] | None:
     return table.columns["label"] if table.has("label") else None
+
+
+def _words(table: CsvTable, name: str) -> tuple[str, ...] | None:
+    return table.columns[name] if table.has(name) else None
 
 
 def _optional_vectors(table: CsvTable, names: tuple[str, ...]) -> FloatArray | None:

@@ -1,7 +1,7 @@
 """Form and size errors of a single stylus after ISO 10360-5.
 
 None of this was checked against the text of the standard: every figure states that its definition
-is recalled, and reports repeat it.
+is not checked against its text, and reports repeat it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pretravel.laboratory.standard_check import (
     DIAMETER_OF_REFERENCE,
     FORM_OF_REFERENCE,
     RANGE_AS_DEFINED,
-    RECALLED,
+    UNCHECKED,
     CalibratedSphere,
     FittedSet,
     Standard,
@@ -116,7 +116,7 @@ def check_iso10360_5(
     -----
     Recalled, not verified: form is the largest less the smallest distance from the centre of
     the least-squares sphere, size its diameter less the calibrated one. The uncertainty of the
-    test value follows ISO/TS 23165 as recalled: half the sphere's form error for the form, the
+    test value follows ISO/TS 23165 (unchecked): half the sphere's form error for the form, the
     calibration of the diameter for the size.
 
     >>> n = sphere_pattern_25()
@@ -136,7 +136,7 @@ def check_iso10360_5(
         max(fit.form for fit in fits),
         sphere.u_of_form,
         given.get("form"),
-        RECALLED,
+        UNCHECKED,
         FORM_OF_REFERENCE,
     )
     figures, notes = [form], [reading]
@@ -149,7 +149,7 @@ def check_iso10360_5(
     smallest, largest = _SPHERE_DIAMETERS
     if not smallest <= sphere.diameter <= largest:
         notes.append(
-            f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm (recalled); "
+            f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm; "
             f"this one has {sphere.diameter:g} mm"
         )
     notes.append(RANGE_AS_DEFINED)
@@ -178,7 +178,7 @@ def _size_figure(
         worst,
         sphere.u_diameter,
         limit,
-        RECALLED,
+        UNCHECKED,
         DIAMETER_OF_REFERENCE,
     )
 

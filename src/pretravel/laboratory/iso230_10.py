@@ -1,7 +1,7 @@
 """Probing errors of machine tools after ISO 230-10.
 
 None of this was checked against the text of the standard: every figure states that its definition
-is recalled, and reports repeat it.
+is not checked against its text, and reports repeat it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pretravel.laboratory.standard_check import (
     ALONG_Z,
     FORM_OF_REFERENCE,
     RANGE_AS_DEFINED,
-    RECALLED,
+    UNCHECKED,
     CalibratedSphere,
     FittedSet,
     Standard,
@@ -132,10 +132,10 @@ def _plane_form(
         fit.form,
         sphere.u_of_form,
         limit,
-        RECALLED,
+        UNCHECKED,
         FORM_OF_REFERENCE,
     )
-    few = f"P_FTU,2D has {_TOUCHES_2D} touches as recalled; these are {count}"
+    few = f"P_FTU,2D has {_TOUCHES_2D} touches; these are {count}"
     fitted = FittedSet("circle of P_FTU,2D", fit, points[equator, :2], limit, "probe")
     return _ProbingTest(figure, fitted, few if count < _TOUCHES_2D else "")
 
@@ -154,10 +154,10 @@ def _space_form(
         fit.form,
         sphere.u_of_form,
         limit,
-        RECALLED,
+        UNCHECKED,
         FORM_OF_REFERENCE,
     )
-    other = f"P_FTU,3D has {_TOUCHES_3D} touches as recalled; these are {count}"
+    other = f"P_FTU,3D has {_TOUCHES_3D} touches; these are {count}"
     fitted = FittedSet("sphere of P_FTU,3D", fit, points, limit, "probe")
     return _ProbingTest(figure, fitted, other if count != _TOUCHES_3D else "")
 
@@ -175,9 +175,9 @@ def _single_point_repeatability(touches: Touches, limit: float | None) -> _Probi
         max(ranges),
         0.0,
         limit,
-        RECALLED,
+        UNCHECKED,
     )
-    other = f"R_SPT has {_REPEATS} repeats as recalled; these are up to {most}"
+    other = f"R_SPT has {_REPEATS} repeats; these are up to {most}"
     return _ProbingTest(figure, note=other if most != _REPEATS else "")
 
 
@@ -207,7 +207,7 @@ def check_diameter(found: float, calibrated: float) -> None:
 
 
 def plane_pattern_36() -> FloatArray:
-    """36 directions on the equator, 10° apart (ISO 230-10 as recalled), (36, 3).
+    """36 directions on the equator, 10° apart (ISO 230-10, unchecked), (36, 3).
 
     >>> plane_pattern_36().shape
     (36, 3)

@@ -1,7 +1,7 @@
 """The stylus-tip offset of a machine's probe after ISO 230-10, clause 6.3.
 
 That the clause is the test of the stylus-tip offset is public; how it is made and what its figures
-are called is recalled, not verified: every figure states it, and reports repeat it.
+are called is not checked against its text: every figure states it, and reports repeat it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pretravel.base.units import DEGREE
 from pretravel.laboratory.iso230_10 import PLANE_TOLERANCE, check_diameter
 from pretravel.laboratory.standard_check import (
     ALONG_Z,
-    RECALLED,
+    UNCHECKED,
     CalibratedSphere,
     FittedSet,
     Standard,
@@ -281,7 +281,7 @@ def _figures(
             for source, covariance, dof in sources
         )
         u = math.sqrt(math.fsum(part.contribution**2 for part in parts))
-        return StandardFigure(name, meaning, value, u, limit, RECALLED, "the touches", parts)
+        return StandardFigure(name, meaning, value, u, limit, UNCHECKED, "the touches", parts)
 
     x, y = np.eye(2)
     towards = found.offset / found.size if found.size > 0.0 else x
@@ -304,7 +304,7 @@ def _figures(
         meaning = f"larger range of the offset's x and y over {circles.runs} runs"
         limit = limits.get("repeatability")
         shown.append(
-            StandardFigure("repeatability of the offset", meaning, range_, 0.0, limit, RECALLED)
+            StandardFigure("repeatability of the offset", meaning, range_, 0.0, limit, UNCHECKED)
         )
     return tuple(shown)
 

@@ -24,7 +24,7 @@ from pretravel.uncertainty.gum import COVERAGE_FACTOR, Budget, Component
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""
 
-RECALLED = "recalled"
+UNCHECKED = "unchecked"
 """The status of a definition that was not checked against the text of its standard."""
 FORM_OF_REFERENCE = "form error of the reference"
 DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
@@ -69,7 +69,7 @@ class CalibratedSphere:
 
     @property
     def u_of_form(self) -> float | None:
-        """Standard uncertainty of a form error's test value (ISO/TS 23165 as recalled). [mm]"""
+        """Standard uncertainty of a form error's test value (ISO/TS 23165, unchecked). [mm]"""
         return None if self.form is None else 0.5 * self.form
 
 
@@ -90,7 +90,7 @@ class StandardFigure:
     limit : float or None
         Maximum permissible error, where one was given. [mm]
     status : str
-        ``verified`` or ``recalled``, of the definition used here.
+        ``verified`` or ``unchecked``, of the definition used here.
     u_source : str
         Where `u_test` comes from, in words; empty where the reference does not matter.
     components : tuple of Component
@@ -195,8 +195,8 @@ class StandardCheck:
     def why_no_conformity(self) -> tuple[str, ...]:
         """Why this is no statement of conformity to the standard; empty where it is one."""
         reasons = []
-        if any(figure.status == RECALLED for figure in self.figures):
-            reasons.append("its definitions are recalled, not checked against its text")
+        if any(figure.status == UNCHECKED for figure in self.figures):
+            reasons.append("its definitions here have not been checked against its text")
         if any(f.limit is not None and f.u_test is None for f in self.figures):
             reasons.append("the uncertainty of the reference is not stated")
         return tuple(reasons)

@@ -170,22 +170,40 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         getattr(axes, f"set_{name}lim")(center - 0.53 * side, center + 0.53 * side)
         getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
         getattr(axes, f"{name}axis").set_major_locator(_few_ticks(side, float(sides.max())))
-    axes.set_box_aspect(tuple(sides.tolist()), zoom=0.93)
+    axes.set_box_aspect(tuple(sides.tolist()), zoom=1.0)
+    axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes))
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
         from matplotlib.cm import ScalarMappable
 
         mappable = ScalarMappable(**_colouring(chart.scale))
-        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.2, label=chart.scale.text)
+        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.14, label=chart.scale.text)
     _legend_and_note(axes, chart.note, below=0.18, meshes=_mesh_patches(chart))
+
+
+def _filling(axes: Axes3D) -> float:
+    """Zoom with which the box fills its panel, as it is seen, with room for the numbers."""
+    from itertools import product
+
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    limits = axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()
+    corners = np.array(list(product(*limits))).T
+    across, up, _ = proj_transform(*corners, axes.get_proj())
+    panel = np.abs([*axes.viewLim.intervalx, *axes.viewLim.intervaly]).min()
+    return float(_OF_THE_PANEL * panel / np.abs([across, up]).max())
+
+
+_OF_THE_PANEL = 0.88
+"""Share that a box takes of its panel; numbers and names of the axes stand beside it."""
 
 
 def _few_ticks(side: float, longest: float) -> Any:
     """Numbers that do not touch each other along a short side."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(max(2, round(6.0 * side / longest)), steps=[1, 2, 5, 10])
+    return MaxNLocator(max(1, round(5.0 * side / longest)), steps=[1, 2, 5, 10])
 
 
 def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
@@ -446,4 +464,6 @@ def _brightness(corners: FloatArray) -> FloatArray:
 def _space_arrow(mark: SpaceArrow, axes: Axes3D) -> None:
     axes.quiver(*mark.start, *mark.vector, color=LIGHT[mark.colour], lw=2.0,
                 arrow_length_ratio=0.25, zorder=3.0)  # fmt: skip
-    axes.text(*(mark.start - 0.08 * mark.vector), mark.name, color=LIGHT[mark.colour], fontsize=8)
+    # Around the arrow's start: to its right the words would lie on what the arrow points to.
+    axes.text(*(mark.start - 0.08 * mark.vector), mark.name, color=LIGHT[mark.colour], fontsize=8,
+              ha="center", va="bottom")  # fmt: skip

@@ -31,7 +31,19 @@ def shown_unit(unit: str) -> str:
     >>> shown_unit("um"), shown_unit("N")
     ('µm', 'N')
     """
-    return "µm" if unit == "um" else unit
+    return {"um": "µm", "deg": "°"}.get(unit, unit)
+
+
+def words_of_key(key: str) -> tuple[str, str]:
+    """What a key of a settings file means, in words, and its unit.
+
+    >>> words_of_key("seats.support_angle_deg"), words_of_key("stylus.sections.0.material")
+    (('seats: support angle', '°'), ('stylus: sections: 0: material', ''))
+    """
+    name, _, unit = key.rpartition("_")
+    known = name and unit in ("N", "mm", "deg", "um", "MPa", "K", "ms")
+    words = name if known else key
+    return words.replace("_", " ").replace(".", ": "), shown_unit(unit) if known else ""
 
 
 def number_text(value: float, digits: Digits = Digits()) -> str:

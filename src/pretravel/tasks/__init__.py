@@ -26,6 +26,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "compensate": "compensate:Compensate",
         "measure": "measure:Measure",
         "compare": "compare:Compare",
+        "reversal": "reversal:Reversal",
         "faces": "faces:Faces",
         "plan": "plan:PlanTargets",
     },

@@ -103,7 +103,7 @@ def _limit(label: str, text: str) -> Field:
 class Check(TouchFiles, LaboratoryReport):
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
-    The definitions are recalled, not checked against the texts of the standards: this is no
+    The definitions here have not been checked against the texts of the standards: this is no
     statement of conformity. Exit code 3: a figure exceeds its limit.
     """
 
@@ -472,8 +472,8 @@ class Pattern(Task):
         count = len(columns["label"])  # type: ignore[arg-type]
         return PatternTargets(
             columns,
-            f"{count} targets on a sphere of {self.diameter:g} mm (pattern recalled, not "
-            "verified)\n",
+            f"{count} targets on a sphere of {self.diameter:g} mm (the pattern has "
+            "not been checked against the standard)\n",
         )
 
 

@@ -19,6 +19,7 @@ from pretravel.tasks.fields import (
     surface_files,
     with_reading,
 )
+from pretravel.tasks.several_tips import CompensatedTips, compensated_tips
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -54,8 +55,9 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
     map_file: Annotated[
         str,
         Field(
-            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name "
-            "or .toml), whose map is predicted.",
+            help="Map from qualify or predict: .json (also that of several tips, which the column "
+            "tip chooses from), or a .csv table; or a probe (catalogue name or .toml), whose map "
+            "is predicted.",
             option="--map",
             label="Map",
             reads=existing,
@@ -112,7 +114,9 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
 
         return (*point_endings(), *PAGES) if output == "output" else super().endings(output)
 
-    def run(self, progress: Progress = SILENT) -> CompensatedTouches | LongCompensation:
+    def run(
+        self, progress: Progress = SILENT
+    ) -> CompensatedTouches | LongCompensation | CompensatedTips:
         """Read the touches and the map, and determine the points.
 
         Returns
@@ -120,7 +124,11 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         CompensatedTouches
             Or `LongCompensation`, of a table that is too long for the memory.
         """
+        from pretravel.files.star_file import is_star_file
+
         self.placement()
+        if is_star_file(self.map_file):
+            return compensated_tips(self, progress)
         pretravel_map, nominal = self.pretravel_map(), self.nominal_surface()
         long = self._long_table_compensated(pretravel_map, nominal, progress)
         if long is not None:

@@ -30,8 +30,8 @@ class Demo(Task):
     data: Annotated[
         Path | None,
         Field(
-            help="Folder of sphere_touches.csv, part_touches.csv and kp3_ring.csv; the default is "
-            "the example data of the package."
+            help="Folder of sphere_touches.csv, bore_touches.csv, part_touches.csv and "
+            "kp3_ring.csv; the default is the example data of the package."
         ),
     ] = None
     output: Annotated[
@@ -76,6 +76,7 @@ class Demo(Task):
             return Demonstration(self, self._written(record))
 
     def _written(self, record: WorkRecord | None) -> Document:
+        """Write the page and its files; return what is printed."""
         from pretravel.files.map_file import write_map
         from pretravel.files.point_files import write_points
         from pretravel.show.page import write_page
@@ -86,6 +87,7 @@ class Demo(Task):
         )
         from pretravel.tasks.reports.demonstration_report import (
             demonstration_document,
+            demonstration_summary,
             kinds_pictures,
             main_job_pictures,
         )
@@ -108,7 +110,7 @@ class Demo(Task):
         document = demonstration_document(job, kinds, pictures.values())
         files = ("points.csv", "map.json", *pictures)
         write_page(folder / "index.html", document, files, record=record)
-        return document
+        return demonstration_summary(job, kinds)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +121,7 @@ class Demonstration(Result):
     ----------
     task : Demo
     report : Document
-        That the page shows.
+        In some lines; the page has the rest.
     """
 
     task: Demo

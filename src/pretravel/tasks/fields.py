@@ -88,15 +88,13 @@ def files_meant(places: Sequence[Path]) -> list[Path]:
 
 # Reference, tip, probe
 
-Diameter: TypeAlias = Annotated[
-    float,
-    Field(
-        help="Calibrated diameter of the sphere (or ring), in mm.",
-        range=REFERENCE_DIAMETER,
-        label="Diameter of the reference",
-        hint="On the certificate of the sphere or ring",
-    ),
-]
+DIAMETER = Field(
+    help="Calibrated diameter of the sphere (or ring), in mm.",
+    range=REFERENCE_DIAMETER,
+    label="Diameter of the reference",
+    hint="On the certificate of the sphere or ring",
+)
+Diameter: TypeAlias = Annotated[float, DIAMETER]
 Ring: TypeAlias = Annotated[
     bool, Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
 ]

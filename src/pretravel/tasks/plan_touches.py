@@ -8,27 +8,33 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import REFERENCE_DIAMETER
-from pretravel.tasks.fields import QualifiedMap, Reported, SphereCenter, StartClearance, output
+from pretravel.tasks.fields import Reported, SphereCenter, StartClearance, output
+from pretravel.tasks.qualify_references import Lengths, block_lengths
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Vector
 
 if TYPE_CHECKING:
     from pretravel.maps.pretravel_map import PretravelMap
+    from pretravel.qualification.block_plan import BlockPlan
     from pretravel.qualification.touch_plan import TouchPlan
     from pretravel.show.document import Document
 
 
 class PlanTouches(Reported):
-    """Choose the few touches on the reference that keep an old map good.
+    """Choose the few touches on the reference that keep an old map good, or those on a block.
 
-    Give the touches to pretravel qualify --prior.
+    Give the touches to pretravel qualify --prior. With --block, the touches on a block that tell
+    scale, squareness, backlash and pretravel apart: give them to pretravel qualify --block.
     """
 
     name = "plan-touches"
     group = "Qualify"
     example = "pretravel plan-touches --map map.json --count 9 -o targets.csv"
 
-    map_file: QualifiedMap
+    map_file: Annotated[
+        Path | None,
+        Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
+    ] = None
     count: Annotated[
         int,
         Field(help="Number of touches, each in its own direction.", range=(1, 100_000)),
@@ -58,11 +64,21 @@ class PlanTouches(Reported):
     ] = None
     center: SphereCenter = Vector(0, 0, 0)
     clearance: StartClearance = 5.0
+    block: Annotated[
+        Lengths | None,
+        Field(
+            help="Instead of a map: plan touches on a block of these lengths in mm, one of a cube "
+            "or those along x, y and z at a turn of zero, for example 25.4,50.8,76.2. Its middle "
+            "is at --center; it is turned about it by 0, 90, 30 and 180 degrees.",
+            parse=block_lengths,
+            metavar="L or X,Y,Z",
+        ),
+    ] = None
     output: Annotated[
         Path | None, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)
     ] = None
 
-    def run(self, progress: Progress = SILENT) -> PlannedTouches:
+    def run(self, progress: Progress = SILENT) -> PlannedTouches | PlannedBlock:
         """Choose the directions.
 
         Raises
@@ -71,6 +87,16 @@ class PlanTouches(Reported):
             A map of a ring; a count of touches that do not determine it.
         """
         del progress
+        if (self.block is None) == (self.map_file is None):
+            raise PretravelError(
+                "touches are planned for an old map, or for a block: state one of them",
+                inputs=("map_file", "block"),
+            )
+        if self.block is not None:
+            from pretravel.qualification.block_plan import plan_block
+
+            return PlannedBlock(self, plan_block(self.block))
+        assert self.map_file is not None
         from pretravel.files.history_drift import drift_of_history
         from pretravel.files.map_file import read_map
         from pretravel.files.probe_history import read_history
@@ -106,6 +132,7 @@ class PlannedTouches(Result):
         """The report."""
         from pretravel.tasks.reports.touch_plan_report import touch_plan_document
 
+        assert self.task.map_file is not None
         return touch_plan_document(self.plan, map_name=self.task.map_file.name)
 
     def write(self, output: str, path: Path) -> None:
@@ -135,6 +162,35 @@ class PlannedTouches(Result):
                 inputs=("diameter",),
             )
         return setup.diameter
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedBlock(Result):
+    """A plan of touches on a block.
+
+    Attributes
+    ----------
+    task : PlanTouches
+    plan : BlockPlan
+    """
+
+    task: PlanTouches
+    plan: BlockPlan
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.reports.block_plan_report import block_plan_document
+
+        assert self.task.block is not None
+        return block_plan_document(self.plan, tuple(self.task.block))
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the targets."""
+        del output
+        from pretravel.files.csv_table import write_csv_table
+        from pretravel.files.plan_csv import block_table
+
+        write_csv_table(path, block_table(self.plan, self.task.center))
 
 
 def _refuse_ring(old_map: PretravelMap) -> None:

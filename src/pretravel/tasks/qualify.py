@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.tasks import several_tips
 from pretravel.tasks.fields import (
+    DIAMETER,
     SPHERE_FORM,
     UPRIGHT,
-    Diameter,
     LaboratoryReport,
     ProbeAxis,
     Ring,
@@ -23,6 +24,15 @@ from pretravel.tasks.fields import (
     output,
     with_reading,
 )
+from pretravel.tasks.qualify_references import (
+    ENDINGS,
+    OnReferences,
+    QualifiedReferences,
+    as_round_reference,
+    qualified_references,
+    size_warnings,
+)
+from pretravel.tasks.several_tips import OfSeveralTips
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import Length, length_or_none
 
@@ -43,10 +53,14 @@ def kind_names() -> list[str]:
     return [*kinds(), AUTO]
 
 
-class Qualify(TouchFilesWithFeed, LaboratoryReport):
+class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
+
+    Without a sphere: --block 50.8 takes touches on a gauge block or a 1-2-3 block, --pin those
+    outside a pin or boss, --reference those on several references (see pretravel plan-touches
+    --block).
 
     A shop's own table is read as it is, for example X;Y;Z;I;J;K with decimal commas:
     pretravel qualify shop.csv --units inch --diameter 25.4 --tip-diameter 6 -o map.json
@@ -56,7 +70,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
     group = "Qualify"
     example = "pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
 
-    diameter: Diameter
+    diameter: Annotated[float | None, DIAMETER] = None
     tip_diameter: Annotated[
         float | None,
         Field(
@@ -133,14 +147,26 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
         output("Map: .json, or a .csv table; or a page, .html or .pdf.", *MAPS, *PAGES),
     ] = None
 
-    def run(self, progress: Progress = SILENT) -> QualifiedProbe | UpdatedProbe:
+    def endings(self, output: str) -> tuple[str, ...]:
+        """On blocks and several references a table or a page, and no map."""
+        if output == "output" and (self.on_references or self.tip):
+            return several_tips.ENDINGS if self.tip else ENDINGS
+        return super().endings(output)
+
+    def run(
+        self, progress: Progress = SILENT
+    ) -> QualifiedProbe | UpdatedProbe | QualifiedReferences | several_tips.QualifiedTips:
         """Read the touches and determine the map.
 
         Returns
         -------
         QualifiedProbe
-            Or `UpdatedProbe`, with an old map.
+            Or `UpdatedProbe`, with an old map; `QualifiedReferences`, on blocks or several.
         """
+        if self.tip:
+            return several_tips.qualified_tips(self, progress)
+        if self.on_references:
+            return qualified_references(self, progress)
         if self.prior is not None:
             return self._update(self.prior, progress)
         self.wozniak()
@@ -150,12 +176,38 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
 
     def read(self, progress: Progress = SILENT) -> FileReadings:
         """The touches, in the axes of the machine."""
-        return self.read_touches(
+        readings = self.read_touches(
             progress,
             tip_diameter=self.tip_diameter,
-            reference_diameter=self.diameter,
-            ring=self.ring,
+            reference_diameter=self.reference_diameter(),
+            ring=self.in_plane,
         ).in_machine_axes()
+        return as_round_reference(self, readings)
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether the touches are around an upright ring, bore, pin or boss."""
+        return self.ring or self.pin
+
+    def reference_diameter(self) -> float | None:
+        """The diameter that is stated; None where it is stated that it is not known.
+
+        Raises
+        ------
+        PretravelError
+            Neither, or both.
+        """
+        if (self.diameter is None) != self.unknown_size:
+            both = "the diameter is stated, and also that it is not known"
+            none = (
+                "the diameter of the reference is not stated; a block is stated with the distance "
+                "of its faces, and a reference whose size nobody knows gives the shape of the map"
+            )
+            raise PretravelError(
+                none if self.diameter is None else both,
+                inputs=("diameter", "block", "unknown_size"),
+            )
+        return self.diameter
 
     def qualified(self, readings: FileReadings) -> QualifiedProbe:
         """Qualify on touches that have been read.
@@ -171,7 +223,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
         wozniak = self.wozniak()
         every = {**kinds(), wozniak.name: wozniak}
         wished = list(every.values()) if self.kind == AUTO else every.get(self.kind)
-        found = qualified(readings.touches, self.setup(), wished or kind_named(self.kind))
+        setup = self.setup(readings)
+        found = qualified(readings.touches, setup, wished or kind_named(self.kind))
         return QualifiedProbe(self, readings, found)
 
     def wozniak(self) -> WozniakKind:
@@ -198,16 +251,23 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
             )
         return WozniakKind(lobe, self.transducer)
 
-    def setup(self) -> QualificationSetup:
+    def setup(self, readings: FileReadings | None = None) -> QualificationSetup:
         """Reference, tip and conventions."""
         from pretravel.maps.provenance import QualificationSetup
+        from pretravel.qualification.round_references import U_UNKNOWN_SIZE, unknown_diameter
 
-        u_diameter = self.u_diameter_um
+        diameter, u_diameter = self.reference_diameter(), self.u_diameter_um
+        u = None if u_diameter is None else u_diameter * MICROMETRE
+        if diameter is None:
+            assert readings is not None  # a size that is not known is that of the touches
+            tip = self.tip_diameter or 0.0
+            diameter = unknown_diameter(readings.touches, tip, ring=self.in_plane)
+            u = U_UNKNOWN_SIZE
         return QualificationSetup(
-            self.diameter,
+            diameter,
             tip_diameter=self.tip_diameter,
-            ring=self.ring,
-            u_diameter=None if u_diameter is None else u_diameter * MICROMETRE,
+            ring=self.in_plane,
+            u_diameter=u,
             u_temperature=self.u_temperature,
             sphere_form=self.sphere_form_um * MICROMETRE,
             axial_pretravel=self.axial_pretravel_um.millimetres,
@@ -220,8 +280,14 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport):
 
         old = read_map(prior)
         _refuse_other_tip(old, self.tip_diameter, prior)
+        diameter = self.reference_diameter()
+        if diameter is None:
+            raise PretravelError(
+                "an old map is brought up to date on a reference of known size",
+                inputs=("diameter", "unknown_size"),
+            )
         readings = self.read(progress)
-        result = update_map(readings.touches, old, self.diameter, ring=self.ring)
+        result = update_map(readings.touches, old, diameter, ring=self.in_plane)
         return UpdatedProbe(self, readings, result)
 
 
@@ -280,7 +346,7 @@ class QualifiedProbe(_MapResult):
             self.qualification,
             touches_name=task.touches_name,
             scores=self.qualification.scores,
-            warnings=[*self.readings.notes(), *task.statements_left_out()],
+            warnings=[*self.readings.notes(), *task.statements_left_out(), *size_warnings(task)],
             excluded=_left_out(task.exclude, self.readings),
             saved=path is not None and not by_name(Qualify)["output"].is_report(path),
         )

@@ -30,7 +30,7 @@ class TestStandards:
         text = run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6,
                    "--form-limit", 3, "--size-limit", 3, "-o", tmp_path / "c.html",
                    code=3)  # fmt: skip
-        assert "recalled" in text
+        assert "unchecked" in text
         assert "within the limit" in text
         assert "exceeds the limit" in text  # wrong by a mean pretravel
 
@@ -63,7 +63,7 @@ class TestStandards:
 
     @pytest.mark.parametrize("stated", [True, False])
     def test_the_verdict_says_what_is_not_certified(self, tmp_path: Path, stated: bool) -> None:
-        """Definitions are recalled: nothing conforms to a standard, with or without u."""
+        """Definitions are unchecked: nothing conforms to a standard, with or without u."""
         options = ["--u-diameter", 0.1, "--sphere-form", 0.1] if stated else []
         page = tmp_path / "c.html"
         text, warned = both_outputs(
@@ -73,7 +73,7 @@ class TestStandards:
         verdict = text.replace("\n  ", " ").splitlines()[0]
         assert "2 of 2 figures are within their limits" in verdict
         assert "no statement of conformity" in verdict
-        assert "recalled" in verdict
+        assert "not been checked" in verdict
         assert ("uncertainty of the reference is not stated" in verdict) != stated
         assert ("--u-diameter and --sphere-form" in warned) != stated
         for shown in (text, page.read_text(encoding="utf-8")):
@@ -101,7 +101,9 @@ class TestStandards:
         assert "Uncertainty of the diameter" in html
         run(*command, "-o", values)
         found = data_of(values)
-        assert any("recalled" in row["reason"] for row in found["Why no conformity is stated"])
+        assert any(
+            "not been checked" in row["reason"] for row in found["Why no conformity is stated"]
+        )
         combined = {row["result"]: row["combined_um"] for row in found["Budgets"]}
         budgets = {budget.result: budget for budget in read_result(values).document.budgets}
         name = "diameter of the sphere, compensated"
@@ -111,7 +113,7 @@ class TestStandards:
         assert printed in html
         assert combined[name] == pytest.approx(np.linalg.norm(list(parts.values())))
         (form,) = (u for name, u in combined.items() if name.startswith("P_Form"))
-        # Half of the stated form error of the reference (ISO/TS 23165 as recalled).
+        # Half of the stated form error of the reference (ISO/TS 23165 unchecked).
         assert form == pytest.approx(0.05)
 
     def test_a_map_checked_on_its_own_touches_is_warned_of(self, tmp_path: Path) -> None:

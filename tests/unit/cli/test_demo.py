@@ -26,12 +26,18 @@ def _pixels(file: Path | BytesIO) -> np.ndarray:
 
 def test_demo(tmp_path: Path) -> None:
     text = run("demo", "--data", EXAMPLES, "-o", tmp_path / "out")
-    assert "harmonic map" in text
+    # One answer, in lines that a terminal shows at once; the page has the rest.
+    assert "20.041 and 20.026 mm, 2 outside" in text
+    assert "20.010 and 19.995 mm, U = 0.63 µm, 2 proven inside" in " ".join(text.split())
+    assert len(text.splitlines()) <= 12
     made = {path.name for path in (tmp_path / "out").iterdir()}
-    pictures = {"qualification.png", "points.png", "compare.png", "kp3_ring.png"}
+    pictures = {"bores.png", "qualification.png", "points.png", "compare.png", "kp3_ring.png"}
     assert made == {"index.html", "map.json", "points.csv", *pictures} == set(DEMONSTRATION_FILES)
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(name in page for name in pictures)
+    assert "harmonic map" in page
+    assert page.index("<img") < page.index("The probe, qualified on the sphere")
+    assert page.index("Errors that each kind of map leaves") < page.index("SHA-256")
     shown = re.findall(r'<img [^>]*src="data:image/\w+;base64,([^"]*)"', page)
     beside = [tmp_path / "out" / name for name in DEMONSTRATION_FILES if name in pictures]
     for coded, path in zip(shown, beside, strict=True):  # the very pictures that are beside it

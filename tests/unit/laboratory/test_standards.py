@@ -35,7 +35,9 @@ N = sphere_pattern_25()
 )
 def test_verdict_only_outside_the_uncertainty_zone(value: float, verdict: str) -> None:
     """ISO 14253-1, quoted from memory: limit 2 um, U = 0.4 um."""
-    assert StandardFigure("size", "", value * UM, 0.2 * UM, 2.0 * UM, "recalled").verdict == verdict
+    assert (
+        StandardFigure("size", "", value * UM, 0.2 * UM, 2.0 * UM, "unchecked").verdict == verdict
+    )
 
 
 @pytest.mark.parametrize(
@@ -48,7 +50,7 @@ def test_verdict_only_outside_the_uncertainty_zone(value: float, verdict: str) -
 def test_without_an_uncertainty_a_figure_says_so(
     value: float, verdict: str, outcome: LimitOutcome
 ) -> None:
-    figure = StandardFigure("size", "", value * UM, None, 2.0 * UM, "recalled")
+    figure = StandardFigure("size", "", value * UM, None, 2.0 * UM, "unchecked")
     assert (figure.verdict, figure.outcome) == (verdict, outcome)
 
 
@@ -60,7 +62,7 @@ def test_what_a_check_does_not_state() -> None:
         made = check_iso10360_5(touches, sphere, tip_diameter=6.0, limits={"form": UM, "size": UM})
         return "; ".join(made.why_no_conformity)
 
-    assert "recalled" in reasons(CalibratedSphere(25.0, 0.1 * UM, 0.1 * UM))
+    assert "not been checked" in reasons(CalibratedSphere(25.0, 0.1 * UM, 0.1 * UM))
     assert "not stated" not in reasons(CalibratedSphere(25.0, 0.1 * UM, 0.1 * UM))
     assert "not stated" in reasons(CalibratedSphere(25.0, 0.1 * UM))
     assert "not stated" in reasons(CalibratedSphere(25.0, form=0.1 * UM))
@@ -93,7 +95,7 @@ def test_form_and_size_of_known_touches() -> None:
     form, size = check.figures
     assert form.value == pytest.approx(np.ptp(left), abs=1e-3 * UM)
     assert size.value == pytest.approx(2.0 * (1.0 * UM + shift[3]), abs=1e-3 * UM)
-    assert {form.status, size.status} == {"recalled"}
+    assert {form.status, size.status} == {"unchecked"}
 
 
 def turned(directions: FloatArray, angle: float) -> FloatArray:

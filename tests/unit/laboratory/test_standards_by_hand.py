@@ -72,7 +72,7 @@ class TestMachineTools:
         assert single.meaning.endswith("up to 2 touches")
         assert _names(check) == ["P_FTU,2D", "P_FTU,3D", "R_SPT"]
         assert [figure.limit for figure in check.figures] == [1 * UM, 2 * UM, 3 * UM]
-        assert {figure.status for figure in check.figures} == {"recalled"}
+        assert {figure.status for figure in check.figures} == {"unchecked"}
         circle, sphere = check.sets
         assert (circle.name, circle.limit, circle.frame) == ("circle of P_FTU,2D", UM, "probe")
         assert (sphere.name, sphere.limit, sphere.frame) == ("sphere of P_FTU,3D", 2 * UM, "probe")
@@ -102,7 +102,7 @@ class TestMachineTools:
 
     @pytest.mark.parametrize(
         ("count", "note"),
-        [(36, ""), (35, "P_FTU,2D has 36 touches as recalled; these are 35"), (40, "")],
+        [(36, ""), (35, "P_FTU,2D has 36 touches; these are 35"), (40, "")],
     )
     def test_36_touches_on_the_equator(self, count: int, note: str) -> None:
         azimuth = 2.0 * math.pi * np.arange(count) / count
@@ -131,7 +131,7 @@ class TestMachineTools:
     def test_25_touches_on_the_hemisphere(self, count: int, told: bool) -> None:
         normals = np.vstack([N, from_angles([0.3], [0.2])])[:count]
         notes = check_iso230_10(_touches(normals), SPHERE).notes
-        expected = [f"P_FTU,3D has 25 touches as recalled; these are {count}"] if told else []
+        expected = [f"P_FTU,3D has 25 touches; these are {count}"] if told else []
         assert [note for note in notes if "3D" in note] == expected
 
     @pytest.mark.parametrize(("repeats", "told"), [(9, True), (10, False), (11, True)])
@@ -143,7 +143,7 @@ class TestMachineTools:
         assert _names(check) == ["R_SPT"]
         assert check.figures[0].value == pytest.approx(1.9 * UM, rel=1e-6)
         assert check.figures[0].meaning.endswith(f"up to {repeats} touches")
-        expected = [f"R_SPT has 10 repeats as recalled; these are up to {repeats}"] if told else []
+        expected = [f"R_SPT has 10 repeats; these are up to {repeats}"] if told else []
         assert [note for note in check.notes if "R_SPT" in note] == expected
 
     @pytest.mark.parametrize(("apart", "same"), [(0.09, True), (0.11, False)])
@@ -281,22 +281,22 @@ class TestFigures:
             (1.50001, LimitOutcome.UNDECIDED), (2.50001, LimitOutcome.EXCEEDS),
             (-2.50001, LimitOutcome.EXCEEDS), (-2.5, LimitOutcome.UNDECIDED),
         ):  # fmt: skip
-            figure = StandardFigure("form", "", value, 0.25, 2.0, "recalled")
+            figure = StandardFigure("form", "", value, 0.25, 2.0, "unchecked")
             assert figure.outcome is outcome
             assert figure.coverage == 2.0
 
     def test_without_a_limit(self) -> None:
-        figure = StandardFigure("form", "", 1.0, None, None, "recalled")
+        figure = StandardFigure("form", "", 1.0, None, None, "unchecked")
         assert figure.outcome is LimitOutcome.NO_LIMIT
         assert figure.verdict == "no limit given"
-        stated = StandardFigure("form", "", 1.0, 0.1, 3.0, "recalled")
+        stated = StandardFigure("form", "", 1.0, 0.1, 3.0, "unchecked")
         assert stated.verdict == "within the limit"
 
     def test_few_degrees_of_freedom(self) -> None:
         """k of four degrees is 2.87 (GUM, Table G.2): U = 0.574 beside a limit of 2."""
         parts = (Component("repeats", "A", 0.2, dof=4.0),)
         figures = [
-            StandardFigure("form", "", value, 0.2, 2.0, "recalled", "the touches", parts)
+            StandardFigure("form", "", value, 0.2, 2.0, "unchecked", "the touches", parts)
             for value in (1.41, 1.44, 2.56, 2.59)
         ]
         assert figures[0].coverage == pytest.approx(2.87, abs=0.005)
@@ -309,13 +309,13 @@ class TestFigures:
         assert (budget.components, budget.result) == (parts, "form")
 
     def test_a_budget_of_the_reference_alone(self) -> None:
-        figure = StandardFigure("size", "", 1.0, 0.2, 2.0, "recalled", "the diameter")
+        figure = StandardFigure("size", "", 1.0, 0.2, 2.0, "unchecked", "the diameter")
         budget = figure.budget
         assert budget is not None
         (part,) = budget.components
         assert (part.name, part.evaluation, part.standard_uncertainty) == ("the diameter", "B", 0.2)
-        assert StandardFigure("size", "", 1.0, 0.2, 2.0, "recalled").budget is None
-        assert StandardFigure("size", "", 1.0, None, 2.0, "recalled", "form").budget is None
+        assert StandardFigure("size", "", 1.0, 0.2, 2.0, "unchecked").budget is None
+        assert StandardFigure("size", "", 1.0, None, 2.0, "unchecked", "form").budget is None
 
     def test_why_no_conformity(self) -> None:
         def reasons(limit: float | None, u: float | None, status: str) -> list[str]:
@@ -325,8 +325,8 @@ class TestFigures:
         assert reasons(2.0, 0.1, "verified") == []
         assert reasons(2.0, None, "verified") == ["the"]
         assert reasons(None, None, "verified") == []
-        assert reasons(None, None, "recalled") == ["its"]
-        assert reasons(2.0, None, "recalled") == ["its", "the"]
+        assert reasons(None, None, "unchecked") == ["its"]
+        assert reasons(2.0, None, "unchecked") == ["its", "the"]
 
 
 class TestRefusals:

@@ -131,7 +131,7 @@ def _check_components(check: StandardCheck, sources: dict[str, tuple[FloatArray,
         squares = sum(part.standard_uncertainty**2 for part in figure.components)
         assert figure.u_test == pytest.approx(math.sqrt(squares), rel=1e-12)
         assert figure.u_source == "the touches"
-        assert figure.status == "recalled"
+        assert figure.status == "unchecked"
 
 
 @pytest.mark.parametrize(

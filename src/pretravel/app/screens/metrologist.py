@@ -131,5 +131,5 @@ def _to_keep(work: Work) -> None:
 
 def _definitions(result: CheckResult | None) -> None:
     if result is not None:
-        note("The definitions are recalled, not checked against the texts of the standards.")
+        note("The definitions here have not been checked against the texts of the standards.")
         same_elsewhere(result.same)

@@ -133,7 +133,8 @@ def example_map(folder: Path) -> tuple[str, bytes]:
     from pretravel.tasks.qualify import Qualify
 
     touches = (folder / "sphere_touches.csv",)
-    made = Qualify(touches=touches, diameter=24.9987, tip_diameter=6.0, kind="physical").run()
+    task = Qualify(touches=touches, diameter=24.9987, tip_diameter=6.0, kind="physical")
+    made = task.qualified(task.read())
     with temporary_folder() as place:
         write_map(place / "example_map.json", made.pretravel_map)
         return "example_map.json", (place / "example_map.json").read_bytes()

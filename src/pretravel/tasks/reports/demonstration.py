@@ -18,7 +18,10 @@ from pretravel.files.touches_csv import read_touches
 from pretravel.maps.kinds import kinds
 from pretravel.measurement.comparison import Comparison, compare_corrections
 from pretravel.measurement.compensation import apply, distances_from_reference
+from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.points import Points
+from pretravel.measurement.selection import points_of_features
+from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, inspect_feature
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
@@ -27,7 +30,9 @@ SPHERE_DIAMETER = 24.9987
 TIP_DIAMETER = 6.0
 RING_DIAMETER = 50.0
 """Of the KP-3's ring gauge: not published, and without influence on the map. [mm]"""
-DATA_FILES = ("sphere_touches.csv", "part_touches.csv", "kp3_ring.csv")
+DATA_FILES = ("sphere_touches.csv", "bore_touches.csv", "part_touches.csv", "kp3_ring.csv")
+LIMITS = (19.99, 20.02)
+"""Of the diameters of the bores. [mm]"""
 BEST = "physical"
 """The kind of map that the demonstration compensates the part with."""
 
@@ -62,13 +67,16 @@ class DemonstrationTouches:
     ----------
     sphere : Touches
         On the reference sphere.
+    bores : Touches
+        In two bores.
     part : Touches
-        On the part.
+        On a curved part.
     ring : Touches
         Of a Centroid KP-3 in a ring gauge.
     """
 
     sphere: Touches
+    bores: Touches
     part: Touches
     ring: Touches
 
@@ -81,6 +89,8 @@ class MainJob:
     ----------
     qualification : Qualification
         Of kind `BEST`, on the sphere.
+    bores : tuple of InspectedFeature
+        Before and after compensation, with the decisions about their diameters.
     points : Points
         Of the part.
     comparison : Comparison
@@ -88,6 +98,7 @@ class MainJob:
     """
 
     qualification: Qualification
+    bores: tuple[InspectedFeature, ...]
     points: Points
     comparison: Comparison
 
@@ -115,7 +126,7 @@ def read_demonstration(data: Path) -> DemonstrationTouches:
     Parameters
     ----------
     data : Path
-        Folder with sphere_touches.csv, part_touches.csv and kp3_ring.csv.
+        Folder with the files of `DATA_FILES`.
 
     Returns
     -------
@@ -130,17 +141,25 @@ def read_demonstration(data: Path) -> DemonstrationTouches:
         raise InputError("there is no such folder; it is examples/data of the sources", path=data)
     return DemonstrationTouches(
         sphere=read_touches(data / "sphere_touches.csv"),
+        bores=read_touches(data / "bore_touches.csv"),
         part=read_touches(data / "part_touches.csv"),
         ring=_read_ring(data / "kp3_ring.csv"),
     )
 
 
 def do_main_job(touches: DemonstrationTouches) -> MainJob:
-    """Qualify on the sphere, compensate the part."""
+    """Qualify on the sphere, measure the bores, compensate the part."""
     best = _qualified(touches.sphere, BEST, search_outliers=True)
     part = touches.part
+    in_bores = apply(touches.bores, best.pretravel_map)
+    chosen = points_of_features(in_bores, ("bore*",), by_prefix=True)
+    tolerances = FeatureTolerances(LIMITS)
     return MainJob(
         qualification=best,
+        bores=tuple(
+            inspect_feature(measure_feature(mine, "bore", label=label), tolerances)
+            for label, mine in chosen.items()
+        ),
         points=apply(part, best.pretravel_map),
         comparison=compare_corrections(best.pretravel_map, part.normals),
     )

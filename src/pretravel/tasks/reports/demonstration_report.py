@@ -10,18 +10,22 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import azimuth_angle
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.kinds import kinds
+from pretravel.measurement.conformity import ConformityVerdict
 from pretravel.show.chart import Axis, PlaneChart, PolarChart, View
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import series
-from pretravel.show.document import Column, Document, Picture, Section, Table
+from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Table
 from pretravel.show.formatting import value_text
 from pretravel.tasks.reports.comparison_report import comparison_document, comparison_view
 from pretravel.tasks.reports.demonstration import (
     BEST,
+    LIMITS,
     KindErrors,
     KindsCompared,
     MainJob,
 )
+from pretravel.tasks.reports.feature_picture import features_view
+from pretravel.tasks.reports.feature_report import features_document
 from pretravel.tasks.reports.points_picture import points_view
 from pretravel.tasks.reports.points_report import points_document
 from pretravel.tasks.reports.qualification_report import qualification_document, qualification_view
@@ -30,6 +34,7 @@ DEMONSTRATION_FILES = (
     "index.html",
     "points.csv",
     "map.json",
+    "bores.png",
     "qualification.png",
     "points.png",
     "compare.png",
@@ -71,6 +76,11 @@ def _title(kind: str) -> str:
 def main_job_pictures(job: MainJob) -> dict[str, Picture]:
     """The pictures of the main job by the name of their file."""
     return {
+        "bores.png": Picture(
+            "Two bores, touched in twelve places each, before and after compensation; the band is "
+            f"the tolerance of {_limits()}.",
+            lambda: features_view(job.bores, "Two bores of the part"),
+        ),
         "qualification.png": Picture(
             "The probe on its reference sphere: pretravel seen from the spindle with the touched "
             "directions, over azimuth at four polar angles with the touches, and the residuals.",
@@ -79,8 +89,8 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
             ),
         ),
         "points.png": Picture(
-            "The part before and after compensation in space, its pretravel and uncertainty.",
-            lambda: points_view(job.points, "The part, compensated"),
+            "A curved part before and after compensation in space, its pretravel and uncertainty.",
+            lambda: points_view(job.points, "The curved part, compensated"),
         ),
         "compare.png": Picture(
             "Errors that today's corrections would leave of this probe: over the azimuth on the "
@@ -103,6 +113,63 @@ def kinds_pictures(kinds: KindsCompared) -> dict[str, Picture]:
     }
 
 
+def _limits() -> str:
+    return " to ".join(f"{limit:.2f}" for limit in LIMITS) + " mm"
+
+
+def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
+    """What the demonstration found, in some lines for the terminal.
+
+    Parameters
+    ----------
+    job : MainJob
+    kinds : KindsCompared
+
+    Returns
+    -------
+    Document
+    """
+    left = {(row.method, row.where): row.largest / MICROMETRE for row in job.comparison.rows}
+    ring = {entry.kind: entry.left_out / MICROMETRE for entry in kinds.ring_errors}
+    return Document(
+        title="pretravel: from touches to compensated points",
+        verdict=_bores_sentence(job),
+        figures=(
+            KeyFigure("a touch repeats to", job.qualification.repeatability / MICROMETRE, "µm"),
+            KeyFigure("U of a point, largest",
+                      2.0 * float(job.points.standard_uncertainty.max()) / MICROMETRE, "µm"),
+            KeyFigure("one radius would leave", left["mean radius", "part"], "µm",
+                      remark="on the curved part, at most; "
+                      f"eight radii {value_text(left['eight sectors', 'part'], 'µm')}"),
+            KeyFigure("a real probe in a ring", ring[BEST], "µm",
+                      remark="left in directions that were left out; with one radius "
+                      f"{value_text(ring['mean'], 'µm')}"),
+        ),
+    )  # fmt: skip
+
+
+def _bores_sentence(job: MainJob) -> str:
+    """The bores before and after, against their tolerance."""
+    plain = [bore.feature.uncompensated for bore in job.bores]
+    before = [float(one.diameter) for one in plain if one is not None and one.diameter is not None]
+    sizes = [bore.feature.quantity("diameter") for bore in job.bores]
+    outside = sum(not LIMITS[0] <= diameter <= LIMITS[1] for diameter in before)
+    inside = sum(bore.verdict is ConformityVerdict.CONFORMS for bore in job.bores)
+    ranges = max(one.form for one in plain if one is not None) / MICROMETRE
+    left = max(bore.feature.association.form for bore in job.bores) / MICROMETRE
+    u = max(size.expanded_u for size in sizes) / MICROMETRE
+    return (
+        f"Bores of {_limits()}: with the tip's radius alone {_sizes(before)} mm, {outside} "
+        f"outside; with the map of the probe {_sizes([size.value for size in sizes])} mm, U = "
+        f"{value_text(u, 'µm')}, {inside} proven inside. Their points leave a circle by "
+        f"{value_text(ranges)} µm before, by {value_text(left, 'µm')} after"
+    )
+
+
+def _sizes(diameters: Sequence[float]) -> str:
+    return " and ".join(f"{diameter:.3f}" for diameter in diameters)
+
+
 def demonstration_document(
     job: MainJob, kinds: KindsCompared, pictures: Iterable[Picture] = ()
 ) -> Document:
@@ -119,17 +186,15 @@ def demonstration_document(
     Document
     """
     noise = value_text(job.qualification.repeatability / MICROMETRE)
-    error = {entry.kind: value_text(entry.on_part / MICROMETRE) for entry in kinds.sphere_errors}
     return Document(
         title="pretravel: from touches to compensated points",
-        verdict=f"{len(job.points)} points compensated with the map of the {_title(BEST)}; "
-        f"without compensation they differ by {error['']} µm rms, with one mean radius by "
-        f"{error['mean']} µm.",
+        verdict=_bores_sentence(job),
         sections=(
             qualification_document(job.qualification).as_section(
                 "The probe, qualified on the sphere"
             ),
-            points_document(job.points).as_section("The part, compensated"),
+            features_document(job.bores).as_section("Two bores"),
+            points_document(job.points).as_section("A curved part, compensated"),
             Section(
                 "Errors that each kind of map leaves",
                 tuple(text.format(noise=noise) for text in _SPHERE_TEXT),

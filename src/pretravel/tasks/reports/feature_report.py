@@ -514,8 +514,8 @@ def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformit
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
-            f"decisions by the default rule of ISO 14253-1:2017 (recalled, not checked against its "
-            f"text): proven with a probability of {100 * first.required:g} %, at one limit "
+            f"decisions by the default rule of ISO 14253-1:2017 (not checked against its text"
+            f"): proven with a probability of {100 * first.required:g} %, at one limit "
             f"{first.coverage:.3f} u"
         )
     return notes

@@ -99,13 +99,14 @@ def _before_and_after(
     frame: FrameName,
     tolerance: tuple[float, float] | None,
 ) -> list[SpaceChart]:
-    """Deviations as whiskers along the normals, both with the same magnification."""
+    """Deviations as whiskers along the normals, with one magnification and one scale of colours."""
     after, before = points.deviation, deviation_before(points)
     assert after is not None
     foot = points.positions - after[:, None] * points.normals
     both = after if before is None else np.concatenate([before, after])
     allowed = np.array(tolerance or (0.0, 0.0))
     factor = magnification(foot, np.concatenate([both, allowed]))
+    scale = Scale.of("deviation", "µm", both / MICROMETRE, signed=True)
     charts = []
     for name, deviation in (("before", before), ("after", after)):
         if deviation is None:
@@ -120,12 +121,13 @@ def _before_and_after(
         marks.append(
             SpaceLines(starts, ends, f"deviation {name}, magnified {factor:g} times", colour, 1.8)
         )
-        marks += _ends(ends, deviation, tolerance, colour, _labels(points))
+        marks += _ends(ends, deviation, tolerance, _labels(points))
         charts.append(
             SpaceChart(
                 f"{name}: {_range_text(deviation)}",
                 tuple(marks),
                 frame,
+                scale=scale,
                 note="deviation from the nominal, along the normal",
             )
         )
@@ -136,11 +138,11 @@ def _ends(
     ends: FloatArray,
     deviation: FloatArray,
     tolerance: tuple[float, float] | None,
-    colour: Colour,
     labels: tuple[str, ...],
 ) -> list[SpaceMark]:
-    """The ends of whiskers; those beyond the tolerance are crossed."""
-    marks: list[SpaceMark] = [SpacePoints(ends, "", colour, size=3.5, labels=labels)]
+    """The ends of whiskers, coloured by the deviation; those beyond the tolerance are crossed."""
+    values = deviation / MICROMETRE
+    marks: list[SpaceMark] = [SpacePoints(ends, values=values, size=5.0, labels=labels)]
     if tolerance is not None:
         beyond = (deviation < tolerance[0]) | (deviation > tolerance[1])
         if beyond.any():

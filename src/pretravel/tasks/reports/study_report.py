@@ -12,7 +12,13 @@ import numpy.typing as npt
 from pretravel.show.chart import Axis, Chart, PlaneChart, View
 from pretravel.show.chart_marks import Bars, Dots
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Span, Table
-from pretravel.show.formatting import decimals, number_text, shown_unit, significant
+from pretravel.show.formatting import (
+    decimals,
+    number_text,
+    shown_unit,
+    significant,
+    words_of_key,
+)
 from pretravel.studies.results import StudyResults
 from pretravel.studies.sensitivity import Sensitivity, sensitivities
 
@@ -107,13 +113,13 @@ def _decided_by(found: Sensitivity | None) -> str:
     first = int(np.nanargmax(found.shares))
     share = min(float(found.shares[first]), 1.0)
     return (
-        f"; {found.factors[first]} explains most of its variance "
+        f"; {words_of_key(found.factors[first])[0]} explains most of its variance "
         f"({number_text(100.0 * share, decimals(0))} %)"
     )
 
 
 def _notes(results: StudyResults, found: Sensitivity | None) -> tuple[str, ...]:
-    notes = ["Factors have the units of their keys. A real probe differs from its description."]
+    notes = ["A real probe differs from its description."]
     if found is None:
         return tuple(notes)
     if results.plan == "sobol":
@@ -140,8 +146,10 @@ def _best_table(results: StudyResults, main: str) -> Table:
             Column("design", ("smallest", "largest")),
             Column.of(_words(main), values[rows], _unit(results, main), significant(4)),
             *(
-                Column.of(key, _cells(column[rows]), "", significant(4))
-                for key, column in results.factors.items()
+                Column.of(words, _cells(column[rows]), unit, significant(4))
+                for (words, unit), column in (
+                    (words_of_key(key), column) for key, column in results.factors.items()
+                )
             ),
         ),
         title=f"Designs with the smallest and the largest {_words(main)}",
@@ -158,7 +166,8 @@ def _shares_table(known: Sequence[Sensitivity]) -> Table:
         (
             Column("output", tuple(_words(one.output) for one in known)),
             *(
-                Column.of(key, 100.0 * np.array([o.shares[i] for o in known]), "%", decimals(0))
+                Column.of(words_of_key(key)[0], 100.0 * np.array([o.shares[i] for o in known]),
+                          "%", decimals(0))
                 for i, key in enumerate(known[0].factors)
             ),
         ),
@@ -179,24 +188,31 @@ def _reasons(results: StudyResults) -> Table:
 
 
 def _factors_view(results: StudyResults, main: str) -> View:
-    """The main output over each factor."""
+    """The main output over each factor, with the design that has the smallest one."""
     values = results.numbers[main]
     good = np.flatnonzero(np.isfinite(values))
+    least = good[[np.argmin(values[good])]]
     good = good[:: max(1, len(good) // _MOST_DOTS)]
     label = Axis(_words(main), _unit(results, main))
     charts: list[Chart] = []
     for key, column in list(results.factors.items())[:_MOST_FACTORS]:
         x, axis = _places(column[good], key)
-        charts.append(PlaneChart(key, axis, label, (Dots(x, values[good], size=4.0),)))
+        dots = Dots(x, values[good], "designs", size=4.0)
+        at = _places(column, key)[0][least]
+        best = Dots(
+            at, values[least], f"smallest {label.label}", "after", symbol="diamond", size=9.0
+        )
+        charts.append(PlaneChart(words_of_key(key)[0], axis, label, (dots, best)))
     return View(results.name, tuple(charts))
 
 
 def _places(column: npt.NDArray[Any], key: str) -> tuple[npt.NDArray[np.float64], Axis]:
+    words, unit = words_of_key(key)
     if column.dtype != object:
-        return np.asarray(column, np.float64), Axis(key)
+        return np.asarray(column, np.float64), Axis(words, unit)
     texts = list(dict.fromkeys(column.tolist()))
     places = np.array([float(texts.index(text)) for text in column])
-    return places, Axis(key, categories=tuple(texts))
+    return places, Axis(words, categories=tuple(texts))
 
 
 def _shares_view(found: Sensitivity) -> View:
@@ -208,7 +224,7 @@ def _shares_view(found: Sensitivity) -> View:
         marks.append(
             _bars(places + 0.2, found.total, found.total_interval, order, "with others", "series2")
         )
-    names = tuple(found.factors[i] for i in order)
+    names = tuple(words_of_key(found.factors[i])[0] for i in order)
     axis = Axis("share in the variance", "%", low=0.0)
     chart = PlaneChart(
         f"what decides the {_words(found.output)}", Axis("", categories=names), axis, tuple(marks)

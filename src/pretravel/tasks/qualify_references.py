@@ -1,0 +1,305 @@
+"""Qualify without a sphere: on blocks, pins, bores, several references in one fit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import REFERENCE_DIAMETER, checked
+from pretravel.base.units import MICROMETRE
+from pretravel.tasks.fields import with_reading
+from pretravel.tasks.task import PAGES, Field, Progress, Result, Task
+
+if TYPE_CHECKING:
+    from pretravel.files.file_format import FileReadings
+    from pretravel.qualification.reference_fit import Reference, ReferenceFit
+    from pretravel.show.document import Document
+    from pretravel.tasks.qualify import Qualify
+
+_PPM = 1e-6
+_USUAL_FORM = 1.0 * MICROMETRE
+"""Of a block, where none is stated: parallel faces of a good 1-2-3 block."""
+_REFERENCE = re.compile(r"([^=:@/,]+)=([a-z]+)(?::([^:]+))?(?::([\d.]+))?")
+
+
+class Lengths(tuple[float, ...]):
+    """Distances of opposite faces. [mm]"""
+
+    def __str__(self) -> str:
+        return ",".join(f"{length:.12g}" for length in self)
+
+
+def block_lengths(text: str) -> Lengths:
+    """One length of a block, or three.
+
+    >>> block_lengths("25.4,50.8,76.2")
+    (25.4, 50.8, 76.2)
+    """
+    cells = text.split(",")
+    if len(cells) not in (1, 3):
+        raise PretravelError(
+            f"'{text}': a block has one length, 50.8, or three along x, y and z, 25.4,50.8,76.2"
+        )
+    lengths = (checked(cell, "a length of the block", REFERENCE_DIAMETER) for cell in cells)  # type: ignore[arg-type]  # text too
+    return Lengths(lengths)
+
+
+class StatedReference(str):
+    """A reference as it is typed: ``ring=ring:50.0003:0.3``."""
+
+
+def stated_reference(text: str) -> StatedReference:
+    """Check a reference that is typed.
+
+    >>> stated_reference("plug=pin:unknown")
+    'plug=pin:unknown'
+    """
+    if not _REFERENCE.fullmatch(text):
+        raise PretravelError(
+            f"'{text}': a reference is NAME=SHAPE:SIZE:U, for example r50=ring:50.0003:0.3 "
+            "(mm, and its standard uncertainty in µm) or hole=ring:unknown"
+        )
+    return StatedReference(text)
+
+
+class OnReferences(Task):
+    """Settings of a qualification without a sphere."""
+
+    pin: Annotated[
+        bool,
+        Field(
+            help="The reference is a pin or boss, touched outside all around; --ring is one that "
+            "is touched inside, a bore too. Several heights are taken as they are.",
+            label="The reference is a pin or boss",
+        ),
+    ] = False
+    unknown_size: Annotated[
+        bool,
+        Field(
+            help="The diameter of the reference is not known: the shape of the map alone is "
+            "determined, and its mean is not.",
+            label="The diameter is not known",
+        ),
+    ] = False
+    block: Annotated[
+        Lengths | None,
+        Field(
+            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels: the "
+            "calibrated distance of opposite faces in mm (50.8), or the three along x, y and z at "
+            "a turn of zero (25.4,50.8,76.2). A column reference states the turn: block@90.",
+            parse=block_lengths,
+            metavar="L or X,Y,Z",
+        ),
+    ] = None
+    reference: Annotated[
+        tuple[StatedReference, ...],
+        Field(
+            help="One of several references of one fit, NAME=SHAPE:SIZE:U: shape block, ring "
+            "(bore), pin (boss) or sphere, size in mm or unknown, U its standard uncertainty in "
+            "µm. Touches state the name in a column reference or at the beginning of their labels "
+            "(r50/1). For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
+            parse=stated_reference,
+            metavar="NAME=SHAPE:SIZE:U",
+        ),
+    ] = ()
+    u_scale_ppm: Annotated[
+        float | None,
+        Field(
+            help="With --block or --reference: standard uncertainty of the scales of the machine, "
+            "in µm/m, where it is known, for example 20; 0 takes them as exact.",
+            range=(0.0, 1e5),
+            unit="µm/m",
+        ),
+    ] = None
+    u_squareness_ppm: Annotated[
+        float | None,
+        Field(
+            help="The same of the squareness of its axes, in µm/m.",
+            range=(0.0, 1e5),
+            unit="µm/m",
+        ),
+    ] = None
+    u_backlash_um: Annotated[
+        float | None,
+        Field(
+            help="The same of the backlash of its axes, in µm; 0 for axes with own scales.",
+            range=(0.0, 1000.0),
+        ),
+    ] = None
+
+    @property
+    def on_references(self) -> bool:
+        """Whether the touches are on a block or on several references."""
+        return self.block is not None or bool(self.reference)
+
+
+def size_warnings(task: OnReferences) -> list[str]:
+    """What a size that is not known leaves open."""
+    if not task.unknown_size:
+        return []
+    return [
+        (
+            "the size of the reference is not known: the shape of the map is determined, its mean "
+            "is not (taken as zero, u = 25 µm). Differences between directions and positions of "
+            "centres are right, sizes and distances from a face are not"
+        )
+    ]
+
+
+def as_round_reference(task: Qualify, readings: FileReadings) -> FileReadings:
+    """Touches on a pin as those in a ring, and heights as if the axis were upright."""
+    from pretravel.qualification.round_references import (
+        as_ring_touches,
+        unknown_diameter,
+        without_tilt,
+    )
+
+    if not task.in_plane:
+        return readings
+    if task.ring and task.pin:
+        raise PretravelError(
+            "a reference is touched inside (ring) or outside (pin), not both",
+            inputs=("ring", "pin"),
+        )
+    touches = without_tilt(readings.touches, ring=task.ring)
+    if task.pin:
+        diameter = task.reference_diameter()
+        if diameter is None:
+            # The circle is that of the pin: outside, the tip is added.
+            found = unknown_diameter(touches, 0.0, ring=True)
+            diameter = found - (task.tip_diameter or 0.0)
+        touches = as_ring_touches(touches, diameter)
+    return replace(readings, touches=touches)
+
+
+def references_of(task: Qualify) -> list[Reference]:
+    """The references that are stated.
+
+    Raises
+    ------
+    PretravelError
+        Two of one name; a diameter beside them; settings of maps.
+    """
+    from pretravel.qualification.reference_fit import Reference
+
+    for name in ("diameter", "ring", "pin", "unknown_size", "prior", "kind"):
+        if task.stated(name) and (name != "diameter" or task.diameter is not None):
+            raise PretravelError(
+                f"{name.replace('_', ' ')} is stated, and also a block or several references; they "
+                "state their sizes themselves, and give no map",
+                inputs=(name, "block", "reference"),
+            )
+    form = task.sphere_form_um * MICROMETRE if task.stated("sphere_form_um") else _USUAL_FORM
+    common = {"u_temperature": task.u_temperature, "form": form}
+    u_usual = 0.2 if task.u_diameter_um is None else task.u_diameter_um
+    found = []
+    if task.block is not None:
+        found.append(Reference("block", "block", tuple(task.block), u_usual * MICROMETRE, **common))
+    for text in task.reference:
+        match = _REFERENCE.fullmatch(text)
+        assert match is not None  # checked where it was typed
+        name, shape, size, u = match.groups()
+        sizes: Sequence[float] = ()
+        if size not in (None, "unknown"):
+            sizes = block_lengths(size)
+        u_size = (u_usual if u is None else float(u)) * MICROMETRE
+        found.append(Reference(name, shape, tuple(sizes), u_size, **common))
+    names = [one.name for one in found]
+    double = [name for name in names if names.count(name) > 1]
+    if double:
+        raise PretravelError(
+            f"two references are called {double[0]}", inputs=("reference", "block")
+        )
+    return found
+
+
+def qualified_references(task: Qualify, progress: Progress) -> QualifiedReferences:
+    """Fit touches on blocks or several references.
+
+    Parameters
+    ----------
+    task : Qualify
+    progress : Progress
+    """
+    from pretravel.qualification.machine_terms import priors_of
+    from pretravel.qualification.reference_fit import fit_references
+
+    references = references_of(task)
+    backlash = task.u_backlash_um
+    priors = priors_of(
+        u_scale=None if task.u_scale_ppm is None else task.u_scale_ppm * _PPM,
+        u_squareness=None if task.u_squareness_ppm is None else task.u_squareness_ppm * _PPM,
+        u_backlash=None if backlash is None else backlash * MICROMETRE,
+    )
+    readings = task.read_touches(progress, tip_diameter=task.tip_diameter).in_machine_axes()
+    with progress.working(
+        f"fitting {len(readings.touches)} touches on {len(references)} references"
+    ):
+        found = fit_references(
+            readings.touches, references, tip_diameter=task.tip_diameter, priors=priors
+        )
+    return QualifiedReferences(task, readings, tuple(references), found)
+
+
+@dataclass(frozen=True, eq=False)
+class QualifiedReferences(Result):
+    """What touches on references say of the machine and the probe.
+
+    Attributes
+    ----------
+    task : Qualify
+    readings : FileReadings
+    references : tuple of Reference
+    fit : ReferenceFit
+    """
+
+    task: Qualify
+    readings: FileReadings
+    references: tuple[Reference, ...]
+    fit: ReferenceFit
+
+    def document(self) -> Document:
+        """The report, with what the laboratory states."""
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
+        from pretravel.tasks.reports.reference_report import reference_document
+
+        report = reference_document(
+            self.fit,
+            self.references,
+            touches_name=self.task.touches_name,
+            warnings=[*self.readings.notes(), *self.task.statements_left_out()],
+        )
+        return with_laboratory(report, self.task.statements())
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write every term as a table.
+
+        Raises
+        ------
+        PretravelError
+            A map is asked for.
+        """
+        del output
+        from pretravel.files.csv_table import write_csv_table
+        from pretravel.tasks.reports.reference_report import term_columns
+
+        if path.suffix.lower() != ".csv":
+            raise PretravelError(
+                f"{path.name}: touches on blocks and several references give terms of the machine "
+                "and pretravel in their directions (.csv, or a page), not a map; a sphere, a ring "
+                "or a pin gives a map",
+                inputs=("output",),
+            )
+        write_csv_table(path, term_columns(self.fit))
+
+
+ENDINGS = (".csv", *PAGES)
+"""Of the output of touches on references."""

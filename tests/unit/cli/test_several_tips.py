@@ -1,0 +1,97 @@
+"""pretravel qualify --tip and compensate with the maps of several tips."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.files.star_file import read_star
+from pretravel.files.touches_csv import read_touches, write_touches
+from pretravel.touches import Touches
+from tests.support.commands import rows, run
+from tests.support.examples import EXAMPLES
+
+SPHERE = ("--diameter", 24.9987)
+TIPS = ("--tip", "a=6", "--tip", "b=6")
+OFFSET = np.array([10.0, -20.0, 5.0])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One probe twice: as tip a, and as tip b with another offset."""
+    place = tmp_path_factory.mktemp("star")
+    one = read_touches(EXAMPLES / "sphere_touches.csv")
+    touches = Touches(
+        np.vstack([one.positions, one.positions - OFFSET]),
+        np.vstack([one.normals] * 2),
+        tips=("a",) * len(one) + ("b",) * len(one),
+    )
+    write_touches(place / "star.csv", touches)
+    bore = read_touches(EXAMPLES / "bore_touches.csv")
+    tips = tuple("ab"[k % 2] for k in range(len(bore)))
+    moved = np.array([tip == "b" for tip in tips])[:, None] * OFFSET
+    write_touches(place / "bore.csv", Touches(bore.positions - moved, bore.normals, tips=tips))
+    write_touches(place / "one.csv", Touches(bore.positions, bore.normals))
+    run("qualify", place / "star.csv", *SPHERE, *TIPS, "-o", place / "star.json")
+    return place
+
+
+def test_the_tips_in_their_file(folder: Path) -> None:
+    star = read_star(folder / "star.json")
+    assert star.names == ("a", "b")
+    assert np.allclose(star.offset("b"), OFFSET, atol=1e-9)
+    assert np.all(np.diag(star.offset_covariance("b")) < 1e-6)
+    out = run("qualify", folder / "star.csv", *SPHERE, *TIPS)
+    assert out.startswith("2 tips have a map each, and their offsets from a")
+
+
+def test_points_of_both_tips_are_those_of_one(folder: Path) -> None:
+    """The same touches as if one probe had made them; only their u contains the offset."""
+    run("compensate", folder / "bore.csv", "--map", folder / "star.json", "-o", folder / "two.csv")
+    run("qualify", EXAMPLES / "sphere_touches.csv", *SPHERE, "--tip-diameter", 6,
+        "--kind", "harmonic", "-o", folder / "map.json")  # fmt: skip
+    run("compensate", folder / "one.csv", "--map", folder / "map.json", "-o", folder / "one_p.csv")
+    two, one = rows(folder / "two.csv"), rows(folder / "one_p.csv")
+    for axis in "xyz":
+        got, expected = ([float(row[f"{axis}_mm"]) for row in each] for each in (two, one))
+        assert np.allclose(got, expected, atol=1e-6)
+    assert float(two[1]["u_um"]) > float(one[1]["u_um"])
+    assert float(two[0]["u_um"]) == pytest.approx(float(one[0]["u_um"]), rel=1e-6)
+    assert float(two[0]["shared_centre_of_tip_b_1_um"]) == 0.0
+    out = run("measure", folder / "two.csv", "--feature", "bore", "--select", "1..12")
+    assert "diameter" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("--tip", "a"), "a tip is NAME=DIAMETER@X,Y,Z"),
+        (("--tip", "a=6"), "tip 'b'; there are a"),
+        ((*TIPS, "--tip", "c=6"), "no touch was made with the tip c"),
+        ((*TIPS, "--tip-diameter", 6), "and also several tips"),
+        ((*TIPS, "-o", "map.csv"), "the ending must be .json"),
+    ],
+)
+def test_refused(folder: Path, words: tuple[object, ...], reason: str) -> None:
+    err = " ".join(run("qualify", folder / "star.csv", *SPHERE, *words, code=2).split())
+    assert reason in err
+
+
+def test_files_that_are_none(folder: Path) -> None:
+    content = json.loads((folder / "star.json").read_text(encoding="utf-8"))
+    content["tips"][0]["center_mm"] = [1.0]
+    broken = folder / "broken.json"
+    broken.write_text(json.dumps(content), encoding="utf-8")
+    touches = folder / "bore.csv"
+    err = run("compensate", touches, "--map", broken, "-o", folder / "x.csv", code=2)
+    assert "numbers of shape (3,) are needed" in err
+    content["tips"][1]["map"]["tip_radius_mm"] = 3.1
+    content["tips"][0]["center_mm"] = [1.0, 2.0, 3.0]
+    broken.write_text(json.dumps(content), encoding="utf-8")
+    assert "tip b" in run("compensate", touches, "--map", broken, "-o", folder / "x.csv", code=2)
+    none = run("compensate", folder / "one.csv", "--map", folder / "star.json",
+               "-o", folder / "x.csv", code=2)  # fmt: skip
+    assert "a column tip is needed" in none
