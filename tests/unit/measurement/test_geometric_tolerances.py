@@ -11,7 +11,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, parse_placement
 from pretravel.measurement.conformity import ConformityVerdict
-from pretravel.measurement.datum_system import DatumFeature, datum_system
+from pretravel.measurement.datum_system import DatumFeature, DatumSystem, datum_system
 from pretravel.measurement.geometric_tolerances import inspect_geometry
 from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.tolerance_frame import (
@@ -244,6 +244,37 @@ def test_the_frame_of_three_planes_is_that_of_the_part() -> None:
     assert system.placement.rotation == pytest.approx(PLACE.rotation, abs=1e-12)
     assert system.placement.shift == pytest.approx(PLACE.shift, abs=1e-9)
     assert system.free.shape == (6, 0)
+
+
+def test_the_frame_follows_the_points_of_its_datums() -> None:
+    """Points of A, of the bore and of B moved by random 1 µm: the frame moves as its rows say."""
+    block = _block(h1=_cylinder((10.0, 10.0), 4.0))
+    rng, moved = np.random.default_rng(5), {}
+
+    def frame(noise: dict[str, FloatArray]) -> DatumSystem:
+        placed = {}
+        for name in ("A", "h1", "B"):
+            kind, points, normals = block[name]
+            there = PLACE.points(points + noise.get(name, np.zeros(len(points)))[:, None] * normals)
+            own = feature_points(there, PLACE.vectors(normals), shared={})
+            feature = measure_feature(own, kind, label=name, axis=Z if name == "h1" else None)
+            at, axis = NOMINAL[name]
+            placed[name] = DatumFeature(feature, np.array(at), np.array(axis))
+        return datum_system([[placed[name]] for name in ("A", "h1", "B")])
+
+    before = frame({})
+    expected = np.zeros(6)
+    for name, feature, rows in zip(("A", "h1", "B"), before.features, before.by_parameters,
+                                   strict=True):  # fmt: skip
+        moved[name] = 1e-3 * rng.normal(size=len(feature.points))
+        side = -1.0 if name == "h1" else 1.0  # errors count away from the axis of a bore
+        expected += rows @ (feature.association.response @ (side * moved[name]))
+    after = frame(moved)
+    places = 100.0 * np.eye(3)
+    found = after.placement.points(places) - before.placement.points(places)
+    here = before.placement.points(places)
+    assert found == pytest.approx(expected[:3] + np.cross(expected[3:], here), abs=2e-6)
+    assert np.abs(found).max() > 1e-4
 
 
 def _trials(
