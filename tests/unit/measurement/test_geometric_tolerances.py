@@ -216,6 +216,22 @@ class TestInClosedForm:
             found = _result(placed, "C", kind, 0.2, "A|B")
             assert found.free == 1  # along x: to A and B alone it is an orientation
 
+    def test_axes_and_planes(self) -> None:
+        """A bore that leans by 0.06 mm: to an axis and across a plane, and the plane across it."""
+        leaning = _cylinder((10.0, 10.0), 4.0, tilt=0.06)
+        placed = _measured(_block(h1=leaning, h2=_cylinder((50.0, 10.0), 4.0)))
+        lean = 0.06 + 2.0 * 0.006 * (4.0 * 0.006)  # at both ends, the radius further
+        for kind, datum in (("parallelism", "h2"), ("perpendicularity", "A")):
+            found = _result(placed, "h1", kind, 0.1, datum)
+            assert found.quantity.value == pytest.approx(lean, abs=NEAR)
+        across = _result(placed, "A", "perpendicularity", 0.6, "h1")
+        # Its sections across the axis are ellipses, which turn the axis by some 1e-6.
+        assert across.quantity.value == pytest.approx(0.006 * 60.0, abs=1e-4)
+        # Parallel to the plane B, whose normal is y, the lean in x does not count.
+        placed["B2"] = placed["B"]
+        along = _result(placed, "h1", "parallelism", 0.1, "B2")
+        assert along.quantity.value == pytest.approx(0.0, abs=NEAR)
+
     def test_a_slot(self) -> None:
         """A median plane off by 0.02 mm; symmetrical within 0.04."""
         block = _block()
