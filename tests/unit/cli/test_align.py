@@ -63,6 +63,7 @@ def test_compensate_reads_the_placement_and_takes_normals_of_the_part(folder: Pa
     _, text = both_outputs("compensate", TOUCHES, "--map", folder / "map.json", "--nominal", PART,
                "--place", folder / "place.json", "-o", folder / "machine.csv")  # fmt: skip
     assert "the touches have no normals: those of the nearest" in text
+    assert "deviations also contain the error of the placement, U up to" in text
     points = read_points(folder / "machine.csv")
     assert points.deviation is not None
     # The form of the part is 1 µm; the points stay in the machine's frame.
