@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
+from pretravel.files.features_file import read_features
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_named, format_of
 from pretravel.files.history_drift import drift_of_history
@@ -17,6 +18,7 @@ from pretravel.files.linuxcnc_files import read_tool, read_work_offset
 from pretravel.files.machine_file import machine_text, read_machine
 from pretravel.files.map_file import read_map
 from pretravel.files.map_json import json_of_map
+from pretravel.files.plan_features import read_plan_features
 from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
 from pretravel.files.probe_history import read_history
@@ -36,6 +38,7 @@ from tests.support.control_logs import GRBL_OPTIONS, REFUSED_FILES, SAMPLES
 from tests.support.example_maps import mean_map
 from tests.support.mutated_files import Reader, at_a_path
 from tests.support.pages import plain_content
+from tests.support.plans import DMIS_PLAN, DRAWING, QIF_PLAN
 from tests.support.stored_maps import sealed, small_harmonic_map
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "data"
@@ -330,6 +333,9 @@ TEXT_READERS: tuple[Reader, ...] = (
         (laboratory_template().encode(),),
         _TOML_WORDS,
     ),
+    Reader("features", at_a_path(read_features, "drawing.toml"), (DRAWING.encode(),), _TOML_WORDS),
+    Reader("features-dmis", at_a_path(read_plan_features, "plan.dmi"), (DMIS_PLAN.encode(),)),
+    Reader("features-qif", at_a_path(read_plan_features, "plan.qif"), (QIF_PLAN.encode(),)),
     Reader(
         "linuxcnc-parameters",
         _parameters,

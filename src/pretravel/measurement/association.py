@@ -17,7 +17,7 @@ from pretravel.uncertainty.fitting.cylinder import fit_cylinder
 from pretravel.uncertainty.fitting.feature import FLAT, about_axis, across, checked_points
 from pretravel.uncertainty.fitting.plane import fit_plane
 from pretravel.uncertainty.fitting.sphere import fit_sphere
-from pretravel.uncertainty.fitting.torus import Torus, fit_torus
+from pretravel.uncertainty.fitting.torus import TorusParameters, fit_torus
 
 OUT_OF_PLANE = 0.05
 """Largest height of a circle's points over their plane, in parts of the radius."""
@@ -342,7 +342,7 @@ def _torus(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Ass
 def _torus_at(
     p: FloatArray, center: FloatArray, axis: FloatArray, size: tuple[float, float]
 ) -> Association:
-    torus, sideways = Torus(center, axis, *size), across(axis)
+    torus, sideways = TorusParameters(center, axis, *size), across(axis)
     return Association(
         points=p,
         outward=torus.normals(p),

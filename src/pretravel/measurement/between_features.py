@@ -18,7 +18,7 @@ from pretravel.measurement.feature_uncertainty import (
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 
 _DISTANCE, _ANGLE = "distance", "angle"
-_FLAT = ("plane", "line")
+_FLAT = ("plane", "line", "slot")
 _PARALLEL = 1.0 * DEGREE  # largest angle of features that have a distance
 _ALL_PAIRS = 6  # features up to this number: all pairs; more: neighbours alone
 _SAME_PLACE = 1e-12  # mm
@@ -67,7 +67,7 @@ def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelat
         Of all pairs of up to six features; of more features, of neighbours in their order. None of
         two features that share touches.
         Centres have a distance (across their axes, where these are parallel within 1°), and so
-        have planes and lines that are parallel within 1°: that of the point of the second. An
+        have planes, lines and slots that are parallel within 1°: of the point of the second. An
         angle is that between the directions that both features determine.
 
     Raises

@@ -18,9 +18,7 @@ from pretravel.measurement.conformity import (
     size_conformity,
 )
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
-from pretravel.measurement.tolerance_frame import (
-    GeometricResult,
-)
+from pretravel.measurement.tolerance_frame import GeometricResult
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.measurement.conformity import zone_conformity
-from pretravel.measurement.datum_system import moved_by_frame
+from pretravel.measurement.datum_system import DatumSystem, moved_by_frame
 from pretravel.measurement.feature_uncertainty import (
     MACHINE,
     FeatureErrors,
@@ -83,13 +83,47 @@ def decided_places(
     GeometricResult
     """
     frames = [frame_of(placed, tolerance, groups) for placed in features]
-    system = frames[0].system
+    places, located, remarks = _fitted_places(features, frames, tolerance, groups)
+    bonus, size_row, most_bonus = _bonus(features, tolerance)
+    terms = _terms(features, frames[0].system, places, size_row)
+    parts = covariance_by_source(terms)
+    size = located.size + (size_row is not None)
+    machine = features[0].feature.errors.machine
+    if machine > 0.0:
+        parts[MACHINE] = machine**2 * np.eye(size)
+    keep = _projection(places.free, size)
+    conformity = zone_conformity(
+        tolerance.name,
+        located,
+        np.asarray(sum(parts.values())),
+        (tolerance.zone, bonus, most_bonus),
+        required,
+        dof=min(_dof(terms, parts, row) for row in range(located.size)),
+        refit=keep,
+    )
+    return GeometricResult(
+        tuple(placed.label for placed in features),
+        tolerance,
+        _quantity(tolerance.name, located, parts, keep, conformity.dof),
+        conformity,
+        bonus,
+        places.free.shape[1],
+        remarks,
+    )
+
+
+def _fitted_places(
+    features: Sequence[PlacedFeature],
+    frames: list[Frame],
+    tolerance: GeometricTolerance,
+    groups: Sequence[DatumWord],
+) -> tuple[_Places, FloatArray, tuple[str, ...]]:
+    """The places, and their distances after what the datums leave free and may shift, (g, m)."""
     for _ in range(ROUNDS):
         places = _places(features, frames, tolerance)
-        # What the datums leave free, and the float of a datum at maximum material.
-        float_columns, reach, remarks = _datum_float(groups, places.frame)
-        amounts = _best_fit(places.located, places.free, float_columns, reach)
-        columns = np.hstack([places.free, float_columns])
+        floating, reach, remarks = _datum_float(groups, places.frame)
+        amounts = _best_fit(places.located, places.free, floating, reach)
+        columns = np.hstack([places.free, floating])
         located = places.located + (columns @ amounts).reshape(places.located.shape)
         if tolerance.kind in (*ORIENTATION, *TO_AXIS):
             break
@@ -98,6 +132,16 @@ def decided_places(
         if not turned[0][1]:
             break
         frames = [frame for frame, _ in turned]
+    return places, located, remarks
+
+
+def _terms(
+    features: Sequence[PlacedFeature],
+    system: DatumSystem,
+    places: _Places,
+    size_row: tuple[int, FloatArray] | None,
+) -> list[tuple[FeatureErrors, FloatArray]]:
+    """Change of the distances (and of the growth of the zone) by the features and the datums."""
     terms = [
         (placed.feature.errors, rows) for placed, rows in zip(features, places.own, strict=True)
     ]
@@ -106,54 +150,31 @@ def decided_places(
         for each, rows in zip(system.features, system.by_parameters, strict=True)
     ]
     terms = _merged(terms)
+    if size_row is None:
+        return terms
+    owner = features[size_row[0]].feature.errors
+    return [
+        (errors, np.vstack([rows, size_row[1] if errors is owner else 0.0 * rows[:1]]))
+        for errors, rows in terms
+    ]
+
+
+def _quantity(
+    name: str, located: FloatArray, parts: Mapping[str, FloatArray], keep: FloatArray, dof: float
+) -> Quantity:
+    """Twice the largest distance, with the uncertainty along itself."""
     worst = int(np.argmax(np.linalg.norm(located, axis=1)))
-    bonus, size_row, most_bonus = _bonus(features, tolerance)
-    if size_row is not None:
-        index = next(i for i, (errors, _) in enumerate(terms)
-                     if errors is features[size_row[0]].feature.errors)  # fmt: skip
-        terms = [
-            (errors, np.vstack([rows, size_row[1] if i == index else np.zeros((1, rows.shape[1]))]))
-            for i, (errors, rows) in enumerate(terms)
-        ]
-    parts = covariance_by_source(terms)
-    machine = features[0].feature.errors.machine
-    count = located.size
-    if machine > 0.0:
-        lengths = np.eye(count + (size_row is not None))
-        parts[MACHINE] = machine**2 * lengths
-    keep = _projection(places.free, count + (size_row is not None))
-    conformity = zone_conformity(
-        tolerance.name,
-        located,
-        np.asarray(sum(parts.values())),
-        (tolerance.zone, bonus, most_bonus),
-        required,
-        dof=min(_dof(terms, parts, row) for row in range(count)),
-        refit=keep,
-    )
-    along = np.zeros(count + (size_row is not None))
     length = float(np.linalg.norm(located[worst]))
-    width = located.shape[1]
-    whole = np.asarray(sum(parts.values()))[:count, :count]
-    mine = slice(worst * width, (worst + 1) * width)
-    along[mine] = (
-        located[worst] / length if length > 0.0 else np.linalg.eigh(whole[mine, mine])[1][:, -1]
-    )
+    mine = slice(worst * located.shape[1], (worst + 1) * located.shape[1])
+    whole = np.asarray(sum(parts.values()))[mine, mine]
+    along = np.zeros(len(keep))
+    along[mine] = located[worst] / length if length > 0.0 else np.linalg.eigh(whole)[1][:, -1]
     share = {
         cause: 2.0 * math.sqrt(max(float(along @ keep @ part @ keep.T @ along), 0.0))
         for cause, part in parts.items()
     }
     u = math.sqrt(sum(each**2 for each in share.values()))
-    quantity = Quantity(tolerance.name, 2.0 * length, u, share, dof=conformity.dof)
-    return GeometricResult(
-        tuple(placed.label for placed in features),
-        tolerance,
-        quantity,
-        conformity,
-        bonus,
-        places.free.shape[1],
-        remarks,
-    )
+    return Quantity(name, 2.0 * length, u, share, dof=dof)
 
 
 def _merged(

@@ -24,6 +24,7 @@ from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
     from pretravel.base.arrays import FloatArray
+    from pretravel.base.frames import Placement
     from pretravel.files.file_format import FileReadings, NormalsFrom
     from pretravel.files.long_table import LongTable
     from pretravel.maps.pretravel_map import PretravelMap
@@ -241,6 +242,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         if in_machine:
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
+        warnings += _error_of_placement(placement, points)
         if readings.normals_taken:
             source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
             source = "neighbouring touches (z > 0)" if of_neighbours else source
@@ -267,6 +269,23 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         if found.reading:
             progress.say(f"read: {found.reading}")
         return found
+
+
+def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]:
+    """What a measured placement adds to the deviations, which u of the points does not contain."""
+    from pretravel.base.units import MICROMETRE
+
+    if placement.errors is None or points.deviation is None:
+        return ()
+    moves = placement.errors.factors(points.positions)
+    along = ((moves * points.normals).sum(axis=2) ** 2).sum(axis=0) ** 0.5
+    most = 2.0 * float(along.max()) / MICROMETRE
+    said = (
+        f"deviations also contain the error of the placement, U up to {most:.2g} µm at these "
+        "points; u is that of the points in the machine. The points that align writes are in the "
+        "frame of the part, and share it"
+    )
+    return (said,)
 
 
 def _with_neighbours(

@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from pretravel.files.features_file import Drawing
     from pretravel.measurement.between_features import FeatureRelation
     from pretravel.measurement.points import Points
-    from pretravel.measurement.tolerance_frame import (
-        PlacedFeature,
-    )
+    from pretravel.measurement.tolerance_frame import PlacedFeature
     from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, Together
     from pretravel.show.document import Document
     from pretravel.surface.cad.part import Part
@@ -480,9 +478,7 @@ def _placed(inspected: InspectedFeature, task: Measure, part: Part | None) -> Pl
     import numpy as np
 
     from pretravel.measurement.geometric_tolerances import nominal_of_part
-    from pretravel.measurement.tolerance_frame import (
-        PlacedFeature,
-    )
+    from pretravel.measurement.tolerance_frame import PlacedFeature
 
     limits = task.tolerances().size
     size = task.nominal

@@ -15,6 +15,7 @@ from pretravel.files.points_reading import read_points
 from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
+from tests.support.plans import DRAWING
 
 PART, TOUCHES = EXAMPLES / "bracket.step", EXAMPLES / "bracket_touches.csv"
 TRUE = parse_placement("212,-48,-210,0.4,-0.3,33")
@@ -62,6 +63,7 @@ def test_compensate_reads_the_placement_and_takes_normals_of_the_part(folder: Pa
     _, text = both_outputs("compensate", TOUCHES, "--map", folder / "map.json", "--nominal", PART,
                "--place", folder / "place.json", "-o", folder / "machine.csv")  # fmt: skip
     assert "the touches have no normals: those of the nearest" in text
+    assert "deviations also contain the error of the placement, U up to" in text
     points = read_points(folder / "machine.csv")
     assert points.deviation is not None
     # The form of the part is 1 µm; the points stay in the machine's frame.
@@ -190,45 +192,6 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
     assert "cannot be decided" in text
     assert "the points state no uncertainty" in warned
     assert "roundness" not in text.split("Conformity")[0]
-
-
-DRAWING = """
-[[feature]]
-label = "A"
-kind = "plane"
-select = "plane3-*"
-[[feature]]
-label = "B"
-kind = "plane"
-select = "plane2-*"
-[[feature]]
-label = "D"
-kind = "cylinder"
-select = "bore1-*"
-tolerance = "11.99..12.03"
-  [[feature.geometric]]
-  kind = "position"
-  tolerance_mm = 0.05
-  datums = ["A", "B"]
-  material = "M"
-[[feature]]
-label = "E"
-kind = "cylinder"
-select = "bore2-*"
-  [[feature.geometric]]
-  kind = "position"
-  tolerance_mm = 0.001
-  datums = ["A", "D", "B"]
-[[pattern]]
-label = "bores"
-features = ["D", "E"]
-position_tolerance_mm = 0.05
-datums = ["A"]
-[[between]]
-features = ["D", "E"]
-nominal = 53.0377
-tolerance = "±0.02"
-"""
 
 
 def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:

@@ -10,9 +10,10 @@ import pytest
 from pretravel.files.logs.fusion import read_fusion
 from pretravel.files.logs.qif import read_point_sets
 from pretravel.files.map_file import read_map
+from pretravel.files.points_reading import read_points
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
-from tests.support.commands import both_outputs, positions, run
+from tests.support.commands import both_outputs, positions, rows, run
 from tests.support.control_logs import (
     OWN_LOG,
     written,
@@ -55,6 +56,25 @@ class TestCompensatedPoints:
         log = written(tmp_path, OWN_LOG, "a.log")
         run("compensate", log, "--map", map_file, "-o", tmp_path / "p.csv")
         assert positions(tmp_path / "p.csv").shape == (1, 3)
+
+
+def test_normals_from_neighbouring_touches(tmp_path: Path, map_file: Path) -> None:
+    """A free form, 4 mm between touches: the points with normals lie within U, and it is said."""
+    source, bare = EXAMPLES / "part_touches.csv", tmp_path / "bare.csv"
+    touched = rows(source)
+    names = ("x_mm", "y_mm", "z_mm")
+    lines = [",".join(names), *(",".join(row[name] for name in names) for row in touched)]
+    bare.write_text("\n".join(lines) + "\n")
+    run("compensate", source, "--map", map_file, "-o", tmp_path / "with.csv")
+    _, warned = both_outputs("compensate", bare, "--map", map_file, "--feature", "surface",
+                             "-o", tmp_path / "without.csv")  # fmt: skip
+    assert "those of the neighbouring touches (z > 0) are taken" in warned
+    assert "which is in the covariance of the points" in warned
+    assert "touches are doubtful" in warned
+    found = read_points(tmp_path / "without.csv")
+    apart = found.positions - read_points(tmp_path / "with.csv").positions
+    along = np.abs(np.sum(apart * found.normals, axis=1))
+    assert np.mean(along <= 2.0 * found.standard_uncertainty) > 0.9
 
 
 class TestNormalsOutsideTheMap:

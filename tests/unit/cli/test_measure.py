@@ -326,10 +326,11 @@ def test_the_association_of_each_feature_of_a_file(points_file: Path, tmp_path: 
     assert {row["association"] for row in rows(out) if row["feature"] == "bore2*"} == {
         "minimum-zone"
     }
-    features.write_text(text + 'association = "tangent"\n')
+    features.write_text(text.replace('"bore"\nselect = "bore2*"', '"line"\nselect = "bore2*"')
+                        + 'association = "inscribed"\n')  # fmt: skip
     told = run("measure", points_file, "--features", features, code=2)
     assert "line 5" in told
-    assert "a bore has no association 'tangent', which is for plane, line" in told
+    assert "a line has no association 'inscribed', which is for circle, bore" in told
     assert "--association" not in told
 
 

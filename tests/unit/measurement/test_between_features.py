@@ -174,3 +174,18 @@ def _value(kind: str, name: str, a: object, b: object) -> float:
     if kind == "sphere":
         return float(np.linalg.norm(apart))
     return float(np.linalg.norm(np.cross(apart, a.direction)))  # type: ignore[attr-defined]
+
+
+def test_slots_have_the_distance_of_their_median_planes() -> None:
+    """Two slots of 10 mm, 30 mm apart along their normal, and 7 mm along themselves."""
+    positions, normals = features()["slot"]
+    away = np.array([7.0, 0.0, 30.0])
+    both = [
+        measure_feature(feature_points(positions + shift, normals), "slot", label=name)
+        for name, shift in (("one", np.zeros(3)), ("two", away))
+    ]
+    found = {each.quantity.name: each.quantity for each in relations_between(both)}
+    assert found["distance"].value == pytest.approx(30.0, abs=1e-9)
+    assert found["angle"].value == pytest.approx(0.0, abs=1e-9)
+    # The tip radius is common to both planes of a slot, and leaves its middle.
+    assert found["distance"].parts["tip radius"] == pytest.approx(0.0, abs=1e-9)

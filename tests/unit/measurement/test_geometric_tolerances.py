@@ -11,7 +11,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, parse_placement
 from pretravel.measurement.conformity import ConformityVerdict
-from pretravel.measurement.datum_system import DatumFeature, datum_system
+from pretravel.measurement.datum_system import DatumFeature, DatumSystem, datum_system
 from pretravel.measurement.geometric_tolerances import inspect_geometry
 from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.tolerance_frame import (
@@ -216,6 +216,22 @@ class TestInClosedForm:
             found = _result(placed, "C", kind, 0.2, "A|B")
             assert found.free == 1  # along x: to A and B alone it is an orientation
 
+    def test_axes_and_planes(self) -> None:
+        """A bore that leans by 0.06 mm: to an axis and across a plane, and the plane across it."""
+        leaning = _cylinder((10.0, 10.0), 4.0, tilt=0.06)
+        placed = _measured(_block(h1=leaning, h2=_cylinder((50.0, 10.0), 4.0)))
+        lean = 0.06 + 2.0 * 0.006 * (4.0 * 0.006)  # at both ends, the radius further
+        for kind, datum in (("parallelism", "h2"), ("perpendicularity", "A")):
+            found = _result(placed, "h1", kind, 0.1, datum)
+            assert found.quantity.value == pytest.approx(lean, abs=NEAR)
+        across = _result(placed, "A", "perpendicularity", 0.6, "h1")
+        # Its sections across the axis are ellipses, which turn the axis by some 1e-6.
+        assert across.quantity.value == pytest.approx(0.006 * 60.0, abs=1e-4)
+        # Parallel to the plane B, whose normal is y, the lean in x does not count.
+        placed["B2"] = placed["B"]
+        along = _result(placed, "h1", "parallelism", 0.1, "B2")
+        assert along.quantity.value == pytest.approx(0.0, abs=NEAR)
+
     def test_a_slot(self) -> None:
         """A median plane off by 0.02 mm; symmetrical within 0.04."""
         block = _block()
@@ -244,6 +260,37 @@ def test_the_frame_of_three_planes_is_that_of_the_part() -> None:
     assert system.placement.rotation == pytest.approx(PLACE.rotation, abs=1e-12)
     assert system.placement.shift == pytest.approx(PLACE.shift, abs=1e-9)
     assert system.free.shape == (6, 0)
+
+
+def test_the_frame_follows_the_points_of_its_datums() -> None:
+    """Points of A, of the bore and of B moved by random 1 µm: the frame moves as its rows say."""
+    block = _block(h1=_cylinder((10.0, 10.0), 4.0))
+    rng, moved = np.random.default_rng(5), {}
+
+    def frame(noise: dict[str, FloatArray]) -> DatumSystem:
+        placed = {}
+        for name in ("A", "h1", "B"):
+            kind, points, normals = block[name]
+            there = PLACE.points(points + noise.get(name, np.zeros(len(points)))[:, None] * normals)
+            own = feature_points(there, PLACE.vectors(normals), shared={})
+            feature = measure_feature(own, kind, label=name, axis=Z if name == "h1" else None)
+            at, axis = NOMINAL[name]
+            placed[name] = DatumFeature(feature, np.array(at), np.array(axis))
+        return datum_system([[placed[name]] for name in ("A", "h1", "B")])
+
+    before = frame({})
+    expected = np.zeros(6)
+    for name, feature, rows in zip(("A", "h1", "B"), before.features, before.by_parameters,
+                                   strict=True):  # fmt: skip
+        moved[name] = 1e-3 * rng.normal(size=len(feature.points))
+        side = -1.0 if name == "h1" else 1.0  # errors count away from the axis of a bore
+        expected += rows @ (feature.association.response @ (side * moved[name]))
+    after = frame(moved)
+    places = 100.0 * np.eye(3)
+    found = after.placement.points(places) - before.placement.points(places)
+    here = before.placement.points(places)
+    assert found == pytest.approx(expected[:3] + np.cross(expected[3:], here), abs=2e-6)
+    assert np.abs(found).max() > 1e-4
 
 
 def _trials(

@@ -38,7 +38,8 @@ def features_view(features: Sequence[InspectedFeature], title: str = "") -> View
     shown = features[:_MOST_CHARTS]
     more = f" (the first {len(shown)} of {len(features)})" if len(features) > len(shown) else ""
     charts: list[Chart] = [
-        _straight(one) if one.feature.kind in ("plane", "line") else _round(one) for one in shown
+        _straight(one) if one.feature.kind in ("plane", "line", "slot") else _round(one)
+        for one in shown
     ]
     return View(f"{title}{more}", tuple(charts))
 

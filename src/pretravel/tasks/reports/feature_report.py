@@ -397,7 +397,7 @@ def _angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
             )
         direction, u = feature.association.direction, feature.u_direction
         if direction is not None and u is not None:
-            what = "normal" if feature.kind == "plane" else "axis"
+            what = "normal" if feature.kind in ("plane", "slot") else "axis"
             what = "direction" if feature.kind == "line" else what
             rows.append((_name(feature), what, direction, (math.nan, math.nan), u))
     if not rows:

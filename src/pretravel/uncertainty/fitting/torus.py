@@ -47,7 +47,7 @@ class TorusFit(Fit):
 
 
 @dataclass(frozen=True, eq=False)
-class Torus:
+class TorusParameters:
     """A torus: centre, axis, radius of the ring, radius of the tube.
 
     The parameters of a displacement are two shifts across the axis, one along it, two tilts along
@@ -59,10 +59,10 @@ class Torus:
     ring: float
     tube: float
 
-    def displaced(self, x: FloatArray) -> Torus:
+    def displaced(self, x: FloatArray) -> TorusParameters:
         """The torus after a displacement (7,)."""
         sideways = across(self.axis)
-        return Torus(
+        return TorusParameters(
             self.center + x[:2] @ sideways + x[2] * self.axis,
             unit(self.axis + x[3:5] @ sideways),
             self.ring + float(x[5]),
@@ -147,14 +147,14 @@ def fit_torus(points: npt.ArrayLike, axis: npt.ArrayLike | None = None) -> Torus
     )
 
 
-def _rough(q: FloatArray, axis: FloatArray) -> tuple[Torus, float]:
+def _rough(q: FloatArray, axis: FloatArray) -> tuple[TorusParameters, float]:
     """A torus about a direction: a circle seen along it, then one in the meridian plane."""
     sideways = across(axis)
     flat, height = q @ sideways.T, q @ axis
     middle = _circle(flat)[0]
     distance = np.linalg.norm(flat - middle, axis=1)
     (ring, level), tube = _circle(np.column_stack([distance, height]))
-    found = Torus(middle @ sideways + level * axis, axis, float(ring), tube)
+    found = TorusParameters(middle @ sideways + level * axis, axis, float(ring), tube)
     return found, float(np.sum(found.distances(q) ** 2))
 
 
@@ -166,7 +166,7 @@ def _circle(flat: FloatArray) -> tuple[FloatArray, float]:
     return center, float(np.sqrt(max(float(solution[2] + center @ center), 1e-12)))
 
 
-def _fitted(q: FloatArray, axis: FloatArray) -> Torus | None:
+def _fitted(q: FloatArray, axis: FloatArray) -> TorusParameters | None:
     """The torus of least squares near an axis; None where the search does not converge."""
     start = _rough(q, axis)[0]
 
