@@ -229,7 +229,8 @@ def deliver(task: Task) -> int:
     if result.text:
         typer.echo(result.text, nl=False)
     if report is not None:
-        show(report, verbose=getattr(task, "verbose", False))
+        verbose = getattr(task, "verbose", False)
+        show(report if verbose else result.in_brief(report), verbose=verbose)
     else:
         for warning in result.cautions:
             typer.echo(f"Warning: {printable(warning)}", err=True)

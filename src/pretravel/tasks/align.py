@@ -312,6 +312,14 @@ class AlignedPart(Result):
             warnings=self.readings.notes(),
         )
 
+    def in_brief(self, report: Document) -> Document:
+        """Where the part lies, without the deviations."""
+        from dataclasses import replace
+
+        left = f"{len(report.tables) - 1} tables of deviations"
+        note = f"{left}, and notes: --verbose, or -o report.html"
+        return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
+
     def page(self) -> Document:
         """The report, with how the files were understood."""
         return with_reading(self.document(), self.readings)

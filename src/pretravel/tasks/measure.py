@@ -402,6 +402,12 @@ class MeasuredFeatures(Result):
         )
         return with_laboratory(report, task.statements())
 
+    def in_brief(self, report: Document) -> Document:
+        """Sizes and forms with their verdicts."""
+        from pretravel.tasks.reports.feature_report import features_summary
+
+        return features_summary(report, self.features, self.relations)
+
     def write(self, output: str, path: Path) -> None:
         """Write the features, quantities as columns; or the residuals of their points."""
         from pretravel.files.feature_results import features_table, residuals_table

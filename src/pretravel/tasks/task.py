@@ -284,6 +284,10 @@ class Result:
         """The report of a page, which can contain more."""
         return self.document()
 
+    def in_brief(self, report: Document) -> Document:
+        """What a terminal shows of the report where the full one is not asked for."""
+        return report
+
     def picture(self, document: Document | None, path: Path) -> None:
         """Write the main picture of the report."""
         if document is not None:

@@ -104,8 +104,8 @@ def test_a_page_to_print_has_no_scripts_and_all_details_open() -> None:
 def test_warnings_are_directly_below_the_verdict_and_figures_have_u_and_k() -> None:
     page = contents_text([plain_content()])
     body = page[page.index("<body>") :]
-    order = ["The probe is good", "a warning", "Key figures", "What was done with what", "Pictures"]
-    order += ["All columns", "a note", "Settings", "Words of this page"]
+    order = ["The probe is good", "a warning", "Key figures", "Pictures", "All columns", "a note"]
+    order += ["Settings", "What was done with what", "Words of this page"]
     places = [body.index(words) for words in order]
     assert places == sorted(places)
     assert "U (k = 2)" in page

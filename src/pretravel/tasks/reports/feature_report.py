@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,54 @@ def features_document(
         warnings=(*warnings, *_warnings(measured)),
         budgets=budgets,
         data=_data(features, relations, together),
+    )
+
+
+_MOST_ROWS = 8
+"""Of a summary: with its verdict and heads a terminal shows it at once."""
+_PLACES = ("x", "y", "z")
+
+
+def features_summary(
+    document: Document,
+    features: Sequence[InspectedFeature],
+    relations: Sequence[FeatureRelation] = (),
+) -> Document:
+    """The report in some lines for a terminal: sizes and forms with U and their verdicts.
+
+    Parameters
+    ----------
+    document : Document
+        The report.
+    features : sequence of InspectedFeature
+    relations : sequence of FeatureRelation
+
+    Returns
+    -------
+    Document
+        Without positions, budgets and notes.
+    """
+    rows: list[tuple[str, Quantity, str]] = []
+    for inspected in features:
+        decided = {c.name: c for c in inspected.conformities}
+        for quantity in inspected.stated:
+            if quantity.angle or quantity.name in _PLACES:
+                continue
+            found = decided.get(quantity.name)
+            u_machine = inspected.feature.errors.machine
+            words = "" if found is None else conformity_words(found, u_machine)
+            rows.append((_name(inspected.feature), quantity, words))
+    rows += [(f"{r.first}, {r.second}", r.quantity, "") for r in relations if not r.quantity.angle]
+    more = len(rows) - _MOST_ROWS
+    shown = rows[:_MOST_ROWS]
+    table = _lengths_table([(name, quantity) for name, quantity, _ in shown], "")
+    columns = [c for c in table.columns if c.name not in ("u", "at least")]
+    if any(verdict for *_, verdict in shown):
+        columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
+    left = f"{more} more quantities, positions" if more > 0 else "positions"
+    note = f"{left}, decisions in numbers, budgets and notes: --verbose, or -o report.html"
+    return replace(
+        document, tables=(replace(table, columns=tuple(columns)),), sections=(), notes=(note,)
     )
 
 
