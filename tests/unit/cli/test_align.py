@@ -199,7 +199,7 @@ def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:
     drawing, table = folder / "drawing.toml", folder / "drawing.csv"
     drawing.write_text(DRAWING)
     text = run("measure", folder / "points.csv", "--features", drawing, "--part", PART,
-               "--u-machine", 1, "-o", table, code=3)  # fmt: skip
+               "--u-machine", 1, "-o", table, "--verbose", code=3)  # fmt: skip
     assert "4 features: 3 conform, 1 cannot be decided (E)" in text
     assert "the size adds" in text
     found = {(row["feature"], row["quantity"]): row for row in rows(table)}

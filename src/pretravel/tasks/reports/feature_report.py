@@ -147,6 +147,9 @@ def features_summary(
             words = "" if found is None else conformity_words(found, u_machine)
             rows.append((_name(inspected.feature), quantity, words))
     rows += [(f"{r.first}, {r.second}", r.quantity, "") for r in relations if not r.quantity.angle]
+    angles = _angles_table([inspected.feature for inspected in features])
+    if angles is not None and len(rows) + len(angles.columns[0].values) > _MOST_ROWS:
+        angles = None
     more = len(rows) - _MOST_ROWS
     shown = rows[:_MOST_ROWS]
     table = _lengths_table([(name, quantity) for name, quantity, _ in shown], "")
@@ -156,7 +159,10 @@ def features_summary(
     left = f"{more} more quantities, positions" if more > 0 else "positions"
     note = f"{left}, decisions in numbers, budgets and notes: --verbose, or -o report.html"
     return replace(
-        document, tables=(replace(table, columns=tuple(columns)),), sections=(), notes=(note,)
+        document,
+        tables=(replace(table, columns=tuple(columns)), *((angles,) if angles else ())),
+        sections=(),
+        notes=(note,),
     )
 
 
