@@ -102,7 +102,7 @@ def test_long_work_shows_its_stage_and_is_cancelled(screen: Any) -> None:
 def test_what_is_no_number_is_said_and_not_stored(screen: Any) -> None:
     field = screen.get_by_label("Factor [mm]")
     for given, answer in (
-        ("2,5", "2,5 has a comma: write 2.5"),
+        ("1,024.5", "'1,024.5' is no number"),
         ("many", "'many' is no number"),
         ("101", "101 mm is not between 0 and 100"),
     ):
@@ -111,6 +111,18 @@ def test_what_is_no_number_is_said_and_not_stored(screen: Any) -> None:
     screen.reload()
     screen.wait_for_selector("main h1")
     assert field.input_value() == "2"
+
+
+def test_a_decimal_comma_is_understood_and_shown(screen: Any) -> None:
+    """German keyboards have a comma beside their digits."""
+    field = screen.get_by_label("Factor [mm]")
+    field.fill("2,5")
+    screen.wait_for_selector("text=understood as 2.5 mm")
+    screen.reload()
+    screen.wait_for_selector("main h1")
+    assert field.input_value() == "2.5"
+    field.fill("2")
+    screen.wait_for_selector("text=understood", state="hidden")
 
 
 def test_texts_of_files_stay_texts(screen: Any) -> None:

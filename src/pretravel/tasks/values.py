@@ -310,8 +310,10 @@ ToleranceText(low=0.0, high=0.021, are_limits=False))
     ('0..', '..20.021')
     >>> tolerance("±0.01")
     ToleranceText(low=-0.01, high=0.01, are_limits=False)
+    >>> str(tolerance("19,99..20,02"))  # a decimal comma means nothing else here
+    '19.99..20.02'
     """
-    tight = text.replace(" ", "").replace("−", "-")
+    tight = re.sub(r"(?<=\d),(?=\d)", ".", text.replace(" ", "").replace("−", "-"))
     if both := re.fullmatch(rf"(?:±|\+-|\+/-)({_NUMBER})", tight):
         half = abs(float(both[1]))
         return _nonempty(-half, half, False)
@@ -324,10 +326,9 @@ ToleranceText(low=0.0, high=0.021, are_limits=False))
             return ToleranceText(low, high, True)
     if parts := re.fullmatch(rf"({_NUMBER})/({_NUMBER})", tight):
         return _nonempty(float(parts[2]), float(parts[1]), False)
-    advice = "; the decimal sign is a point" if "," in text else ""
     raise PretravelError(
-        f"expected limits as 20.000..20.021, one limit as 20.. or ..20.021, or with a "
-        f"nominal size the upper and lower deviation as +0.021/0 or ±0.01, in mm{advice}"
+        "expected limits as 20.000..20.021, one limit as 20.. or ..20.021, or with a "
+        "nominal size the upper and lower deviation as +0.021/0 or ±0.01, in mm"
     )
 
 

@@ -23,16 +23,17 @@ def typed_number(given: str) -> float:
     >>> typed_number(" 25.4 ")
     25.4
     >>> typed_number("25,4")
+    25.4
+    >>> typed_number("1,024.5")
     Traceback (most recent call last):
         ...
-    ValueError: 25,4 has a comma: write 25.4
+    ValueError: '1,024.5' is no number: write for example 25.4
     """
     content = given.strip()
+    single = content.count(",") == 1 and "." not in content
     try:
-        value = float(content)
+        value = float(content.replace(",", ".") if single else content)
     except ValueError:
-        if content.count(",") == 1 and "." not in content:
-            raise ValueError(f"{content} has a comma: write {content.replace(',', '.')}") from None
         raise ValueError(f"{content!r} is no number: write for example 25.4") from None
     if not math.isfinite(value):
         raise ValueError(f"{content} is not finite")
@@ -88,6 +89,10 @@ def number_field(
                 state.settings[name] = typed_number(given)
             else:
                 state.settings.pop(name, None)
+        understood = problem(given) is None and "," in given
+        said = f"understood as {number_text(typed_number(given))} {unit}" if understood else hint
+        field.props["hint"] = said.strip()
+        field.update()
 
     def shown() -> str:
         return number_text(state.settings.get(name, default))
