@@ -82,7 +82,6 @@ def test_numbers_that_nothing_has_are_refused(arguments: str, words: str) -> Non
         ("slide omp40-2 --surface sphere:radius=12,5 --at 0.5,0.5", "the decimal sign is a point"),
         ("predict omp40-2 --polar 0:90:2,5", "the decimal sign is a point, as in 2.5"),
         ("qualify t.csv --diameter 25 --axial-pretravel 1,5", "the decimal sign is a point"),
-        ("measure p.csv --feature bore --tolerance 20,00..20,02", "the decimal sign is a point"),
         ("compensate t.csv --map m.json --place 1,5,2,0,0,0,0 -o p.csv", "sign is a point"),
     ],
 )  # fmt: skip

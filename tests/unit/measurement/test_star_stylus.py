@@ -68,9 +68,9 @@ def _first() -> StarStylus:
     return _star(0)
 
 
-@pytest.mark.parametrize("sets", [2, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sets", [1, pytest.param(20, marks=pytest.mark.slow)])
 def test_offsets_lie_within_their_uncertainty(sets: int) -> None:
-    """k = 2: 95 % of 4 tips x 3 axes: 24 cases, or 240 with a standard deviation of 1.4 %."""
+    """k = 2: 95 % of 4 tips x 3 axes: 12 cases, or 240 with a standard deviation of 1.4 %."""
     ratios = []
     for seed in range(sets):
         star = _star(seed)
@@ -97,7 +97,7 @@ def _bore(rng: np.random.Generator) -> Touches:
     )
 
 
-@pytest.mark.parametrize("sets", [2, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sets", [1, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_bore_that_two_tips_touched(sets: int) -> None:
     """Its diameter and place within U; without the offsets' part of u, the diameter is not."""
     within = []
