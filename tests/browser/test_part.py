@@ -94,3 +94,6 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
     page.get_by_role("button", name="Measure", exact=True).click()
     page.wait_for_selector("text=1 outside the tolerance")
     assert serious_problems(page) == []
+    # Features are those of the points: what changes the points makes them old.
+    page.get_by_text("The part lies anywhere: find it from the touches").click()
+    page.wait_for_selector("text=The settings have changed since this result.")

@@ -286,8 +286,8 @@ def _features_job(state: ScreenState) -> Job:
         "features",
         compute,
         "Measuring the features",
-        settings=FEATURE_FORM.stored,
-        files=("touches", "part", "drawing"),
+        settings=(*COMPENSATION.settings, *FEATURE_FORM.stored),  # of its points too
+        files=(*COMPENSATION.files, "drawing"),
         needs=("touches",),
         automatic=False,
     )
