@@ -60,7 +60,7 @@ def _by_map(azimuth: np.ndarray, travel: np.ndarray, wanted: np.ndarray) -> np.n
     found = qualify(
         touches, RING, tip_diameter=TIP, ring=True, kind="physical", search_outliers=False
     )
-    # Touches that a correction of nothing leaves at the centre give the map about it.
+    # Touches without pretravel: the map moves them by its value, about its own centre.
     nominal = Touches(outward(wanted) * free, -outward(wanted))
     points = apply(nominal, found.pretravel_map, extrapolate=True).positions - found.center
     distance = np.linalg.norm(points[:, :2], axis=1)

@@ -184,6 +184,20 @@ class Placement:
         """Directions in the part as directions in the machine, (n, 3)."""
         return np.asarray(vectors @ self.rotation.T)
 
+    def moved(self, motion: FloatArray, about: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Placement:
+        """After a shift [mm] and a turn [rad], (6,), about a point of the outer frame. [mm]
+
+        >>> Placement().moved(np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.5 * math.pi])).shift.tolist()
+        [1.0, 0.0, 0.0]
+        """
+        from scipy.spatial.transform import Rotation
+
+        middle = np.asarray(about, dtype=np.float64)
+        turn = np.asarray(Rotation.from_rotvec(motion[3:]).as_matrix())
+        left, _, right = np.linalg.svd(turn @ self.rotation)
+        shift = turn @ (self.shift - middle) + middle + motion[:3]
+        return Placement(frozen(left @ right), frozen(shift))
+
     @property
     def inverse(self) -> Placement:
         """From the machine to the part."""

@@ -526,7 +526,7 @@ class _Fit:
         turn = float(np.linalg.norm(motion[3:]))
         motion = motion * min(1.0, _TURN / max(turn, 1e-300))
         moved = float(np.max(np.abs(state.slopes @ motion), initial=0.0))
-        placement = _moved(state.placement, motion, state.about)
+        placement = state.placement.moved(motion, state.about)
         face = self._faces_of_samples(placement) if face is None else face
         return self.at(placement, face, taken, edges=edges), moved
 
@@ -753,16 +753,6 @@ def _size_columns(part: Part, face: IntArray) -> FloatArray:
         index for index in np.unique(face) if part.faces[index].kind in ("cylinder", "sphere")
     ]
     return np.array([(face == index).astype(float) for index in curved]).reshape(-1, len(face)).T
-
-
-def _moved(placement: Placement, motion: FloatArray, about: FloatArray) -> Placement:
-    """A placement after a shift and a turn about a point of the machine."""
-    from scipy.spatial.transform import Rotation
-
-    turn = np.asarray(Rotation.from_rotvec(motion[3:]).as_matrix())
-    left, _, right = np.linalg.svd(turn @ placement.rotation)
-    shift = turn @ (placement.shift - about) + about + motion[:3]
-    return Placement(frozen(left @ right), frozen(shift))
 
 
 def _in_part(motions: FloatArray, placement: Placement, about: FloatArray) -> FloatArray:

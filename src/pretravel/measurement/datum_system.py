@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -134,7 +134,7 @@ def datum_system(datums: Datums) -> DatumSystem:
         motion, rows, free = _staged(datums, placement, lever)
         size = float(np.linalg.norm(motion[3:]))
         motion = motion * min(1.0, _LARGEST_TURN / max(size, 1e-300))
-        placement = _after(placement, motion)
+        placement = placement.moved(motion)
         if max(float(np.abs(motion[:3]).max()), lever * size) < _CLOSED * lever:
             break
     else:
@@ -143,11 +143,6 @@ def datum_system(datums: Datums) -> DatumSystem:
         )
     features = tuple(each.feature for group in datums for each in group)
     return DatumSystem(placement, features, tuple(map(frozen, rows)), frozen(free))
-
-
-def moved_system(system: DatumSystem, motion: FloatArray) -> DatumSystem:
-    """The same frame after a motion that its datums leave free, (6,). [mm, rad]"""
-    return replace(system, placement=_after(system.placement, motion))
 
 
 def _refuse_no_datum(datum: DatumFeature) -> None:
@@ -172,14 +167,6 @@ def _lever(datums: Datums) -> float:
     return max(float(np.ptp(np.vstack([*clouds, *places]), axis=0).max()), 1e-3)
 
 
-def _after(placement: Placement, motion: FloatArray) -> Placement:
-    from scipy.spatial.transform import Rotation
-
-    turn = np.asarray(Rotation.from_rotvec(motion[3:]).as_matrix())
-    left, _, right = np.linalg.svd(turn @ placement.rotation)
-    return Placement(frozen(left @ right), frozen(turn @ placement.shift + motion[:3]))
-
-
 def _staged(
     datums: Datums, placement: Placement, lever: float
 ) -> tuple[FloatArray, list[FloatArray], FloatArray]:
@@ -193,7 +180,8 @@ def _staged(
     if places:
         middle = placement.points(np.array(places)).mean(axis=0)
     to_origin = np.eye(6)
-    to_origin[:3, 3:] = _cross(middle)  # a turn w about the middle shifts the origin by -w x middle
+    # A turn w about the middle shifts the origin by -w x middle.
+    to_origin[:3, 3:] = np.cross(np.eye(3), middle)
     scale = np.array([1.0, 1.0, 1.0, *(3 * [1.0 / lever])])
     rows: list[FloatArray] = []
     left, motion = np.eye(6), np.zeros(6)
@@ -220,11 +208,6 @@ def _staged(
         [from_origin(row) for row in rows],
         from_origin(left),
     )
-
-
-def _cross(vector: FloatArray) -> FloatArray:
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _equations(

@@ -11,6 +11,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.points import Points
+from pretravel.surface.local_geometry import tangent_basis
 
 _NEIGHBOURS = 12  # a surface of second order has six numbers
 _FEWEST = 8
@@ -174,10 +175,8 @@ def with_errors_of_normals(points: Points, pretravel_map: PretravelMap, turn: Fl
     >>> (np.sqrt(np.diag(found)) * 1e3).round(3).tolist()          # µm: 3 mm · 0.01, 3 mm · 0.01²
     [30.0, 30.0, 0.3]
     """
-    from pretravel.uncertainty.fitting.feature import across
-
     normals = points.normals
-    sides = np.array([across(normal) for normal in normals])
+    sides = tangent_basis(normals)
     here = np.nan_to_num(pretravel_map.pretravel(normals, extrapolate=True))
     by_turn = np.zeros(len(points))
     for k in range(2):

@@ -18,10 +18,12 @@ from pretravel.base.errors import PretravelError
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points, joined_points
+from pretravel.measurement.selection import points_at
 from pretravel.qualification.qualification import Qualification
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.touches import Touches
+from pretravel.uncertainty.covariance import Covariance
 
 _DRAWS = 60
 """Of noise; a standard deviation from so many is right to 9 %."""
@@ -232,7 +234,7 @@ def apply_star(
         moved, maps = errors | moved, maps + len(of_map)
         for mine, sign in ((star.tips[0], 1.0), (star.tip(name), -1.0)):
             if name != star.tips[0].name:
-                root = _root(mine.covariance)
+                root = Covariance.full(mine.covariance).root
                 for k in range(3):
                     moved[f"centre of tip {mine.name} {k + 1}"] = sign * n @ root[:, k]
         added = star.offset_covariance(name)
@@ -247,26 +249,4 @@ def apply_star(
             for points, moved in parts
         ]
     )  # fmt: skip
-    return _in_order(joined, np.argsort(np.concatenate(order)))
-
-
-def _root(covariance: FloatArray) -> FloatArray:
-    values, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
-def _in_order(points: Points, order: IntArray) -> Points:
-    def taken(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else frozen(values[order])
-
-    return replace(
-        points,
-        positions=frozen(points.positions[order]),
-        normals=frozen(points.normals[order]),
-        pretravel=frozen(points.pretravel[order]),
-        covariance=frozen(points.covariance[order]),
-        deviation=taken(points.deviation),
-        labels=tuple(points.labels[k] for k in order),
-        shared={cause: frozen(values[order]) for cause, values in (points.shared or {}).items()},
-        uncompensated=taken(points.uncompensated),
-    )
+    return points_at(joined, np.argsort(np.concatenate(order)))

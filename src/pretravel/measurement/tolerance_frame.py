@@ -17,7 +17,6 @@ from pretravel.measurement.datum_system import (
     DatumFeature,
     DatumSystem,
     datum_system,
-    moved_system,
 )
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 from pretravel.surface.cad.part import Part
@@ -185,8 +184,8 @@ class Frame:
         if free.shape[1] == 0:
             return self, False
         motion = free @ np.linalg.lstsq(rows @ free, change, rcond=1e-9)[0]
-        after = moved_system(self.system, motion)
-        step = moved_system(replace(self.system, placement=Placement()), motion).placement
+        after = replace(self.system, placement=self.system.placement.moved(motion))
+        step = Placement().moved(motion)
         turned = None if self.direction is None else step.vectors(self.direction[None])[0]
         there = Frame(after, step.points(self.point[None])[0], turned)
         return there, float(np.linalg.norm(motion[3:])) > _SMALL_TURN

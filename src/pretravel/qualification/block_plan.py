@@ -5,7 +5,7 @@ The block stands on a plate and is touched at several turns:
 - at 0° and 90°, its sides and its top: lengths along both axes, squareness with the block reversed;
 - at 180°: squareness to the axis of the probe, with the block reversed;
 - at 30°: each side once along its normal, and along a machine axis with the other axis arriving
-  from either side. The contact and its pretravel are the same; the readings differ by the play.
+  from either side. The contact and its pretravel are the same; the readings differ by the backlash.
 
 Faces alternate, so that a drift does not look like a length.
 """
@@ -19,13 +19,14 @@ import numpy as np
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import unit
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import turned_about_axes
 from pretravel.base.quantities import REFERENCE_DIAMETER, checked
 from pretravel.base.units import DEGREE
 
 TURNS_DEG = (0.0, 90.0, 180.0)
 OBLIQUE_DEG = 30.0
 _ARRIVAL = 0.04
-"""Share of the approach along the axis that arrives: 0.2 mm over 5 mm, more than a usual play."""
+"""Share of the approach along the axis that arrives: 0.2 mm over 5 mm, more than usual backlash."""
 _INSIDE = 0.35
 """Touches lie this share of a length from the middle of a face."""
 _BESIDE = 8.0
@@ -97,8 +98,7 @@ def plan_block(lengths: tuple[float, ...], *, repeats: int = 1) -> BlockPlan:
     rows: list[tuple[FloatArray, FloatArray, FloatArray, str, float, tuple[int, int]]] = []
     for turn in (*TURNS_DEG[:2], OBLIQUE_DEG, TURNS_DEG[2]):
         own = _oblique(size) if turn == OBLIQUE_DEG else _square(size)
-        c, s = np.cos(turn * DEGREE), np.sin(turn * DEGREE)
-        about = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        about = turned_about_axes(0.0, 0.0, turn * DEGREE)
         for _ in range(repeats):
             for point, normal, way, what, face in own:
                 outward = about @ normal

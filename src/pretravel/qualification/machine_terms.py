@@ -3,13 +3,12 @@
 A machine reports P where the spindle point is p. About a point of the work space,
 ``p = P + diag(scale) P + squareness - backlash / 2 · m``: x takes ``xy · y + xz · z``, y takes
 ``yz · z``, and m is the direction (-1 or 1) in which each axis moved last. A touch along -n always
-ends with the play of its axis taken up on one side: along an axis, backlash looks like pretravel.
-It shows on a surface that is oblique to an axis, where that axis can arrive from either side.
+ends with the backlash of its axis taken up on one side: along an axis, it looks like pretravel. It
+shows on a surface that is oblique to an axis, where that axis can arrive from either side.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +41,7 @@ class MachinePriors:
     u_scale, u_squareness : float
         Standard uncertainties about zero; zero leaves the terms out. [–, rad]
     u_backlash : float
-        The same of the play of an axis. [mm]
+        The same of the backlash of an axis. [mm]
 
     >>> MachinePriors(u_backlash=0.0).deviations.tolist()[-3:]
     [0.0, 0.0, 0.0]
@@ -98,15 +97,6 @@ def displacements(positions: FloatArray, moves: FloatArray) -> FloatArray:
     for term, (axis, other) in enumerate(((0, 1), (0, 2), (1, 2)), start=3):
         found[:, axis, term] = positions[:, other]
     return found
-
-
-def diagonal_difference(size: float, squareness: float) -> float:
-    """Difference of the diagonals of a square that is touched with axes out of square. [mm]
-
-    >>> round(diagonal_difference(100.0, 1e-3), 3)
-    0.141
-    """
-    return math.sqrt(2.0) * size * squareness
 
 
 def priors_of(**stated: float | None) -> MachinePriors:

@@ -5,8 +5,8 @@ tip's radius and nearer by the pretravel of its direction. Unknown are where the
 pretravel of each direction (no form of a map is assumed), the terms of the machine
 (`machine_terms`), sizes that are not known, squareness and parallelism of blocks, a drift. What is
 known of them in advance has its uncertainty; all others are given one so wide that it says nothing.
-A term is stated where the touches reduce that; else the quantities that they cannot tell it
-from are named.
+A term is stated where the touches make its uncertainty smaller. Where they do not, the fit names
+the quantities that they do not distinguish from it.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numpy as np
 from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
 from pretravel.base.directions import azimuth_angle, polar_angle, unit
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import turned_about_axes
 from pretravel.base.quantities import REFERENCE_DIAMETER, U_OF_DIAMETER, checked
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.provenance import STEEL_EXPANSION
@@ -32,9 +33,11 @@ from pretravel.qualification.machine_terms import (
     last_moves,
 )
 from pretravel.touches import Touches
+from pretravel.uncertainty.fitting.sphere import algebraic_sphere
 from pretravel.uncertainty.gum import coverage_factor
 
 SHAPES = ("block", "ring", "pin", "sphere")
+_PAIRS_OF_AXES = {"x and y": (0, 1), "x and z": (0, 2), "y and z": (1, 2)}
 SAME_DIRECTION = 1.0 * DEGREE
 """Contact normals that are closer share their pretravel: a lobe of three changes by 3 % of itself
 over one degree."""
@@ -309,6 +312,11 @@ class _Place:
     reference: Reference
     turn: float = 0.0
 
+    @property
+    def rotation(self) -> FloatArray:
+        """Columns are the axes of the block."""
+        return turned_about_axes(0.0, 0.0, self.turn)
+
 
 @dataclass(eq=False)
 class _Unknowns:
@@ -388,7 +396,7 @@ class _Model:
             self.place_of[row] = index[key]
             if reference.shape == "block":
                 self.face_of[row] = self._face(
-                    normals[row], turn or 0.0, row, bool(self.plate[row])
+                    normals[row], self.places[index[key]], row, bool(self.plate[row])
                 )
         self._keys = list(index)
         for number, place in enumerate(self.places):
@@ -404,14 +412,14 @@ class _Model:
         near = [p.turn for p in self.places if abs(p.turn - turn) < 5.0 * DEGREE]
         return near[0] if near else turn
 
-    def _face(self, normal: FloatArray, turn: float, row: int, plate: bool) -> tuple[int, int]:
-        c, s = math.cos(turn), math.sin(turn)
-        own = np.array([c * normal[0] + s * normal[1], -s * normal[0] + c * normal[1], normal[2]])
+    def _face(self, normal: FloatArray, place: _Place, row: int, plate: bool) -> tuple[int, int]:
+        own = normal @ place.rotation
         axis = int(np.argmax(np.abs(own)))
         if abs(own[axis]) < math.cos(10.0 * DEGREE):
             raise PretravelError(
                 f"{self.touches.where(row)}: its normal is no face of a block that is turned by "
-                f"{turn / DEGREE:.4g}°; the turn is stated as block@{turn / DEGREE:.4g}"
+                f"{place.turn / DEGREE:.4g}°; the turn is stated as "
+                f"block@{place.turn / DEGREE:.4g}"
             )
         if plate and axis != 2:
             raise PretravelError(f"{self.touches.where(row)}: a plate is touched from above")
@@ -428,7 +436,7 @@ class _Model:
             for letter in "xyz":
                 add(f"rotation of {key} about {letter}", 0.0, _TILT if letter == "z" else _UPRIGHT)
             name = reference.name
-            for pair in ("x and y", "x and z", "y and z"):
+            for pair in _PAIRS_OF_AXES:
                 add(f"squareness of {name}, {pair}", 0.0, _UNSQUARE)
             for axis in range(3):
                 sides = {side for a, side in self.face_of[rows].tolist() if a == axis}
@@ -454,8 +462,7 @@ class _Model:
         found = np.full(3, np.nan)
         if place.reference.shape != "block":
             return found
-        c, s = math.cos(place.turn), math.sin(place.turn)
-        own = self.positions @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        own = self.positions @ place.rotation
         for axis in range(3):
             ends = [rows & (self.face_of[:, 0] == axis) & (self.face_of[:, 1] == side)
                     for side in (1, -1)]  # fmt: skip
@@ -496,9 +503,8 @@ class _Model:
                 np.sum(np.ptp(at, axis=0)[:2])
             )
         axes = 3 if shape == "sphere" else 2
-        matrix = np.hstack([2.0 * at[:, :axes], np.ones((len(at), 1))])
-        found = np.linalg.lstsq(matrix, np.sum(at[:, :axes] ** 2, axis=1), rcond=None)[0]
-        radius = math.sqrt(max(float(found[-1] + np.sum(found[:axes] ** 2)), 1e-6))
+        found, _ = algebraic_sphere(at[:, :axes])
+        radius = float(found[-1])
         center = np.append(found[:axes], at[:, 2].mean())[:3]
         return center, radius + (self.tip_radius if shape == "ring" else -self.tip_radius)
 
@@ -547,15 +553,19 @@ class _Model:
 
     # The equations
 
+    def drift(self, values: FloatArray) -> FloatArray:
+        """Movement of the references at each touch, (n, 3). [mm]"""
+        powers = range(1, _POWERS + 1)
+        at = [[self.unknowns.at[f"drift {axis}{power}"] for power in powers] for axis in "xyz"]
+        return np.asarray(self.time @ values[np.array(at)].T)
+
     def equations(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Residuals (n,) and derivatives (n, u) at the unknowns. [mm]"""
         at = self.unknowns.at
         count = len(self.touches)
         jacobian = np.zeros((count, len(values)))
         machine = values[: len(TERMS)]
-        drift = np.stack([self.time @ values[[at[f"drift {a}{p}"] for p in range(1, _POWERS + 1)]]
-                          for a in "xyz"], axis=1)  # fmt: skip
-        points = self.positions + self.machine @ machine - drift
+        points = self.positions + self.machine @ machine - self.drift(values)
         residual, normals = np.zeros(count), np.zeros((count, 3))
         for number, place in enumerate(self.places):
             rows = np.flatnonzero(self.place_of == number)
@@ -583,13 +593,10 @@ class _Model:
     ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
         """Distances from the faces of a block, and the normals of the faces."""
         at, key, name = self.unknowns.at, self._keys[number], place.reference.name
-        c, s = math.cos(place.turn), math.sin(place.turn)
-        turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        turned = place.rotation
         center = values[[at[f"{a} of {key}"] for a in "xyz"]]
         rotation = values[[at[f"rotation of {key} about {a}"] for a in "xyz"]]
-        square = values[
-            [at[f"squareness of {name}, {p}"] for p in ("x and y", "x and z", "y and z")]
-        ]
+        square = values[[at[f"squareness of {name}, {p}"] for p in _PAIRS_OF_AXES]]
         axes, sides = self.face_of[rows, 0].astype(int), self.face_of[rows, 1]
         plate = self.plate[rows]
         # Normals of the faces in the block: x is turned from square to y and z, y to z.
@@ -628,8 +635,7 @@ class _Model:
         across = across + np.cross(across, rotation)
         for axis, letter in enumerate("xyz"):
             jacobian[rows, at[f"rotation of {key} about {letter}"]] = lever[:, axis]
-        for pair, (axis, other) in zip(("x and y", "x and z", "y and z"), ((0, 1), (0, 2), (1, 2)),
-                                       strict=True):  # fmt: skip
+        for pair, (axis, other) in _PAIRS_OF_AXES.items():
             mine = axes == axis
             jacobian[rows[mine], at[f"squareness of {name}, {pair}"]] = across[mine, other]
         for other in range(3):
@@ -735,7 +741,7 @@ def _says_nothing(model: _Model) -> BoolArray:
 
 
 def _judged(model: _Model, found: _Solved) -> ReferenceFit:
-    names, at = model.unknowns.names, model.unknowns.at
+    names = model.unknowns.names
     deviation = np.array(model.unknowns.deviation)
     factor = coverage_factor(found.dof)
 
@@ -754,9 +760,6 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
     ]  # fmt: skip
     first = model.base
     of_directions = range(first, first + len(model.directions))
-    drift = np.stack(
-        [model.time @ found.values[[at[f"drift {a}{p}"] for p in range(1, _POWERS + 1)]]
-         for a in "xyz"], axis=1)  # fmt: skip
     return ReferenceFit(
         terms=terms,
         sizes=tuple(term(place, names[place]) for place in known),
@@ -768,7 +771,7 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
         residuals=frozen(found.residual),
         noise=found.noise,
         dof=found.dof,
-        drift=frozen(drift),
+        drift=frozen(model.drift(found.values)),
         covariance=frozen(found.covariance[: len(TERMS), : len(TERMS)]),
         tilts={
             name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")
@@ -786,8 +789,8 @@ def _arrivals(model: _Model) -> list[str]:
     return [
         (
             f"{count} touches are on faces that are oblique to an axis which did not move in their "
-            "approach: the side on which its play is taken up is not known. Let both axes move in "
-            "the approach, as the plan of a block does"
+            "approach: the side on which its backlash is taken up is not known. Let both axes move "
+            "in the approach, as the plan of a block does"
         )
     ]
 

@@ -8,7 +8,6 @@ same in both. Maps of rings serve both so.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +17,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.qualification.machine_terms import MachinePriors
 from pretravel.qualification.reference_fit import Reference, fit_references
 from pretravel.touches import Touches
+from pretravel.uncertainty.fitting.sphere import algebraic_sphere
 
 U_UNKNOWN_SIZE = 0.05
 """Standard uncertainty of a diameter that is taken from the touches, as if the mean pretravel were
@@ -141,11 +141,10 @@ def _circle(points: FloatArray) -> tuple[FloatArray, float]:
     middle = points.mean(axis=0)
     about = points - middle
     axes = points.shape[1]
-    matrix = np.hstack([2.0 * about, np.ones((len(about), 1))])
-    found, _, rank, _ = np.linalg.lstsq(matrix, np.sum(about**2, axis=1), rcond=1e-10)
-    if rank <= axes:
+    if np.linalg.matrix_rank(about, tol=1e-10 * float(np.linalg.norm(about))) < axes:
         raise PretravelError(
             f"the touches do not determine a {'circle' if axes == 2 else 'sphere'}: "
             f"at least {axes + 1} directions are needed"
         )
-    return middle + found[:axes], math.sqrt(float(found[-1] + found[:axes] @ found[:axes]))
+    *center, radius = algebraic_sphere(about)[0].tolist()
+    return middle + np.array(center), radius

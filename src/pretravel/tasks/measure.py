@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, cast
@@ -227,12 +227,17 @@ class Measure(LaboratoryReport):
                 "the part serves the tolerances of a file of features; state this file",
                 inputs=("features", "part"),
             )
-        self.drawn()
+        wanted = self.wanted()  # what is wrong there is said before the points are read
         points = read_points(self.points, units=self.units)
         with progress.working(f"measuring the features of {len(points)} points"):
-            return self.measured(points)
+            return self.measured(points, wanted)
 
-    def drawn(self) -> dict[str, Measure]:
+    def wanted(self) -> Wanted:
+        """What is to be measured: the drawing is read, and its tolerances are checked."""
+        drawing, left_out = self.drawing()
+        return Wanted(drawing, left_out, self._tasks_of(drawing))
+
+    def _tasks_of(self, drawing: Drawing | None) -> dict[str, Measure]:
         """A task for each feature of the drawing by its name, or this one alone.
 
         Raises
@@ -240,7 +245,6 @@ class Measure(LaboratoryReport):
         PretravelError
             Tolerances that contradict each other, with the name of the feature.
         """
-        drawing = self.drawing()
         if drawing is None:
             self.tolerances()
             return {"": self}
@@ -266,12 +270,8 @@ class Measure(LaboratoryReport):
                 raise PretravelError(f"{self.features}: {name}: {error}") from None
         return tasks
 
-    def drawing(self) -> Drawing | None:
-        """What the file of features states; None without one."""
-        return self._drawing_and_notes()[0]
-
-    def _drawing_and_notes(self) -> tuple[Drawing | None, tuple[str, ...]]:
-        """What the file of features states, and what of a plan was left out."""
+    def drawing(self) -> tuple[Drawing | None, tuple[str, ...]]:
+        """What the file of features states, None without one; and what of a plan was left out."""
         from pretravel.files.features_file import read_features
         from pretravel.files.plan_features import PLAN_ENDINGS, read_plan_features
 
@@ -322,12 +322,14 @@ class Measure(LaboratoryReport):
         assert size.high is not None
         return nominal + size.low, nominal + size.high
 
-    def measured(self, points: Points) -> MeasuredFeatures:
+    def measured(self, points: Points, wanted: Wanted | None = None) -> MeasuredFeatures:
         """Measure the features of points that have been read.
 
         Parameters
         ----------
         points : Points
+        wanted : Wanted, optional
+            Of this task, where it was read before.
 
         Raises
         ------
@@ -337,20 +339,38 @@ class Measure(LaboratoryReport):
         """
         from pretravel.measurement.selection import points_of_features
 
-        found, tasks = [], self.drawn()
-        for name, task in tasks.items():
+        wanted = wanted or self.wanted()
+        found = []
+        for name, task in wanted.tasks.items():
             chosen = points_of_features(points, task.select, by_prefix=task.by_prefix)
             _refuse_one_place_for_many(task, list(chosen))
             found += [_measured(name or label, mine, task) for label, mine in chosen.items()]
-        drawing = self.drawing()
-        if drawing is None:
+        if wanted.drawing is None:
             return _result(self, tuple(found), ())
-        inspected, together = _to_datums(self, drawing, tasks, found)
-        return _result(self, inspected, together)
+        inspected, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
+        return replace(_result(self, inspected, together), left_out=wanted.left_out)
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
     return ",".join(map(repr, numbers))
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """What a task is to measure.
+
+    Attributes
+    ----------
+    drawing : Drawing or None
+    left_out : tuple of str
+        What of a plan is not measured, and why.
+    tasks : mapping of str to Measure
+        One for each feature of the drawing; without a drawing the task itself.
+    """
+
+    drawing: Drawing | None
+    left_out: tuple[str, ...]
+    tasks: Mapping[str, Measure]
 
 
 @dataclass(frozen=True, eq=False)
@@ -367,6 +387,8 @@ class MeasuredFeatures(Result):
         Decisions about several features.
     exit_code : int
         `ANSWER` where a feature does not conform to its tolerances, or this cannot be decided.
+    left_out : tuple of str
+        What of a plan is not measured, and why.
     """
 
     task: Measure
@@ -374,6 +396,7 @@ class MeasuredFeatures(Result):
     relations: tuple[FeatureRelation, ...] = ()
     together: tuple[Together, ...] = ()
     exit_code: int = 0
+    left_out: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
@@ -392,7 +415,7 @@ class MeasuredFeatures(Result):
                 "the noise of the points moves an extreme feature to one side, by the amount in "
                 "the note; a verdict on its size or position does not contain this"
             )
-        warnings += [*task._drawing_and_notes()[1], *task.statements_left_out()]
+        warnings += [*self.left_out, *task.statements_left_out()]
         report = features_document(
             self.features,
             self.relations,
@@ -435,7 +458,7 @@ def _result(
 
 
 def _to_datums(
-    task: Measure, drawing: Drawing, tasks: dict[str, Measure], found: Sequence[InspectedFeature]
+    task: Measure, drawing: Drawing, tasks: Mapping[str, Measure], found: Sequence[InspectedFeature]
 ) -> tuple[tuple[InspectedFeature, ...], tuple[Together, ...]]:
     """The features with their tolerances to datums, and the decisions about several features."""
     from pretravel.measurement.geometric_tolerances import inspect_geometry

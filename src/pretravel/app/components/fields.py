@@ -45,6 +45,13 @@ def number_text(value: float | None) -> str:
     return "" if value is None else f"{value:.12g}"
 
 
+def _understood(given: str, unit: str) -> str:
+    """What is said of a good number that has a decimal comma; nothing of another."""
+    if "," not in given:
+        return ""
+    return f"understood as {number_text(typed_number(given))} {unit}".strip()
+
+
 def number_field(
     state: ScreenState,
     name: str,
@@ -84,14 +91,12 @@ def number_field(
 
     def commit() -> None:
         given = str(field.value or "")
-        if problem(given) is None:
-            if given.strip():
-                state.settings[name] = typed_number(given)
-            else:
-                state.settings.pop(name, None)
-        understood = problem(given) is None and "," in given
-        said = f"understood as {number_text(typed_number(given))} {unit}" if understood else hint
-        field.props["hint"] = said.strip()
+        good = problem(given) is None
+        if good and given.strip():
+            state.settings[name] = typed_number(given)
+        elif good:
+            state.settings.pop(name, None)
+        field.props["hint"] = (_understood(given, unit) if good else "") or hint
         field.update()
 
     def shown() -> str:

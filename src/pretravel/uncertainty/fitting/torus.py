@@ -20,6 +20,7 @@ from pretravel.uncertainty.fitting.feature import (
     fitted_from_axes,
     least_squares_parameters,
 )
+from pretravel.uncertainty.fitting.sphere import algebraic_sphere
 
 _STEP = 1e-6  # of a difference, in sizes of the points
 
@@ -151,19 +152,11 @@ def _rough(q: FloatArray, axis: FloatArray) -> tuple[TorusParameters, float]:
     """A torus about a direction: a circle seen along it, then one in the meridian plane."""
     sideways = across(axis)
     flat, height = q @ sideways.T, q @ axis
-    middle = _circle(flat)[0]
+    middle = algebraic_sphere(flat)[0][:2]
     distance = np.linalg.norm(flat - middle, axis=1)
-    (ring, level), tube = _circle(np.column_stack([distance, height]))
-    found = TorusParameters(middle @ sideways + level * axis, axis, float(ring), tube)
+    ring, level, tube = algebraic_sphere(np.column_stack([distance, height]))[0].tolist()
+    found = TorusParameters(middle @ sideways + level * axis, axis, ring, tube)
     return found, float(np.sum(found.distances(q) ** 2))
-
-
-def _circle(flat: FloatArray) -> tuple[FloatArray, float]:
-    """Centre and radius of the circle of linear equations through points of a plane."""
-    equations = np.column_stack([2.0 * flat, np.ones(len(flat))])
-    solution = np.linalg.lstsq(equations, np.sum(flat**2, axis=1), rcond=None)[0]
-    center = solution[:2]
-    return center, float(np.sqrt(max(float(solution[2] + center @ center), 1e-12)))
 
 
 def _fitted(q: FloatArray, axis: FloatArray) -> TorusParameters | None:
