@@ -440,6 +440,7 @@ class TestMeasured:
             assert found.association.residuals.max() == pytest.approx(0.0, abs=NEAR)
             assert height.mean() < -0.5 * E
 
+    @pytest.mark.slow
     def test_noise_moves_extreme_features_to_one_side(self) -> None:
         """The numbers of docs/how-to/measure-a-bore.md; means of 300 scatter by 0.05 σ."""
         outward, _ = around(12)

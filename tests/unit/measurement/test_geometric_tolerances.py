@@ -10,15 +10,19 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, parse_placement
+from pretravel.measurement.association import associate, moved_association
 from pretravel.measurement.conformity import ConformityVerdict
 from pretravel.measurement.datum_system import DatumFeature, DatumSystem, datum_system
 from pretravel.measurement.geometric_tolerances import inspect_geometry
 from pretravel.measurement.measured_feature import measure_feature
+from pretravel.measurement.points import Points
 from pretravel.measurement.tolerance_frame import (
+    Frame,
     GeometricResult,
     GeometricTolerance,
     PlacedFeature,
 )
+from pretravel.measurement.tolerances_of_places import _located
 from tests.support.feature_points import OWN, around, feature_points
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -310,6 +314,7 @@ def _trials(
     ("names", "datums", "truth"),
     [("h1", "A|B|C", 0.1), ("h1", "A|h2|B", None), ("h1 h2", "A|B|C", 0.1)],
 )
+@pytest.mark.slow
 def test_position_scatters_as_stated(names: str, datums: str, truth: float | None) -> None:
     values, u = _trials(names, "position", datums, 60, 3)
     # A deviation of 60 trials scatters by 9 %; three of that. The form of a part is guessed.
@@ -359,3 +364,29 @@ class TestRefused:
         placed["h1"] = PlacedFeature(placed["h1"].feature)
         with pytest.raises(PretravelError, match="h1: the tolerance needs its nominal point"):
             _result(placed, "h1", "position", 0.1, "A|B|C")
+
+
+def test_places_of_a_median_plane_move_with_its_tilt() -> None:
+    """Each distance at a touched place, by each parameter: differences of planes that are moved."""
+    far = np.array([[x, y, 0.0] for x in (0.0, 10.0, 45.0) for y in (0.0, 30.0)])
+    points = np.vstack([far + 4.0 * Z, far[:4] - 4.0 * Z])  # uneven: more touches above
+    axis = np.array([0.02, -0.01, 1.0])
+    slot = associate("slot", points, axis=axis)
+    made = measure_feature(Points.plain(points, ("S",) * 10), "slot", axis=axis, label="S")
+    placed = PlacedFeature(made, np.zeros(3), Z)
+    frame = Frame(datum_system(()), np.zeros(3), Z)
+    found = _located(placed, frame, GeometricTolerance("position", 0.1))
+
+    def heights(change: FloatArray) -> FloatArray:
+        moved = moved_association("slot", slot, change)
+        normal, point = moved.direction, moved.point
+        assert normal is not None
+        return np.array([point[2] - (at - point)[:2] @ normal[:2] / normal[2] for *_, at in found])
+
+    assert np.ptp([at[0] for *_, at in found]) > 40.0
+    # The plane leans by 0.022 from the nominal direction: cosines differ by 0.03 %.
+    step = 1e-6
+    for k, unit in enumerate(np.eye(4)):
+        by = (heights(step * unit) - heights(-step * unit)) / (2.0 * step)
+        rows = np.array([own[0, k] for _, _, own, _ in found])
+        assert rows == pytest.approx(by, abs=1e-3 * max(1.0, np.abs(by).max()))

@@ -84,6 +84,7 @@ def test_the_plain_deviation_misleads() -> None:
     assert seen.std(ddof=1) > 2.0 * judged_repeats(seen).noise
 
 
+@pytest.mark.slow
 def test_false_alarms_are_rare() -> None:
     """5 % for the drift, 1 % each for the first touch and for outliers or jumps: 7 of 100.
 
