@@ -430,6 +430,9 @@ class _Model:
         key, reference, add = self._keys[number], place.reference, self.unknowns.add
         center, radius = self._start_of(rows, place)
         seen = self._apparent_lengths(rows, place)
+        if "radius of the tip" not in self.unknowns.at:
+            block = reference.shape == "block"
+            _refuse_other_sizes(reference, seen if block else np.array([2.0 * radius]))
         for letter, value in zip("xyz", center, strict=True):
             add(f"{letter} of {key}", float(value), _PLACE)
         if reference.shape == "block":
@@ -668,6 +671,24 @@ class _Model:
             if place_of is not None:
                 jacobian[rows, place_of] = -normals[:, axis] * height
         return distance, normals
+
+
+def _refuse_other_sizes(reference: Reference, seen: FloatArray) -> None:
+    """A stated size that the touches contradict: another reference, or inches.
+
+    One length of a block is that of any pair of its faces; three are those along its axes.
+    """
+    apart = np.array([[abs(size - length) for length in seen] for size in reference.sizes])
+    if len(reference.sizes) == 3:
+        apart = np.diag(apart)[:, None]
+    for size, row in zip(reference.sizes, apart, strict=True):
+        if np.isfinite(row).any() and float(np.nanmin(row)) > _ALIKE:
+            found = " and ".join(f"{length:.2f}" for length in seen if math.isfinite(length))
+            raise PretravelError(
+                f"{reference.name} is stated as {size:g} mm, and its touches are {found} mm apart, "
+                "less the tip. Is it another one, or in inches? Sizes are stated in mm",
+                inputs=("block", "reference"),
+            )
 
 
 # The fit

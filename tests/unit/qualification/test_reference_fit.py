@@ -167,6 +167,39 @@ def test_refused(touches: Touches, reason: str) -> None:
     assert reason in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("sizes", "refused"),
+    [
+        ((50.0 / 25.4,), True),  # inches
+        ((50.6,), True),
+        ((50.4,), False),  # as far off, it can be an error of the machine
+        ((50.0, 60.0, 50.0), True),
+        ((50.0, 50.0, 50.0), False),
+        ((), False),
+    ],
+)
+def test_a_size_that_the_touches_contradict(sizes: tuple[float, ...], refused: bool) -> None:
+    block = [Reference("block", "block", sizes)]
+    if refused:
+        with pytest.raises(PretravelError, match=r"its touches are 50\.00 and .* or in inches"):
+            fit_references(_wrong(), block, tip_diameter=6.0)
+        return
+    assert len(fit_references(_wrong(), block, tip_diameter=6.0).terms) == 9
+
+
+def test_a_ring_of_another_size() -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    out = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    inside = Touches(np.repeat(out * 22.0, 3, axis=0), np.repeat(-out, 3, axis=0))
+    for size, fits in ((50.0, True), (51.0, False)):
+        ring = [Reference("r", "ring", (size,))]
+        if fits:
+            assert fit_references(inside, ring, tip_diameter=6.0).dof > 3.0
+        else:
+            with pytest.raises(PretravelError, match=r"its touches are 50\.00 mm apart"):
+                fit_references(inside, ring, tip_diameter=6.0)
+
+
 def test_arrivals_that_are_not_known() -> None:
     """On an oblique face an axis that rests has its play on either side."""
     touches = _wrong()
