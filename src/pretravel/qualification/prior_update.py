@@ -11,7 +11,8 @@ import numpy as np
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.directions import describe
 from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE
+from pretravel.base.frames import probe_rotation
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, QualificationSetup
@@ -19,6 +20,7 @@ from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
 from pretravel.qualification.probe_drift import (
+    TURNED,
     DriftedMap,
     ProbeDrift,
     drifted_map,
@@ -40,6 +42,10 @@ LIKELY_CHANGE = 0.5
 """Probability of a change larger than the usual drift from which people are warned."""
 _RESOLUTION = 2e-5
 """A repeatability below this is that of the last digit of a reading. [mm]"""
+_TURNS = np.radians([-15.0, -12.0, -9.0, -6.0, -3.0, 3.0, 6.0, 9.0, 12.0, 15.0])
+"""Turns that are tried where the probe has changed: up to three standard deviations of `several
+things`, as close as lobes of order nine need."""
+_REFINED, _SAME_TURN = 4, 0.3 * DEGREE
 _STILL = 1e-7
 """The centre has been found when it moves by less than this. [mm]"""
 
@@ -70,11 +76,12 @@ class MapUpdate:
     center_covariance : (3, 3) float
         [mm²]
     p_value : float
-        Probability that touches fit the old map and its drift worse than these.
+        Probability that touches fit the old map and its drift worse than these; where the probe has
+        turned, the old map after that turn.
     scale, level, turn : FoundDrift
         Share of the pretravel [1]; in all directions alike [mm]; about the axis [rad].
     changes : (n,) float
-        Pretravel at each touch less that of the old map, centre fitted. [mm]
+        Pretravel at each touch less that of the old map before any turn, centre fitted. [mm]
     residuals : (n,) float
         The same less that of the new map. [mm]
     contact_normals : (n, 3) float
@@ -144,7 +151,9 @@ def update_map(
     A map is linear, so the update is that of Bayes in closed form: prior are the coefficients
     with their covariance and that of the drift; the position of the reference has none. Beside the
     drift that is assumed there are larger changes (`possible_drifts`); the result is the average
-    over them, each with its probability after the touches, so that u contains their doubt. The map
+    over them, each with its probability after the touches, so that u contains their doubt. A turn
+    about the axis by more than some degrees is not linear in the map: where something has changed,
+    the probe's frame turns with it (`PretravelMap.rotation`). The map
     stays in the convention that separated it from the centre. Contact normals depend on the
     centre, which is therefore iterated.
 
@@ -169,23 +178,21 @@ def update_map(
     state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
     resting = touches if old_map.delay is None else at_rest(touches, old_map.delay)
-    observation = observe(resting, setup, old_map.rotation)
+    usual = _settled(state, resting, setup)
+    observation, posterior, noise = usual
     old_map.pretravel(observation.group_directions @ old_map.rotation.T)  # refuses extrapolation
-    repeats = observation.repeats
-    noise = _pooled(old_map, repeats)
-    for _ in range(8):
-        posterior = _posterior(state, observation, noise)
-        moved = observation.center.copy()
-        moved[: observation.axes] += posterior.shift
-        observation = replace(observation, center=moved)
-        if np.abs(posterior.shift).max() < _STILL:
-            break
-    p_value = _p_value(posterior.assumed.statistic, len(touches) - observation.axes, noise.dof)
+    if 1.0 - posterior.probabilities[""] > LIKELY_CHANGE:
+        observation, posterior, noise = _turned(state, resting, setup, usual)
+    freedom = len(touches) - observation.axes
+    p_value = _p_value(posterior.judged.statistic, freedom, noise.dof)
     if p_value < REFUSED_FIT:
+        observation, posterior, noise = usual
+        p_value = _p_value(posterior.assumed.statistic, freedom, noise.dof)
         raise PretravelError(_refusal(touches, observation, posterior, p_value, noise))
-    warnings = (*noted, *_warnings(p_value, posterior, old_map, repeats))
+    warnings = (*noted, *_warnings(p_value, posterior, old_map, observation.repeats))
     updated = _updated(touches, state, posterior, noise, setup)
-    return _result(updated, state, observation, posterior, (p_value, noise, warnings))
+    changes = usual[1].innovations
+    return _result(updated, state, observation, posterior, (p_value, noise, warnings, changes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,19 +226,65 @@ class _State:
         return np.column_stack([found, found @ effect + self.delay_column])
 
 
+_Settled = tuple[Observation, "_Posterior", Scatter]
+
+
+def _settled(
+    state: _State, touches: Touches, setup: QualificationSetup, turn: float = 0.0
+) -> _Settled:
+    """The state after the touches where the centre rests, linear about a turn of the probe."""
+    old = state.prior.pretravel_map
+    observation = observe(touches, setup, old.rotation @ probe_rotation(rotation=turn))
+    noise = _pooled(old, observation.repeats)
+    for _ in range(8):
+        posterior = _posterior(state, observation, noise, turn)
+        moved = observation.center.copy()
+        moved[: observation.axes] += posterior.shift
+        observation = replace(observation, center=moved)
+        if np.abs(posterior.shift).max() < _STILL:
+            break
+    return observation, posterior, noise
+
+
+def _turned(
+    state: _State, touches: Touches, setup: QualificationSetup, usual: _Settled
+) -> _Settled:
+    """The same about the turn of the probe that the touches make most probable.
+
+    A turn by more than some degrees is not linear in the map: the lobes of order m change by
+    1 - cos(m·turn) of themselves besides.
+    """
+    starts = [_settled(state, touches, setup, float(turn)) for turn in _TURNS]
+    best = max((usual, *starts), key=lambda each: each[1].evidence)
+    for _ in range(_REFINED):
+        turn = best[1].turn_found
+        if abs(turn - best[1].turn) < _SAME_TURN:
+            break
+        best = _settled(state, touches, setup, turn)
+    return max((usual, best), key=lambda each: each[1].evidence)
+
+
 @dataclass(frozen=True, eq=False)
 class _Posterior:
     """The state after the touches, averaged over the drifts, and what the tests need. [mm]"""
 
+    turn: float
+    """Of the probe about its axis, about which the map is linear. [rad]"""
+    turn_found: float
+    """The whole turn, where that is what has changed. [rad]"""
+    evidence: float
+    """Logarithm of the probability of the touches under all drifts, and a constant."""
+    before: FloatArray
+    """The unknowns of the map before the turn, linear in it; zero without one."""
     innovations: FloatArray
-    """Observed pretravel less that of the old map, about the current centre, (n,)."""
+    """Observed pretravel less that of the map before the turn, about the current centre, (n,)."""
     normals: FloatArray
     design: FloatArray
     parts: dict[str, _Part]
     """After each of `possible_drifts`; that which is assumed is the first."""
     probabilities: dict[str, float]
     change: FloatArray
-    """Of the unknowns, in the convention of the map."""
+    """Of the unknowns, in the convention of the map; from the map after the turn."""
     covariance: FloatArray
     shift: FloatArray
     """Still missing in the centre, (axes,)."""
@@ -240,6 +293,12 @@ class _Posterior:
     @property
     def assumed(self) -> _Part:
         return self.parts[""]
+
+    @property
+    def judged(self) -> _Part:
+        """The drift that is assumed; where the probe has turned, that with a larger turn."""
+        turned = self.probabilities.get(TURNED, 0.0) > LIKELY_CHANGE
+        return self.parts[TURNED] if turned else self.assumed
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,10 +316,14 @@ class _Part:
     """Logarithm of the probability of the touches, centre integrated out, and a constant."""
 
 
-def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Posterior:
+def _posterior(state: _State, observation: Observation, noise: Scatter, turn: float) -> _Posterior:
     old, axes = state.prior.pretravel_map, observation.axes
     design, normals = state.design(observation.directions), observation.directions[:, :axes]
+    # The map before the turn, seen from the turned probe.
+    before = np.zeros(design.shape[1])
+    before[: old.basis.size] = -turn * state.prior.ways[2]
     innovations = observation.values - old.basis.value(observation.directions, old.coefficients)
+    innovations = innovations - design @ before
     touch = _touch_covariance(old, observation, noise)
     parts = {
         name: _after(state.prior, root, design, normals, innovations, touch)
@@ -269,18 +332,27 @@ def _posterior(state: _State, observation: Observation, noise: Scatter) -> _Post
     possible = possible_drifts(state.prior.drift)
     logs = np.array([math.log(possible[name][0]) + part.evidence for name, part in parts.items()])
     shares = np.exp(logs - logs.max())
+    evidence = float(logs.max() + np.log(shares.sum()))
     shares /= shares.sum()
     change, covariance = _mixed([(part.change, part.covariance) for part in parts.values()], shares)
     shift, of_shift = _mixed(
         [(part.shift, part.shift_covariance) for part in parts.values()], shares
     )
+    turn_found = 0.0
+    if TURNED in parts:
+        seen = parts[TURNED].weight @ (design[:, : old.basis.size] @ state.prior.ways[2])
+        turn_found = possible[TURNED][1].turn ** 2 * float(innovations @ seen)
     return _Posterior(
+        turn=turn,
+        turn_found=turn_found,
+        evidence=evidence,
+        before=before,
         innovations=innovations,
         normals=normals,
         design=design,
         parts=parts,
         probabilities=dict(zip(parts, shares.tolist(), strict=True)),
-        change=change,
+        change=before + change,
         covariance=covariance,
         shift=shift,
         shift_covariance=of_shift,
@@ -426,6 +498,7 @@ def _updated(
     earlier = f"; first: {first}" if first else ""
     return replace(
         old,
+        rotation=old.rotation @ probe_rotation(rotation=posterior.turn),
         coefficients=old.coefficients + change,
         covariance=Covariance.full(covariance),
         repeatability=noise.deviation,
@@ -451,9 +524,9 @@ def _result(
     state: _State,
     observation: Observation,
     posterior: _Posterior,
-    judged: tuple[float, Scatter, tuple[str, ...]],
+    judged: tuple[float, Scatter, tuple[str, ...], FloatArray],
 ) -> MapUpdate:
-    p_value, noise, warnings = judged
+    p_value, noise, warnings, changes = judged
     rotation = updated.rotation
     axes = rotation[:, : observation.axes]
     scale, level, turn = _found(state, posterior)
@@ -467,8 +540,10 @@ def _result(
         scale=scale,
         level=level,
         turn=turn,
-        changes=frozen(posterior.innovations),
-        residuals=frozen(posterior.innovations - posterior.design @ posterior.change),
+        changes=frozen(changes),
+        residuals=frozen(
+            posterior.innovations - posterior.design @ (posterior.change - posterior.before)
+        ),
         contact_normals=frozen(observation.directions @ rotation.T),
         groups=observation.groups,
         repeatability=noise.deviation,
@@ -533,6 +608,8 @@ def _warnings(
     changed = {name: share for name, share in posterior.probabilities.items() if name}
     if sum(changed.values()) > LIKELY_CHANGE:
         what = max(changed, key=lambda name: changed[name])
+        if what == TURNED:
+            what += f", by about {posterior.turn_found / DEGREE:+.0f}°"
         found.append(
             "the probe has changed by more than its usual drift (probability "
             f"{sum(changed.values()):.2f}), most likely in {what}: u of the map contains what "

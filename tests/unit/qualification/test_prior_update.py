@@ -19,6 +19,7 @@ from pretravel.base.directions import (
     sphere_pattern_25,
 )
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
@@ -26,6 +27,7 @@ from pretravel.maps.observation import Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.prior_update import (
+    DOUBTFUL_FIT,
     _feed_warnings,
     _one_direction,
     _warnings,
@@ -128,6 +130,24 @@ def test_scale_level_and_turn_are_found_and_separated(kind: str) -> None:
     assert found.level.value + found.scale.value * np.mean(old.pretravel(n)) == pytest.approx(
         0.3e-3 + 0.01 * np.mean(old.pretravel(n)), rel=0.1
     )
+
+
+@pytest.mark.parametrize("degrees", [-14.0, 10.0])
+@pytest.mark.parametrize("old", [example_map("harmonic"), averaged()], ids=["harmonic", "average"])
+def test_a_probe_that_has_turned_by_many_degrees(old: PretravelMap, degrees: float) -> None:
+    """The map turns as a whole: lobes of three lose 1 - cos(3 · 14°), 26 %, in a linear update."""
+    turned_frame = old.rotation @ probe_rotation(rotation=np.radians(degrees))
+    now = replace(old, rotation=turned_frame)
+    n = fibonacci_cap(15)
+    found = update_map(sphere_touches(now.pretravel(n), n), old, 25.0)
+    assert np.degrees(found.turn.value) == pytest.approx(degrees, abs=2 * np.degrees(found.turn.u))
+    assert found.p_value > DOUBTFUL_FIT
+    assert "most likely in the turn about the axis, by about " in " ".join(found.warnings)
+    many = fibonacci_cap(200)
+    new, u = found.pretravel_map.pretravel_and_uncertainty(many)
+    error = new - now.pretravel(many, extrapolate=True)
+    # Without noise: what is left is the weight of the prior of the turn, which u contains.
+    assert np.mean(error**2) < np.mean(u**2)
 
 
 @pytest.mark.parametrize("kind", ["harmonic", "physical"])
