@@ -14,10 +14,12 @@ TESTS := $(SINGLE) PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n $(WORKERS) --dist l
 	--no-loadscope-reorder --durations=10
 # On a bare installation, on a real LinuxCNC, in a real browser, of the site and its pages, with damaged files, of benchmarks.
 SYSTEM := tests/core tests/machine tests/browser tests/docs tests/hard tests/benchmarks
+# What libraries do for us: files, tables, pictures, settings, shapes, maps.
+OLDEST := $(addprefix tests/unit/,files tasks cli show maps surface studies)
 # Rounding differs between the kernels of OpenBLAS, which follow the processor: results must not.
 NUMERICAL := tests/laws $(addprefix tests/unit/,qualification identification maps measurement laboratory)
 
-.PHONY: help venv demo check check-system check-all kernels linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check benchmark lock licences sbom clean
+.PHONY: help venv demo check check-system check-all kernels linuxcnc linuxcnc-if-possible browser-if-possible format lint types contracts test docs docs-gallery hard mutation release-check oldest benchmark lock licences sbom clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -102,9 +104,16 @@ hard: $(STAMP)  ## 100,000 mutated files for each reader, interrupted commands: 
 mutation: $(STAMP)  ## single faults in the code, which the tests must notice: docs/reliability.md
 	$(SINGLE) $(BIN)/python -m tests.mutation.run --named --number 30
 
-release-check: $(STAMP)  ## build sdist and wheel, install them into bare environments, try them
+release-check: $(STAMP)  ## build sdist and wheel, install them into bare environments, try them; RELEASE=FOLDER keeps them
 	$(BIN)/pip install --quiet uv
-	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/check_release.py
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python tools/check_release.py $(RELEASE)
+
+oldest: $(STAMP)  ## tests with the oldest versions of the libraries that pyproject.toml allows
+	$(BIN)/pip install --quiet uv
+	$(BIN)/uv venv --quiet --clear --python $(BIN)/python .venv-oldest
+	$(BIN)/uv pip install --quiet --python .venv-oldest --resolution lowest-direct ".[all]"
+	$(BIN)/uv pip install --quiet --python .venv-oldest pytest hypothesis GTC
+	$(SINGLE) .venv-oldest/bin/python -m pytest -q -W default -m "not slow" $(OLDEST)
 
 benchmark: $(STAMP)  ## ratios against alternatives, and growth: docs/benchmarks.md (about an hour)
 	$(BIN)/python -m benchmarks.run
@@ -113,6 +122,8 @@ lock: $(STAMP)  ## renew requirements-dev.lock from pyproject.toml
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --group dev --all-extras --no-emit-index-url --no-annotate \
 		--no-header --upgrade pyproject.toml -o requirements-dev.lock
+	$(BIN)/uv pip compile --quiet --universal --group dev --all-extras --no-emit-index-url --no-annotate \
+		--no-header --constraint requirements-dev.lock --format pylock.toml pyproject.toml -o pylock.toml
 
 licences: $(STAMP)  ## the table of docs/licences.md, from the libraries in .venv
 	$(BIN)/python tools/licences.py
@@ -121,4 +132,4 @@ sbom: $(STAMP)  ## sbom.json: all libraries of an installation with their versio
 	$(BIN)/python tools/licences.py --sbom sbom.json
 
 clean:  ## remove what make made
-	rm -rf .venv docs/_build demo-output linuxcnc-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf .venv .venv-oldest docs/_build demo-output linuxcnc-demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

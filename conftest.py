@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 from _pytest.doctest import DoctestModule
-from tests.support.coarse_models import models_by_name_are_coarse
 from xdist.scheduler import LoadFileScheduling
+
+from tests.support.coarse_models import models_by_name_are_coarse
 
 TESTS = Path(__file__).parent / "tests"
 

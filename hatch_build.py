@@ -1,17 +1,41 @@
-"""Step of the build: the script of Plotly, which pages contain, from its Python package.
+"""Steps of the build: links of the README that hold everywhere, and the script of Plotly.
 
-The package takes 60 MB, of which a page needs this file alone: the wheel brings the script, and an
+Plotly's package takes 60 MB, of which a page needs one file: the wheel brings this script, and an
 installation does without the package. The script and its licence (MIT) are not in the sources.
 """
 
 from __future__ import annotations
 
 import gzip
+import re
 from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
+
+
+class Links(MetadataHookInterface):
+    """Addresses of the project, and its README with whole addresses."""
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """State both, for the version that is built."""
+        home, version = self.config["home"], metadata["version"]
+        metadata["urls"] = {
+            "Documentation": f"{home}/blob/v{version}/docs/index.md",
+            "Source": home,
+            "Issues": f"{home}/issues",
+            "Changelog": f"{home}/blob/v{version}/CHANGELOG.md",
+        }
+        text = (Path(self.root) / "README.md").read_text("utf-8")
+        for mark, folder in (("!", "raw"), ("(?<!!)", "blob")):
+            text = re.sub(
+                rf"({mark}\[[^]]*\])\((?!https?:|#)([^)]+)\)",
+                rf"\1({home}/{folder}/v{version}/\2)",
+                text,
+            )
+        metadata["readme"] = {"content-type": "text/markdown", "text": text}
 
 
 class PlotlyScript(BuildHookInterface):  # type: ignore[type-arg]

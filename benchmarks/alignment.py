@@ -25,13 +25,12 @@ if __package__ in (None, ""):  # run as a file
 from benchmarks.departures.probes import MICROMETRE
 from benchmarks.departures.tripod import TIP_RADIUS
 from benchmarks.features import Workshop, workshop
-from tests.support.touched_bracket import beside, bracket, random_placement, random_targets
-
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
 from pretravel.measurement.alignment import Alignment, TipCentres, align
 from pretravel.measurement.alignment_search import found_placements
 from pretravel.uncertainty.gum import coverage_factor
+from tests.support.touched_bracket import beside, bracket, random_placement, random_targets
 
 COUNTS = (8, 15, 50, 200)
 FORMS = {"perfect": 0.0, "form 1 µm": 1.0 * MICROMETRE, "form 5 µm": 5.0 * MICROMETRE}

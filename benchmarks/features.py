@@ -26,7 +26,6 @@ from benchmarks.departures.departure import Departure
 from benchmarks.departures.machine import DIAMETER, PART_AT, Run, latched, reference_run
 from benchmarks.departures.probes import MICROMETRE, MakeProbe, six_seats, uneven
 from benchmarks.departures.tripod import FLAT, TIP_RADIUS, SimulatedProbe
-
 from pretravel import PretravelMap, Touches, apply, measure_feature, qualify, relations_between
 from pretravel.measurement.conformity import (
     ConformityVerdict,

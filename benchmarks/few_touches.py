@@ -22,7 +22,6 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.probes import six_seats
 from benchmarks.departures.tripod import Tripod
-
 from pretravel.base.directions import (
     fibonacci_cap,
     five_point_pattern,

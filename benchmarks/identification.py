@@ -29,7 +29,6 @@ from benchmarks.departures.departure import Departure
 from benchmarks.departures.machine import DIAMETER, latched, reference_run
 from benchmarks.departures.patterns import NINE, USUAL_25, spread
 from benchmarks.departures.tripod import TIP_RADIUS, Tripod
-
 from pretravel import (
     PretravelError,
     PretravelMap,

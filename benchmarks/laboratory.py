@@ -25,7 +25,6 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.probes import six_seats
 from benchmarks.few_touches import FRESH, NOISE, Drifted, touched
-
 from pretravel.base.errors import PretravelError
 from pretravel.laboratory.certificate import calibration_certificate
 from pretravel.laboratory.laboratory_statements import LaboratoryStatements

@@ -21,10 +21,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+
 from benchmarks.results import Figures, Growth
 from benchmarks.sizes import Sizes
 from benchmarks.studies import write_study
-
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.kinds import kinds
 from pretravel.measurement.compensation import apply

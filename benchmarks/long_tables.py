@@ -13,10 +13,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+
 from benchmarks.commands import PRETRAVEL, Spent, python_file, spent
 from benchmarks.results import Figures, Row, memory_text
 from benchmarks.sizes import Sizes
-
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.map_file import read_map
 from pretravel.files.touches_csv import write_touches

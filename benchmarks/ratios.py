@@ -16,13 +16,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import least_squares
+
 from benchmarks.commands import PRETRAVEL, spent
 from benchmarks.results import Figures, Row, memory_text
 from benchmarks.sizes import Sizes
-from scipy.optimize import least_squares
-from tests.support.errors_by_trials import points_by_trials, sphere_by_trials
-from tests.support.monte_carlo import MonteCarlo
-
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -48,6 +46,8 @@ from pretravel.qualification.qualify import qualify
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
+from tests.support.errors_by_trials import points_by_trials, sphere_by_trials
+from tests.support.monte_carlo import MonteCarlo
 
 
 def _best(function: Callable[[], object], repeats: int) -> float:

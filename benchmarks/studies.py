@@ -10,10 +10,10 @@ from pathlib import Path
 
 import h5netcdf
 import numpy as np
+
 from benchmarks.commands import PRETRAVEL, Spent, spent
 from benchmarks.results import Figures, Growth, Row, memory_text, seconds_text
 from benchmarks.sizes import Sizes
-
 from pretravel.studies.definition import load_study
 from pretravel.studies.plan import Plan
 from pretravel.studies.run import blocks_of

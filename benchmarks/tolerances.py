@@ -23,7 +23,6 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.probes import MICROMETRE
 from benchmarks.features import PART_AT, Workshop, around, workshop
-
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.extreme_association import associate_by
 from pretravel.measurement.geometric_tolerances import inspect_geometry

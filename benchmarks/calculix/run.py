@@ -28,7 +28,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from tests.support.full_contact import resolved_bodies
 
 from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
@@ -41,6 +40,7 @@ from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import material
 from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
+from tests.support.full_contact import resolved_bodies
 
 sys.path.insert(0, str(Path(__file__).parent))
 from deck import write_deck

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from benchmarks import features
 from benchmarks.departures import machine, patterns, probes, rows, table
 from benchmarks.departures.departure import Departure
 from benchmarks.departures.evaluation import Job, Outcome, evaluated, scene_of
 from benchmarks.departures.tripod import TIP_RADIUS, Tripod, scaled
-
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.machine_effects import _HYSTERESES
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import h5netcdf
 import numpy as np
 import pytest
+
 from benchmarks import load, long_tables, ratios, run, studies
 from benchmarks.commands import python_file, spent
 from benchmarks.results import Growth
 from benchmarks.sizes import SMALL
-
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.studies.definition import load_study
 from pretravel.studies.packed_outcome import packed, unpacked

@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+
 from tools import check_release
 from tools.check_release import (
     IN_SOURCE,

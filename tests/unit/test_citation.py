@@ -9,10 +9,10 @@ import yaml
 
 ROOT = Path(__file__).parents[2]
 FORM = {
-    "abstract", "authors", "cff-version", "keywords", "license", "message", "references", "title",
-    "type",
+    "abstract", "authors", "cff-version", "date-released", "keywords", "license", "message",
+    "references", "title", "type", "version",
 }  # fmt: skip
-"""Keys of the file, all of the Citation File Format 1.2.0. The version comes from the tags."""
+"""Keys of the file, all of the Citation File Format 1.2.0."""
 
 PAPERS = {
     "test_rodrigues_2021.py": ("Rodrigues", 2021),

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
 from tools import licences
 
 PERMISSIVE = r"0BSD|Apache|BSD|CC0|ISC|MIT|PSF|Zlib"

@@ -1,4 +1,4 @@
-"""The version comes from the tags, through the build, and costs nothing before it is asked for."""
+"""The version is written in pyproject.toml alone, and costs nothing before it is asked for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import version
+from importlib.metadata import metadata, version
 from pathlib import Path
 
 import lazy_loader
@@ -21,14 +21,35 @@ def test_it_is_that_of_the_installation() -> None:
     assert pretravel.__version__ == version("pretravel")
 
 
-def test_it_is_written_nowhere() -> None:
-    """A number that is written down is wrong after the next release."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    assert project["dynamic"] == ["version"]
-    assert "version" not in project
+def test_what_states_it_too_agrees() -> None:
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert stated == version("pretravel")
     source = (ROOT / "src/pretravel/__init__.py").read_text("utf-8")
     assert re.search(r"^__version__ *=", source, re.M) is None
-    assert "\nversion:" not in (ROOT / "CITATION.cff").read_text("utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    newest, date = re.findall(r"^## \[(\d[^]]*)\] - (\S+)$", changes, re.M)[0]
+    cited = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert newest == stated
+    assert f"\nversion: {stated}\ndate-released: {date}\n" in cited
+
+
+def test_links_of_the_readme_hold_outside_the_repository() -> None:
+    """The page of a package index shows the README, without the folder that it stands in."""
+    found = metadata("pretravel")
+    text = found.get_payload() or found["Description"]
+    targets = re.findall(r"\]\(([^)]+)\)", text)
+    assert len(targets) > 20
+    assert [each for each in targets if not each.startswith(("https://", "#"))] == []
+    pictures = re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
+    assert pictures
+    assert all("/raw/" in each for each in pictures)
+    addresses = dict(each.split(", ") for each in found.get_all("Project-URL"))
+    assert set(addresses) == {"Documentation", "Source", "Issues", "Changelog"}
+    # The file that each address names is in the repository, at the tag of this version.
+    tag = f"v{version('pretravel')}"
+    named = [each.partition(f"/{tag}/")[2].partition("#")[0] for each in targets if tag in each]
+    assert len(named) > 20
+    assert [each for each in named if not (ROOT / each).exists()] == []
 
 
 def _printed(program: str, folder: Path) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from benchmarks.few_touches import Judged, one_set, point_error
 
 

@@ -20,7 +20,7 @@ from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
 from pretravel.qualification.probe_drift import (
-    TURNED,
+    LARGE_TURN,
     DriftedMap,
     ProbeDrift,
     drifted_map,
@@ -297,8 +297,8 @@ class _Posterior:
     @property
     def judged(self) -> _Part:
         """The drift that is assumed; where the probe has turned, that with a larger turn."""
-        turned = self.probabilities.get(TURNED, 0.0) > LIKELY_CHANGE
-        return self.parts[TURNED] if turned else self.assumed
+        turned = self.probabilities.get(LARGE_TURN, 0.0) > LIKELY_CHANGE
+        return self.parts[LARGE_TURN] if turned else self.assumed
 
 
 @dataclass(frozen=True, eq=False)
@@ -339,9 +339,9 @@ def _posterior(state: _State, observation: Observation, noise: Scatter, turn: fl
         [(part.shift, part.shift_covariance) for part in parts.values()], shares
     )
     turn_found = 0.0
-    if TURNED in parts:
-        seen = parts[TURNED].weight @ (design[:, : old.basis.size] @ state.prior.ways[2])
-        turn_found = possible[TURNED][1].turn ** 2 * float(innovations @ seen)
+    if LARGE_TURN in parts:
+        seen = parts[LARGE_TURN].weight @ (design[:, : old.basis.size] @ state.prior.ways[2])
+        turn_found = possible[LARGE_TURN][1].turn ** 2 * float(innovations @ seen)
     return _Posterior(
         turn=turn,
         turn_found=turn_found,
@@ -608,7 +608,7 @@ def _warnings(
     changed = {name: share for name, share in posterior.probabilities.items() if name}
     if sum(changed.values()) > LIKELY_CHANGE:
         what = max(changed, key=lambda name: changed[name])
-        if what == TURNED:
+        if what == LARGE_TURN:
             what += f", by about {posterior.turn_found / DEGREE:+.0f}°"
         found.append(
             "the probe has changed by more than its usual drift (probability "

@@ -18,7 +18,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 
 _SPREAD = 600
 """Directions over which functions of direction are compared."""
-TURNED = "the turn about the axis"
+LARGE_TURN = "the turn about the axis"
 """What has changed, among `possible_drifts`."""
 _TURN = 0.2 * DEGREE
 _DEFAULT_WEIGHT = 3.0
@@ -89,7 +89,7 @@ def possible_drifts(drift: ProbeDrift) -> dict[str, tuple[float, ProbeDrift]]:
     changes = {
         "the force of the spring, or the stylus": {"scale": 0.1, "form": 0.03},
         "the size of the tip": {"level": 2.0 * MICROMETRE},
-        TURNED: {"turn": 3.0 * DEGREE},
+        LARGE_TURN: {"turn": 3.0 * DEGREE},
         "one rod or one seat": {"form": 0.1},
         "several things": {"scale": 0.2, "level": 2.0 * MICROMETRE, "turn": 5.0 * DEGREE,
                            "form": 0.3},

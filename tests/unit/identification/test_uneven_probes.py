@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from benchmarks.departures.patterns import USUAL_25, spread
 from benchmarks.departures.probes import uneven
-
 from pretravel import Touches, qualify
 
 DIRECTIONS = spread(150, 85.0)

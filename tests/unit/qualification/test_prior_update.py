@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from benchmarks.departures.patterns import USUAL_25, spread
 from benchmarks.departures.probes import six_seats, turned, with_rod_out
 from benchmarks.departures.tripod import SimulatedProbe
-
 from pretravel.base.directions import (
     fibonacci_cap,
     five_point_pattern,

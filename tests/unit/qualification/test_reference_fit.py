@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.block_qualification import LENGTHS, TIP_DIAMETER, Shop, one_set
 
+from benchmarks.block_qualification import LENGTHS, TIP_DIAMETER, Shop, one_set
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.qualification.block_plan import plan_block
