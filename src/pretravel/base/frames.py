@@ -212,7 +212,7 @@ def typed_placement(placement: Placement) -> str:
     """
     from scipy.spatial.transform import Rotation
 
-    angles = Rotation.from_matrix(np.asarray(placement.rotation)).as_euler("xyz") / DEGREE
+    angles = Rotation.from_matrix(np.array(placement.rotation)).as_euler("xyz") / DEGREE
     numbers = [*(round(value, 6) for value in placement.shift), *(round(a, 7) for a in angles)]
     return ",".join(f"{value + 0.0:.10g}" for value in numbers)
 
