@@ -19,6 +19,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "verify": "verify:Verify",
         "history": "history:History",
         "plan-touches": "plan_touches:PlanTouches",
+        "check-budget": "check_budget:CheckBudget",
         "repeat": "repeat:Repeat",
     },
     "Measure": {

@@ -1,0 +1,122 @@
+"""Is U honest: closed forms of what a wrong statement costs, and the command."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.errors import PretravelError
+from pretravel.measurement.budget_check import ActingErrors, BudgetCheck, Coverage, check_budget
+from pretravel.qualification.qualify import qualify
+from pretravel.tasks.check_budget import CheckBudget
+from pretravel.touches import Touches
+from tests.support.commands import run
+
+SPHERE = "examples/data/sphere_touches.csv"
+NOISE = 0.3e-3
+DIRECTIONS = np.repeat(sphere_pattern_25(), 3, axis=0)
+
+
+def _checked(acting: ActingErrors, *, sets: int = 60, **options: float) -> BudgetCheck:
+    """A probe with one pretravel in all directions, qualified by a mean radius."""
+    noise = np.random.default_rng(3).normal(0.0, NOISE, len(DIRECTIONS))
+    touches = Touches(DIRECTIONS * (12.5 + 3.0 - 0.010 + noise[:, None]), DIRECTIONS)
+    settings = {"u_diameter": 0.2e-3, "u_temperature": 0.0, **options}
+    again = partial(qualify, diameter=25.0, tip_diameter=6.0, kind="mean", **settings)
+    return check_budget(touches, again(touches), again, acting, sets=sets, rng=5)
+
+
+def _named(found: BudgetCheck, name: str) -> Coverage:
+    return next(each for each in found.coverages if each.name.startswith(name))
+
+
+def test_a_diameter_that_is_worse_than_stated() -> None:
+    """The error of the sphere's diameter is that of every bore; 0.2 µm stated, 2 µm true."""
+    found = _checked(ActingErrors(NOISE, diameter=2e-3))
+    size = _named(found, "diameter")
+    # A standard deviation of 60 values has a relative one of 1 / sqrt(120).
+    assert np.std(size.errors) == pytest.approx(2e-3, rel=3.0 / np.sqrt(120.0))
+    assert found.verdict == size.verdict == "too small"
+    assert size.needed > 3.0
+    # The centre of a bore does not depend on the diameter of the sphere.
+    assert _named(found, "position").verdict != "too small"
+
+
+def test_what_is_stated_truly_is_honest() -> None:
+    found = _checked(ActingErrors(NOISE, diameter=0.2e-3, form=0.13e-3))
+    assert found.verdict != "too small"
+    assert found.refused == ()
+    assert found.sets == 60
+    assert {each.errors.shape[0] for each in found.coverages} == {60}
+
+
+def test_twice_the_noise_is_seen_by_the_qualification_itself() -> None:
+    """u follows the scatter of the touches: the verdict stays, u of points doubles."""
+    usual, noisy = (
+        _checked(ActingErrors(size, diameter=0.2e-3), sets=30) for size in (NOISE, 2.0 * NOISE)
+    )
+    ratio = np.mean(_named(noisy, "points").u) / np.mean(_named(usual, "points").u)
+    assert 1.5 < ratio < 2.0  # the diameter's part stays
+    assert noisy.verdict != "too small"
+
+
+def test_u_that_is_far_too_large() -> None:
+    found = _checked(ActingErrors(NOISE), u_diameter=5e-3)
+    assert _named(found, "diameter").verdict == "too large"
+    assert found.verdict == "too large"
+
+
+def test_the_same_seed_gives_the_same_sets() -> None:
+    first, second = (_checked(ActingErrors(NOISE), sets=3) for _ in range(2))
+    for one, other in zip(first.coverages, second.coverages, strict=True):
+        np.testing.assert_array_equal(one.errors, other.errors)
+
+
+def test_values_of_a_set_that_go_together_count_once() -> None:
+    """Forty points of a set with one error in common say no more than one."""
+    together = np.repeat((np.arange(50) < 5).astype(float)[:, None], 40, axis=1)
+    many = Coverage("points", together, np.full((50, 40), 0.25), np.full((50, 40), 0.5))
+    one = Coverage("size", together[:, :1], np.full((50, 1), 0.25), np.full((50, 1), 0.5))
+    assert many.share == one.share == 0.9
+    np.testing.assert_allclose(many.interval, one.interval, atol=1e-3)
+
+
+def test_what_is_not_simulated_is_refused() -> None:
+    task = CheckBudget(touches=(Path(SPHERE),), diameter=24.9987, prior=Path("old.json"))
+    with pytest.raises(PretravelError, match="without an old map") as caught:
+        task.run()
+    assert caught.value.inputs == ("prior",)
+
+
+def test_the_command(tmp_path: Path) -> None:
+    table, page = tmp_path / "budget.csv", tmp_path / "budget.html"
+    words = ["check-budget", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean"]
+    shown = run(*words, "--sets", 20, "-o", table)
+    assert "errors within U" in shown
+    rows = table.read_text("utf-8").splitlines()
+    assert rows[0].startswith("quantity,share_within_u_percent")
+    assert len(rows) == 4
+    shown = run(*words, "--sets", 20, "--true-u-diameter", 20, "-o", page, code=3)
+    assert "U is too small" in shown
+    assert page.stat().st_size > 10_000
+
+
+def test_refused_sets_are_counted() -> None:
+    calls = 0
+
+    def sometimes(touches: Touches) -> object:
+        nonlocal calls
+        calls += 1
+        if calls % 2:
+            raise PretravelError("too noisy")
+        return qualify(touches, 25.0, tip_diameter=6.0, kind="mean")
+
+    touches = Touches(DIRECTIONS * (12.5 + 3.0 - 0.010), DIRECTIONS)
+    first = qualify(touches, 25.0, tip_diameter=6.0, kind="mean")
+    found = check_budget(touches, first, sometimes, ActingErrors(NOISE), sets=6, rng=1)  # type: ignore[arg-type]
+    assert found.sets == 3
+    assert found.refused == ("too noisy",) * 3
