@@ -15,6 +15,7 @@ _SIGNATURES: dict[str, tuple[bytes, ...]] = {
     ".nc": (b"\x89HDF\r\n\x1a\n", b"CDF"),
     ".parquet": (b"PAR1",),
     ".pdf": (b"%PDF-",),
+    ".zip": (b"PK\x03\x04",),
     ".png": (b"\x89PNG\r\n\x1a\n",),
 }
 """First bytes of files that are no text."""

@@ -61,6 +61,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "Files": {
         "convert": "convert:Convert",
+        "bundle": "bundle:Bundle",
         "formats": "convert:Formats",
         "report": "report:Report",
     },
