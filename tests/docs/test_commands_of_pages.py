@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from docs.example_folders import blocks
 from tests.support.commands import both_outputs
 from tests.support.examples import EXAMPLES
 
@@ -96,12 +97,6 @@ def _commands(block: str) -> Iterator[str]:
         Path(here[1]).write_text("\n".join(text) + "\n", encoding="utf-8")
 
 
-def _blocks(text: str) -> Iterator[tuple[str, str]]:
-    """Language and content of each block, without the indentation of a list."""
-    for found in re.finditer(r"^( *)```(\w+)\n(.*?)^ *```$", text, re.S | re.M):
-        yield found[2], re.sub(rf"^{found[1]}", "", found[3], flags=re.M)
-
-
 def _plain(text: str) -> str:
     return " ".join(text.split())
 
@@ -111,7 +106,7 @@ def test_page(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.chdir(tmp_path)
     text = (DOCS / page).read_text("utf-8")
     printed = ""
-    for language, block in _blocks(text):
+    for language, block in blocks(text):
         if language == "sh":
             printed = "".join(_followed(command) for command in _commands(block))
         elif language == "text":
