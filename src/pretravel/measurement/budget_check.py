@@ -26,7 +26,7 @@ from pretravel.base.quantities import (
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.measured_feature import measure_feature
-from pretravel.qualification.probe_drift import spread_over_support
+from pretravel.qualification.probe_drift import drifted_map, spread_over_support
 from pretravel.qualification.qualification import Qualification
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import COVERAGE_FACTOR, EXPANDED_COVERAGE, coverage_factor
@@ -143,8 +143,9 @@ class BudgetCheck:
     Attributes
     ----------
     coverages : tuple of Coverage
-        Points of faces in all directions; diameter and position of a bore where the map holds for
-        upright walls.
+        Points of faces in all directions, from the centre of the reference; diameter and position
+        of a bore where the map holds for upright walls. The position is from the reference too,
+        or within what one map measured, as u of the map is meant.
     directions : (m, 3) float
         Normals of the faces, machine frame: of the columns of the first coverage.
     sets : int
@@ -216,7 +217,7 @@ def check_budget(
     ...     return qualify(touches, 25.0, tip_diameter=6.0, kind="mean", u_temperature=0.0)
     >>> found = check_budget(touches, again(touches), again, ActingErrors(3e-4), sets=20, rng=1)
     >>> [each.name for each in found.coverages], found.refused
-    (['points of faces', 'diameter of a bore', 'position of a bore'], ())
+    (['points of faces', 'diameter of a bore', 'position of a bore, within one map'], ())
     """
     generator = np.random.default_rng(rng)
     found = qualification.pretravel_map
@@ -332,11 +333,23 @@ def _of_faces(
     return {"points of faces": (error, points.standard_uncertainty, COVERAGE_FACTOR)}
 
 
+def _is_from_reference(pretravel_map: PretravelMap) -> bool:
+    """Whether u of the map contains the centre of the reference.
+
+    Where a convention separates the two, a shift is in u of the centre: positions of features
+    that one map measured have it in common.
+    """
+    try:
+        return drifted_map(pretravel_map).from_center
+    except PretravelError:  # a kind with few numbers, which has no shift
+        return False
+
+
 def _of_bore(
     made: Qualification, truth: PretravelMap, diameter: float, outward: FloatArray,
     acting: ActingErrors, generator: np.random.Generator,
 ) -> dict[str, _Row]:  # fmt: skip
-    """Errors of a bore's diameter and of its position, from the reference's centre."""
+    """Errors of a bore's diameter and of its position."""
     surface = _BORE_AT + 0.5 * diameter * outward
     feeds = _feed(truth, len(outward))
     touches = _part_touches(surface, -outward, truth, feeds, acting, generator)
@@ -347,9 +360,10 @@ def _of_bore(
     k = coverage_factor(size.dof, whole_dof=False)
     rows["diameter of a bore"] = (np.array(size.value - diameter), np.array(size.u), k)
     places = [q for q in found.quantities if q.name in "xyz"]
-    true = dict(zip("xyz", _BORE_AT + made.center, strict=True))
+    from_reference = _is_from_reference(made.pretravel_map)
+    true = dict(zip("xyz", _BORE_AT + (made.center if from_reference else 0.0), strict=True))
     if places:
-        rows["position of a bore"] = (
+        rows["position of a bore" if from_reference else "position of a bore, within one map"] = (
             np.array([q.value - true[q.name] for q in places]),
             np.array([q.u for q in places]),
             coverage_factor(places[0].dof, whole_dof=False),

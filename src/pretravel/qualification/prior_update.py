@@ -42,10 +42,10 @@ LIKELY_CHANGE = 0.5
 """Probability of a change larger than the usual drift from which people are warned."""
 _RESOLUTION = 2e-5
 """A repeatability below this is that of the last digit of a reading. [mm]"""
-_TURNS = np.radians([-15.0, -12.0, -9.0, -6.0, -3.0, 3.0, 6.0, 9.0, 12.0, 15.0])
+_TURNS = np.radians([-15.0, -12.0, -9.0, -6.0, -3.0, 3.0, 6.0, 9.0, 12.0, 15.0]).tolist()
 """Turns that are tried where the probe has changed: up to three standard deviations of `several
 things`, as close as lobes of order nine need."""
-_REFINED, _SAME_TURN = 4, 0.3 * DEGREE
+_REFINED, _SAME_TURN = 3, 0.5 * DEGREE
 _STILL = 1e-7
 """The centre has been found when it moves by less than this. [mm]"""
 
@@ -254,14 +254,25 @@ def _turned(
     A turn by more than some degrees is not linear in the map: the lobes of order m change by
     1 - cos(m·turn) of themselves besides.
     """
-    starts = [_settled(state, touches, setup, float(turn)) for turn in _TURNS]
-    best = max((usual, *starts), key=lambda each: each[1].evidence)
+    observation, posterior, noise = usual
+    starts = [_posterior(state, _seen_turned(observation, turn), noise, turn) for turn in _TURNS]
+    posterior = max((posterior, *starts), key=lambda each: each.evidence)
+    best = usual
     for _ in range(_REFINED):
-        turn = best[1].turn_found
-        if abs(turn - best[1].turn) < _SAME_TURN:
-            break
+        turn = posterior.turn_found
         best = _settled(state, touches, setup, turn)
+        posterior = best[1]
+        if abs(posterior.turn_found - turn) < _SAME_TURN:
+            break
     return max((usual, best), key=lambda each: each[1].evidence)
+
+
+def _seen_turned(observation: Observation, turn: float) -> Observation:
+    """An observation from a probe that is turned about its axis."""
+    back = probe_rotation(rotation=turn)
+    return replace(
+        observation, positions=observation.positions @ back, center=observation.center @ back
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -248,9 +248,7 @@ def drifted_map(
     # An interpolating basis is its values at the nodes; others are compared over directions.
     places = pretravel_map.support.nodes if basis.interpolates else directions
     design = basis.design(places)
-    size = np.sqrt(np.mean(design**2, axis=0))
-    scaling = 1.0 / np.where(size > 0.0, size, 1.0)
-    to_coefficients = scaling[:, None] * np.linalg.pinv(design * scaling, rcond=1e-9)
+    to_coefficients = _to_coefficients(design)
     slope = slope_around_axis(pretravel_map, places)
     constant = basis.constant
     level = np.zeros(basis.size) if constant is None else constant
@@ -261,6 +259,29 @@ def drifted_map(
         pretravel_map, drift, axes, frozen(ways), frozen(form), frozen(shift), frozen(shift_of),
         from_center,
     )  # fmt: skip
+
+
+def coefficients_of(
+    pretravel_map: PretravelMap, directions: FloatArray, values: FloatArray
+) -> FloatArray:
+    """Coefficients of the map's basis that follow values over directions best, (k,). [mm]
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    directions : (n, 3) float
+        Probe frame.
+    values : (n,) float
+        [mm]
+    """
+    return np.asarray(_to_coefficients(pretravel_map.basis.design(directions)) @ values)
+
+
+def _to_coefficients(design: FloatArray) -> FloatArray:
+    """From values to coefficients by least squares, (k, n); functions are redundant in averages."""
+    size = np.sqrt(np.mean(design**2, axis=0))
+    scaling = 1.0 / np.where(size > 0.0, size, 1.0)
+    return np.asarray(scaling[:, None] * np.linalg.pinv(design * scaling, rcond=1e-9))
 
 
 def spread_of(drift: ProbeDrift) -> FloatArray:

@@ -21,7 +21,7 @@ NOISE = 0.3e-3
 DIRECTIONS = np.repeat(sphere_pattern_25(), 3, axis=0)
 
 
-def _checked(acting: ActingErrors, *, sets: int = 60, **options: float) -> BudgetCheck:
+def _checked(acting: ActingErrors, *, sets: int = 40, **options: float) -> BudgetCheck:
     """A probe with one pretravel in all directions, qualified by a mean radius."""
     noise = np.random.default_rng(3).normal(0.0, NOISE, len(DIRECTIONS))
     touches = Touches(DIRECTIONS * (12.5 + 3.0 - 0.010 + noise[:, None]), DIRECTIONS)
@@ -38,8 +38,8 @@ def test_a_diameter_that_is_worse_than_stated() -> None:
     """The error of the sphere's diameter is that of every bore; 0.2 µm stated, 2 µm true."""
     found = _checked(ActingErrors(NOISE, diameter=2e-3))
     size = _named(found, "diameter")
-    # A standard deviation of 60 values has a relative one of 1 / sqrt(120).
-    assert np.std(size.errors) == pytest.approx(2e-3, rel=3.0 / np.sqrt(120.0))
+    # A standard deviation of 40 values has a relative one of 1 / sqrt(80).
+    assert np.std(size.errors) == pytest.approx(2e-3, rel=3.0 / np.sqrt(80.0))
     assert found.verdict == size.verdict == "too small"
     assert size.needed > 3.0
     # The centre of a bore does not depend on the diameter of the sphere.
@@ -50,8 +50,8 @@ def test_what_is_stated_truly_is_honest() -> None:
     found = _checked(ActingErrors(NOISE, diameter=0.2e-3, form=0.13e-3))
     assert found.verdict != "too small"
     assert found.refused == ()
-    assert found.sets == 60
-    assert {each.errors.shape[0] for each in found.coverages} == {60}
+    assert found.sets == 40
+    assert {each.errors.shape[0] for each in found.coverages} == {40}
 
 
 def test_twice_the_noise_is_seen_by_the_qualification_itself() -> None:

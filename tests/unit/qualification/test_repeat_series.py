@@ -16,7 +16,7 @@ NOISE = 0.002
 STEP = 0.0025
 """Of the Klipper logs of these threads. [mm]"""
 SERIES = 200
-FEWER = pytest.param(50, 0.062)
+FEWER = pytest.param(20, 0.097)
 """Series of every day, and twice the standard deviation of a share of 0.95 among them."""
 MANY = pytest.param(SERIES, 0.031, marks=pytest.mark.slow)
 Make = Callable[[np.random.Generator, int], FloatArray]
