@@ -18,7 +18,7 @@ from tests.browser.workbench_server import (
     running_workbench,
 )
 
-PATIENCE = 120_000
+PATIENCE = 30_000
 """How long a state of a page is waited for: a loaded computer needs more than 30 s. [ms]"""
 
 

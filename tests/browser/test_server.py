@@ -127,3 +127,28 @@ def test_importing_pretravel_imports_nothing_of_the_workbench() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_what_strangers_ask_for_is_written_out_in_the_terminal(tmp_path: Path) -> None:
+    """A line break and an escape in an address could write lines of their own, or colour them."""
+    with running_workbench(tmp_path) as workbench:
+        assert answer(f"{workbench.address}x%0aWARNING%20all%20is%20lost%1b%5b31m")[0] == 404
+        said = started_again(workbench)
+    assert "\x1b" not in said
+    assert "\nWARNING all is lost" not in said
+
+
+def test_an_upload_that_breaks_off_prints_no_traceback(tmp_path: Path) -> None:
+    with running_workbench(tmp_path) as workbench:
+        host, _, port = workbench.address.removeprefix("http://").strip("/").partition(":")
+        answer(f"{workbench.address}engineer")  # opens the slot
+        known = cookie(workbench.address)["Cookie"]
+        head = (
+            f"POST /upload/engineer/touches?name=a.csv HTTP/1.1\r\nHost: {host}:{port}\r\n"
+            f"Cookie: {known}\r\nX-Pretravel: upload\r\nContent-Length: 1000\r\n\r\nx_mm"
+        )
+        with socket.create_connection((host, int(port)), timeout=20) as connection:
+            connection.sendall(head.encode())
+        assert answer(workbench.address)[0] == 200  # it goes on
+        said = started_again(workbench)
+    assert "Traceback" not in said

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
+from pretravel.app.access import Access
 from pretravel.app.project import Project
 from pretravel.app.project_file import project_bytes
 
@@ -118,7 +119,8 @@ def _address(process: subprocess.Popen[str]) -> str:
 def cookie(address: str) -> dict[str, str]:
     """The header by which a running workbench knows its user."""
     parts = urlsplit(address)
-    return {"Cookie": f"pretravel_{parts.port}={_tokens[parts.netloc]}"}
+    known = Access("", _tokens[parts.netloc]).cookie
+    return {"Cookie": f"pretravel_{parts.port}={known}"}
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import hmac
 import ipaddress
 import secrets
@@ -75,7 +76,7 @@ class Access:
         >>> Access("0.0.0.0", "secret").allows_host("192.168.1.5:8765")
         True
         """
-        name = _host_name(header)
+        name = host_name(header)
         if is_loopback(self.host):
             return is_loopback(name)
         own = socket.gethostname().lower()
@@ -86,14 +87,28 @@ class Access:
         """Whether the token is right, in constant time."""
         return hmac.compare_digest(given.encode(), self.token.encode())
 
+    @property
+    def cookie(self) -> str:
+        """What a browser keeps: made from the token, which it does not tell."""
+        return hmac.new(self.token.encode(), b"cookie", hashlib.sha256).hexdigest()
 
-def _host_name(header: str) -> str:
+    def allows_cookie(self, given: str) -> bool:
+        """Whether it is that of the token, in constant time."""
+        return hmac.compare_digest(given.encode(), self.cookie.encode())
+
+
+def host_name(header: str) -> str:
     """The name in a header Host; empty where it is no address with a port."""
     try:
         address = urlsplit(f"//{header}")
         return (address.hostname or "").lower() if (address.port or 80) > 0 else ""
     except ValueError:
         return ""
+
+
+def _is_encrypted(scope: Scope, headers: MutableMapping[str, str]) -> bool:
+    """Whether the browser speaks https: here, or to a proxy before this server."""
+    return "https" in (scope.get("scheme"), headers.get("x-forwarded-proto"))
 
 
 def _is_of(origin: str, host: str) -> bool:
@@ -172,7 +187,7 @@ class Guard:
         """Ask for the token; one in the address becomes a cookie."""
         port = urlsplit(f"//{headers['host']}").port or 80
         cookie = f"pretravel_{port}"  # cookies are shared by all ports of a host
-        if self._access.allows_token(_cookies(headers.get("cookie", "")).get(cookie, "")):
+        if self._access.allows_cookie(_cookies(headers.get("cookie", "")).get(cookie, "")):
             return None
         query = parse_qsl(scope.get("query_string", b"").decode("latin-1"))
         given = dict(query).get("token", "")
@@ -180,7 +195,8 @@ class Guard:
             if self._access.allows_token(given):
                 rest = urlencode([(name, value) for name, value in query if name != "token"])
                 place = "/" + str(scope["path"]).lstrip("/\\") + (f"?{rest}" if rest else "")
-                kept = f"{cookie}={given}; Path=/; HttpOnly; SameSite=Lax; Max-Age=2592000"
+                kept = f"{cookie}={self._access.cookie}; Path=/; HttpOnly; SameSite=Lax"
+                kept += "; Max-Age=2592000" + ("; Secure" if _is_encrypted(scope, headers) else "")
                 return 303, "", {"location": place, "set-cookie": kept}
             return 403, "this token is not that of the workbench", {}
         return 403, "open the address with its token, as the terminal shows it", {}

@@ -118,6 +118,8 @@ class Work:
     _listeners: list[Listener] = field(default_factory=list)
     _done: Any = None
     _wanted: Any = None
+    _held: tuple[str, ...] = ()
+    _good: Any = None
     _run: asyncio.Task[None] | None = None
     _timer: asyncio.TimerHandle | None = None
     _kill: Callable[[], None] | None = None
@@ -125,6 +127,17 @@ class Work:
     def elapsed(self) -> float:
         """Time since the start of the run. [s]"""
         return time.monotonic() - self.started
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Labels of fields that hold nothing valid, on which the result depends."""
+        unfinished = self.state.unfinished
+        return tuple(unfinished[name] for name in self.job.settings if name in unfinished)
+
+    @property
+    def outdated(self) -> bool:
+        """Whether the result is not that of the page as it is now: one rule for all places."""
+        return self.stale or self.running or bool(self.held or self.error)
 
     def ready(self) -> bool:
         """Whether all files that it needs are there."""
@@ -143,11 +156,14 @@ class Work:
             end = self.listen(changed.set)
             await changed.wait()
             end()
-        outdated = self.stale and self.job.automatic
-        if self.error or outdated or self.result is None:
+        if self.held:
+            raise PretravelError(f"{self.held[0]} is no valid value: correct it first")
+        if self.error or self.result is None:
             raise PretravelError(
                 self.error or self.cancelled or "There is no result yet: fill in what is missing."
             )
+        if self.stale:
+            raise PretravelError("The settings have changed since this result: compute it again.")
         settings, files = self._done
         return Finished(self.result, settings, files)
 
@@ -158,15 +174,20 @@ class Work:
 
     def inputs_changed(self) -> None:
         """Compare the inputs with those of the result; start automatic work."""
-        wanted = self._snapshot()
+        wanted, held = self._snapshot(), self.held
         if wanted == self._wanted:
+            if held != self._held:
+                self._held = held
+                self._tell()
             return
-        self._wanted = wanted
+        self._wanted, self._held = wanted, held
         self.stale = self._done is not None and wanted != self._done
         if not self.ready():
             self._stop()
             self.result, self.error, self.stale, self._done = None, "", False, None
-            self.warnings = ()
+            self.warnings, self._good = (), None
+        elif wanted == self._done:
+            self._stop()  # the inputs of the newest result are back
         elif self.job.live:
             if self._run is None:
                 self.start()
@@ -190,11 +211,27 @@ class Work:
         self._tell()
 
     def cancel(self) -> None:
-        """End the run; the old result stays."""
-        if self.running:
-            self._stop()
-            self.cancelled = f"Cancelled after {self.elapsed():.0f} s. There is no new result."
-            self._tell()
+        """End the run; of automatic work with a result, the files and settings of it are back."""
+        if not self.running:
+            return
+        self._stop()
+        self.cancelled = f"Cancelled after {self.elapsed():.0f} s. "
+        if self.job.automatic and self._good is not None:
+            self.cancelled += "Files and settings are those of before."
+            self._restore(*self._good)
+        else:
+            self.cancelled += "There is no new result."
+        self._tell()
+
+    def _restore(
+        self, settings: Mapping[str, SettingValue], files: Mapping[str, tuple[StoredFile, ...]]
+    ) -> None:
+        for name in self.job.settings:
+            if name in settings:
+                self.state.settings[name] = settings[name]
+            else:
+                self.state.settings.pop(name, None)
+        self.state.files.update(files)
 
     def _snapshot(self) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]]:
         settings, files = self.state.settings, self.state.files
@@ -246,6 +283,7 @@ class Work:
         self.running, self._run, self._done = False, None, inputs
         if not error:
             self.result, self.warnings = result, tuple(dict.fromkeys(said))
+            self._good = inputs
         self.error, self.error_inputs = error, error_inputs
         self.stale = bool(error) and self.result is not None
         self._tell()
@@ -325,9 +363,27 @@ def _run_job(
             return None, flaw_message(), ()
 
 
+def printable(text: str) -> str:
+    r"""A text for the terminal: what would move its cursor or colour it is written out.
+
+    >>> printable("/x\x1b[31m"), printable("two\nlines")
+    ('/x\\x1b[31m', 'two\nlines')
+    """
+    return "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in text)
+
+
+class OneLine(logging.Filter):
+    """Writes out newlines and control characters of what strangers ask for."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Change the message; it is always logged."""
+        record.msg, record.args = printable(record.getMessage()).replace("\n", "\\n"), ()
+        return True
+
+
 def flaw_message(details: str = "") -> str:
     """Print the exception that is being handled in the terminal; what the page says instead."""
-    sys.stderr.write(f"{details or traceback.format_exc()}\n")
+    sys.stderr.write(f"{printable(details or traceback.format_exc())}\n")
     return "this is a flaw of pretravel; please report it with what the terminal shows"
 
 

@@ -187,10 +187,13 @@ class ScreenState:
         Of the screen.
     settings : Settings
     files : ProjectFiles
+    unfinished : dict of str to str
+        Settings whose fields hold nothing valid now, with the labels of the fields. Not saved.
     """
 
     def __init__(self, name: str, changed: Listener | None = None) -> None:
         self.name = name
+        self.unfinished: dict[str, str] = {}
         self._listeners: list[Listener] = []
         self._tell_project = changed
         self.settings = Settings(self._changed)
@@ -212,9 +215,22 @@ class ScreenState:
 
         return end
 
+    def mark(self, name: str, unfinished: str) -> None:
+        """State that the field of a setting holds nothing valid, by its label; empty: it does."""
+        if self.unfinished.get(name, "") == unfinished:
+            return
+        if unfinished:
+            self.unfinished[name] = unfinished
+        else:
+            del self.unfinished[name]
+        self._tell()
+
     def _changed(self) -> None:
         if self._tell_project is not None:
             self._tell_project()
+        self._tell()
+
+    def _tell(self) -> None:
         for listener in tuple(self._listeners):
             listener()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -12,9 +13,10 @@ from fastapi import Request
 from fastapi.responses import JSONResponse, Response
 from nicegui import app, background_tasks, ui
 from nicegui.server import Server
+from starlette.requests import ClientDisconnect
 
 from pretravel.app.access import Access, Guard
-from pretravel.app.jobs import WORKS, listen_to_library
+from pretravel.app.jobs import WORKS, OneLine, listen_to_library
 from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
 from pretravel.app.project_page import project_page, reload_all_tabs
@@ -40,6 +42,8 @@ def serve(access: Access, port: int, *, listening: Callable[[], None]) -> None:
     # Its bar has no name for readers of a screen; uploads and work show their own progress.
     app.config.quasar_config["loadingBar"]["skipHijack"] = True
     listen_to_library()
+    for name in ("nicegui", "uvicorn", "uvicorn.error", "uvicorn.access"):
+        logging.getLogger(name).addFilter(OneLine())
 
     async def announce() -> None:
         while not Server.instance.started:
@@ -86,6 +90,9 @@ def _add_pages() -> None:
     app.get("/project/download")(send_project)
 
 
+_BROKEN = JSONResponse({"error": "the file came in part only: give it again"}, status_code=400)
+
+
 def _page_of(screen: Screen) -> Callable[[], None]:
     def show() -> None:
         screen_page(screen)
@@ -104,6 +111,8 @@ async def receive_file(screen: str, purpose: str, name: str, request: Request) -
         slot.store(name, content, SESSION.project.size)
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)
+    except ClientDisconnect:
+        return _BROKEN
     return JSONResponse({"error": ""})
 
 
@@ -115,6 +124,8 @@ async def receive_project(name: str, request: Request) -> JSONResponse:
         SESSION.take(project)
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)
+    except ClientDisconnect:
+        return _BROKEN
     reload_all_tabs()
     return JSONResponse({"error": ""})
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from nicegui import ui
 from nicegui.element import Element
 
+from pretravel.app.access import host_name, is_loopback
 from pretravel.app.components.layout import here, panel, text, warning
 from pretravel.app.jobs import flaw_message
 from pretravel.app.project import ScreenState
@@ -167,9 +169,11 @@ def _without_settings(state: ScreenState) -> None:
 def help_page() -> None:
     """How the workbench is used."""
     with page_frame("Help", "help"), ui.element("div").classes("prose"):
+        here_alone = is_loopback(host_name(ui.context.client.request.headers.get("host", "")))
+        place = "this computer" if here_alone else f"the computer {socket.gethostname()}"
         for heading, paragraph in HELP.items():
             text("h2", heading)
-            text("p", paragraph)
+            text("p", paragraph.format(place=place))
 
 
 HELP = {
@@ -178,8 +182,8 @@ HELP = {
     "can be cancelled.",
     "The project": "Everything that you drop or type is one project. It is saved by itself: a "
     "reload, a second tab or a new start shows it again.",
-    "Privacy": "Your files stay on this computer. The page loads nothing from elsewhere, and what "
-    "you drop is read as data and never executed.",
+    "Privacy": "Your files stay on {place}, on which the workbench runs. The page loads nothing "
+    "from elsewhere, and what you drop is read as data and never executed.",
     "The same elsewhere": "Each screen shows the command and the Python lines that give the same "
     "result.",
 }

@@ -46,7 +46,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "fem": "fem:Fem",
         "hysteresis": "hysteresis:Hysteresis",
         "identify": "identify:Identify",
-        "orientation": "orientation:Orientation",
+        "orientation": "orientation:MapInOrientation",
         "study": "study:RunStudy",
         "studies": "study:Studies",
         "design": "design:Design",

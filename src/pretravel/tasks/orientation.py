@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pretravel.show.document import Document
 
 
-class Orientation(Reported):
+class MapInOrientation(Reported):
     """Predict the map of a probe on an indexing head in another orientation.
 
     A map of one orientation and the weight of the probe's moving parts give that of another. Check
@@ -102,11 +102,11 @@ class TurnedProbe(Result):
 
     Attributes
     ----------
-    task : Orientation
+    task : MapInOrientation
     turned : TurnedMap
     """
 
-    task: Orientation
+    task: MapInOrientation
     turned: TurnedMap
 
     @property

@@ -21,7 +21,7 @@ def asked(
     target, _, query = path.partition("?")
     given = {"host": "127.0.0.1:8765"} | {n.replace("_", "-"): v for n, v in headers.items()}
     if access is LOCAL:
-        given["cookie"] = "pretravel_8765=of-the-user"
+        given["cookie"] = f"pretravel_8765={LOCAL.cookie}"
     scope = {
         "type": kind,
         "method": method,
@@ -117,14 +117,18 @@ def test_the_token_is_asked_for_once_and_then_kept_in_a_cookie() -> None:
     code, headers, _ = asked(SHARED, "/part?token=the-token&a=1")
     assert (code, headers["location"]) == (303, "/part?a=1")
     kept = headers["set-cookie"]
-    assert kept.startswith("pretravel_8765=the-token;")
+    assert kept.startswith(f"pretravel_8765={SHARED.cookie};")
+    assert "the-token" not in kept
+    assert "Secure" not in kept  # plain http: a browser would not send it back
     assert "HttpOnly" in kept
     assert "SameSite=Lax" in kept
-    cookie = "other=1; pretravel_8765=the-token"
+    cookie = f"other=1; pretravel_8765={SHARED.cookie}"
     assert status(SHARED, cookie=cookie) == 200
     assert status(SHARED, kind="websocket", cookie=cookie) == 101
-    assert status(SHARED, cookie="pretravel_8765=the-tokem") == 403
-    assert status(SHARED, cookie="pretravel_1=the-token") == 403
+    assert status(SHARED, cookie="pretravel_8765=the-token") == 403
+    assert status(SHARED, cookie=f"pretravel_1={SHARED.cookie}") == 403
+    _, headers, _ = asked(SHARED, "/?token=the-token", x_forwarded_proto="https")
+    assert "; Secure" in headers["set-cookie"]
 
 
 def test_the_redirection_of_the_token_stays_on_this_server() -> None:

@@ -58,7 +58,8 @@ def test_an_error_is_said_instead_of_the_old_result() -> None:
         finished_after(typed(-1.0))
 
 
-def test_a_cancelled_run_gives_no_old_result() -> None:
+def test_a_cancelled_run_leaves_what_was_before() -> None:
+    """The result of before, with its settings."""
     go_on = threading.Event()
 
     def slow(inputs: Inputs) -> float:
@@ -71,15 +72,52 @@ def test_a_cancelled_run_gives_no_old_result() -> None:
         work.cancel()
         go_on.set()
 
-    with pytest.raises(PretravelError, match="Cancelled after"):
-        finished_after(cancelled, slow)
-
-
-def test_work_with_a_button_gives_its_result_with_the_settings_of_that_time() -> None:
-    """The page says that the settings have changed since."""
-    found = finished_after(typed(2.0), automatic=False)
+    found = finished_after(cancelled, slow)
     assert found.result == 1.0
     assert found.settings == {"length": 1.0}
+
+
+def test_a_cancelled_first_run_gives_nothing() -> None:
+    async def run() -> None:
+        state = ScreenState("screen")
+        work = Work(Job("length", length, settings=("length",)), state)
+        state.settings["length"] = 1.0
+        work.start()
+        work.cancel()
+        await work.finished()
+
+    with pytest.raises(PretravelError, match=r"Cancelled after 0 s. There is no new result"):
+        asyncio.run(asyncio.wait_for(run(), 60.0))
+
+
+def test_work_with_a_button_gives_no_result_of_other_settings() -> None:
+    with pytest.raises(PretravelError, match="have changed since this result: compute it again"):
+        finished_after(typed(2.0), automatic=False)
+
+
+def test_a_field_that_holds_nothing_valid_gives_no_result() -> None:
+    def unfinished(work: Work) -> None:
+        work.state.mark("length", "Length of the stylus")
+
+    with pytest.raises(PretravelError, match="Length of the stylus is no valid value"):
+        finished_after(unfinished)
+
+
+def test_what_is_typed_back_needs_no_new_run() -> None:
+    runs = []
+
+    def counted(inputs: Inputs) -> float:
+        runs.append(inputs.settings["length"])
+        return length(inputs)
+
+    def there_and_back(work: Work) -> None:
+        typed(2.0)(work)
+        assert work.outdated
+        typed(1.0)(work)
+        assert not work.outdated
+
+    assert finished_after(there_and_back, counted).result == 1.0
+    assert runs == [1.0]
 
 
 def test_without_a_result_it_says_what_to_do() -> None:

@@ -92,6 +92,7 @@ def number_field(
     def commit() -> None:
         given = str(field.value or "")
         good = problem(given) is None
+        state.mark(name, "" if good else label)
         if good and given.strip():
             state.settings[name] = typed_number(given)
         elif good:
@@ -102,6 +103,7 @@ def number_field(
     def shown() -> str:
         return number_text(state.settings.get(name, default))
 
+    state.mark(name, "")  # the field begins with what is stored
     field = ui.input(f"{label} [{unit}]" if unit else label, value=shown(), validation=problem)
     field.props('outlined inputmode="decimal" debounce="250" autocomplete="off"')
     field.classes("field").on_value_change(commit)

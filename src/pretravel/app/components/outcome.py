@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from nicegui import ui
@@ -49,7 +50,10 @@ def outcome(
 
     def refresh() -> None:
         _mark(place, work)
-        now = (work.running, work.started, work.error, work.cancelled, work.stale, work.ready())
+        now = (
+            work.running, work.started, work.error, work.cancelled, work.stale, work.held,
+            work.ready(),
+        )  # fmt: skip
         if not said or said[0] != now:
             said[:] = [now]
             status.clear()
@@ -69,12 +73,23 @@ def outcome(
     return work
 
 
-def _mark(place: Element, work: Work) -> None:
-    """Show on a place with a result whether the result is that of the fields."""
-    waiting = work.stale or work.running
-    place.classes(add="stale" if waiting else "", remove="" if waiting else "stale")
+def _mark(place: Element, *works: Work) -> None:
+    """Show on a place with results whether they are those of the fields."""
+    outdated = any(work.outdated for work in works)
+    place.classes(add="stale" if outdated else "", remove="" if outdated else "stale")
     # The files of an old result are not those of the fields: they cannot be taken.
-    place.props("inert" if work.error else "", remove="" if work.error else "inert")
+    wrong = any(work.error or work.held for work in works)
+    place.props("inert" if wrong else "", remove="" if wrong else "inert")
+
+
+@contextmanager
+def belonging_to(*works: Work) -> Iterator[None]:
+    """A place for what shows results of works: it is pale where one of them is not of the page."""
+    place = ui.element("div").classes("live")
+    with place:
+        yield
+    _mark(place, *works)
+    here([work.listen for work in works], lambda: _mark(place, *works))
 
 
 def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | None = None) -> None:
@@ -148,6 +163,8 @@ def _show_status(work: Work, missing: str) -> None:
         error_view(work.error)
         if work.result is not None:
             note("What stands below is the result of earlier inputs. It cannot be used.")
+    if work.held and work.result is not None:
+        note(f"{', '.join(work.held)}: correct it first. What stands below is of before.")
     if work.cancelled:
         note(work.cancelled)
     if work.stale and not work.job.automatic:

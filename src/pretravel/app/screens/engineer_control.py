@@ -37,6 +37,8 @@ def _chosen(state: ScreenState) -> str | None:
 
 
 def _settings(state: ScreenState) -> None:
+    for name in CONTROL.stored:
+        state.mark(name, "")  # fields of another control are gone
     to = _chosen(state)
     if to is None:
         return

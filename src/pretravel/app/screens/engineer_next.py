@@ -35,9 +35,12 @@ def next_sentence(state: ScreenState) -> tuple[str, str]:
     ----------
     state : ScreenState
     """
-    look, fit = WORKS.of(state, LOOK), WORKS.of(state, FIT)
+    look, fit, export = (WORKS.of(state, job) for job in (LOOK, FIT, EXPORT))
     if not state.files["touches"]:
         return _FILE
+    held = dict.fromkeys((*fit.held, *export.held))
+    if held:
+        return ("Correct", f"{', '.join(held)}: what stands in this field is no valid value.")
     if look.error:
         return _UNREADABLE
     diameter = state.settings.get("diameter")
@@ -55,7 +58,11 @@ def next_sentence(state: ScreenState) -> tuple[str, str]:
         return _WAIT
     if state.settings.get("tip_diameter") is None:
         return _TIP
-    return _CONTROL if CONTROL.value(state.settings, "to") is None else _READY
+    if CONTROL.value(state.settings, "to") is None:
+        return _CONTROL
+    if export.error:
+        return _FILES_PROBLEM
+    return _FILES_WAIT if export.outdated or export.result is None else _READY
 
 
 _FILE = (
@@ -74,7 +81,7 @@ _DIAMETER = (
         "It is on the certificate of the sphere."
     ),
 )
-_PROBLEM = ("Step 2", "The probe cannot be qualified yet: see the message, then correct panel 2.")
+_PROBLEM = ("Step 2", "The probe cannot be qualified yet: the message says what to correct.")
 _WAIT = ("Please wait", "The probe is being qualified.")
 _TIP = (
     "Step 2",
@@ -87,4 +94,6 @@ _CONTROL = (
         "a bad one can be unticked."
     ),
 )
+_FILES_WAIT = ("Please wait", "The files for the control are being made.")
+_FILES_PROBLEM = ("Step 3", "The files for the control cannot be made: see the message in panel 3.")
 _READY = ("Ready", "Download the values for your control in panel 3.")

@@ -21,7 +21,7 @@ from pretravel.app.components.layout import (
     text,
     warning,
 )
-from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.outcome import belonging_to, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.jobs import WORKS, Work
@@ -51,10 +51,13 @@ def results(state: ScreenState) -> None:
     outcome(state, FIT, lambda result: _verdict(result), missing=_MISSING)
     _touches_in_space(state)
     fit, export = WORKS.of(state, FIT), WORKS.of(state, EXPORT)
-    live([export.listen], lambda: _control_files(export.result), lambda: export.result)
-    live([fit.listen], lambda: _costs(fit.result), lambda: fit.result)
+    with belonging_to(export):
+        live([export.listen], lambda: _control_files(export.result), lambda: export.result)
+    with belonging_to(fit):
+        live([fit.listen], lambda: _costs(fit.result), lambda: fit.result)
     live([fit.listen], lambda: _part(state), lambda: fit.result is None)
-    live([fit.listen, export.listen], lambda: _same(state), lambda: (fit.result, export.result))
+    with belonging_to(fit, export):
+        live([fit.listen, export.listen], lambda: _same(state), lambda: (fit.result, export.result))
 
 
 def _verdict(result: FitResult | None) -> None:
@@ -85,7 +88,8 @@ def _touches_in_space(state: ScreenState) -> None:
                 _picture(state)
                 touches_table(state)
 
-    live([look.listen, fit.listen], build, there)
+    with belonging_to(look, fit):
+        live([look.listen, fit.listen], build, there)
 
 
 def _shown(look: LookResult | None, fit: FitResult | None) -> TouchesPicture | None:
