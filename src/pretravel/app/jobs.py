@@ -11,6 +11,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 
+LARGE = 2_000_000
+"""Bytes of files above which work is done in a process of its own: it can be ended, and its memory
+is given back."""
 _PAUSE = 0.15
 """Time without a change before automatic work starts. [s]"""
 
@@ -41,10 +45,13 @@ class Job:
         Names of settings, and purposes of files, that it uses: it is stale when one changes.
     needs : tuple of str
         Purposes of files without which it does not start.
+    after : tuple of Job
+        Jobs of the screen whose results it uses: it waits for them, and is stale with them.
     automatic : bool
         Whether it starts by itself when its inputs change; else with a button.
     own_process : bool
-        Whether it runs in a process that Cancel kills: for work above a second.
+        Whether it runs in a process that Cancel kills: for work above a second. With files above
+        `LARGE` every job does.
     live : bool
         Whether it follows a slider: it starts without a pause, and changes while it runs are
         taken together after it. For work below 0.1 s.
@@ -56,6 +63,7 @@ class Job:
     settings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    after: tuple[Job, ...] = ()
     automatic: bool = True
     own_process: bool = False
     live: bool = False
@@ -118,8 +126,10 @@ class Work:
     _listeners: list[Listener] = field(default_factory=list)
     _done: Any = None
     _wanted: Any = None
-    _held: tuple[str, ...] = ()
+    _seen: Any = None
     _good: Any = None
+    _before: tuple[Work, ...] = ()
+    _version: int = 0
     _run: asyncio.Task[None] | None = None
     _timer: asyncio.TimerHandle | None = None
     _kill: Callable[[], None] | None = None
@@ -137,11 +147,18 @@ class Work:
     @property
     def outdated(self) -> bool:
         """Whether the result is not that of the page as it is now: one rule for all places."""
-        return self.stale or self.running or bool(self.held or self.error)
+        own = self.stale or self.running or bool(self.held or self.error)
+        return own or any(work.outdated for work in self._before)
 
     def ready(self) -> bool:
-        """Whether all files that it needs are there."""
-        return all(self.state.files[purpose] for purpose in self.job.needs)
+        """Whether all files that it needs are there, and what comes before it can be had."""
+        files = all(self.state.files[purpose] for purpose in self.job.needs)
+        return files and all(work.ready() and not work.error for work in self._before)
+
+    @property
+    def _waits(self) -> bool:
+        """Whether what comes before it is not there yet."""
+        return any(work.outdated or work._done is None for work in self._before)
 
     async def finished(self) -> Finished:
         """The result of the inputs as they are now; waits for a run that was begun or will be.
@@ -151,6 +168,9 @@ class Work:
         PretravelError
             The run failed or was cancelled, or there was none.
         """
+        for work in self._before:
+            with suppress(PretravelError):
+                await work.finished()
         while self.running or self._timer is not None:
             changed = asyncio.Event()
             end = self.listen(changed.set)
@@ -164,7 +184,7 @@ class Work:
             )
         if self.stale:
             raise PretravelError("The settings have changed since this result: compute it again.")
-        settings, files = self._done
+        settings, files, _ = self._done
         return Finished(self.result, settings, files)
 
     def listen(self, listener: Listener) -> Listener:
@@ -174,20 +194,25 @@ class Work:
 
     def inputs_changed(self) -> None:
         """Compare the inputs with those of the result; start automatic work."""
-        wanted, held = self._snapshot(), self.held
-        if wanted == self._wanted:
-            if held != self._held:
-                self._held = held
-                self._tell()
+        wanted = self._snapshot()
+        seen = (self.held, tuple((w.outdated, bool(w.error)) for w in self._before))
+        if (wanted, seen) == (self._wanted, self._seen):
             return
-        self._wanted, self._held = wanted, held
+        begun = self.running or self._timer is not None or self._done is not None
+        only_seen = wanted == self._wanted and begun
+        self._wanted, self._seen = wanted, seen
         self.stale = self._done is not None and wanted != self._done
         if not self.ready():
             self._stop()
             self.result, self.error, self.stale, self._done = None, "", False, None
             self.warnings, self._good = (), None
+        elif self._waits:
+            self._stop()
+            self.stale = self.result is not None
         elif wanted == self._done:
             self._stop()  # the inputs of the newest result are back
+        elif only_seen:
+            pass
         elif self.job.live:
             if self._run is None:
                 self.start()
@@ -199,7 +224,7 @@ class Work:
 
     def start(self) -> None:
         """Start, or start again with the inputs as they are now."""
-        if not self.ready():
+        if not self.ready() or self._waits:
             return
         self._stop()
         self._wanted = self._snapshot()
@@ -224,7 +249,10 @@ class Work:
         self._tell()
 
     def _restore(
-        self, settings: Mapping[str, SettingValue], files: Mapping[str, tuple[StoredFile, ...]]
+        self,
+        settings: Mapping[str, SettingValue],
+        files: Mapping[str, tuple[StoredFile, ...]],
+        *_: object,
     ) -> None:
         for name in self.job.settings:
             if name in settings:
@@ -233,12 +261,15 @@ class Work:
                 self.state.settings.pop(name, None)
         self.state.files.update(files)
 
-    def _snapshot(self) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]]:
+    def _snapshot(
+        self,
+    ) -> tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]], tuple[int, ...]]:
         settings, files = self.state.settings, self.state.files
         purposes = dict.fromkeys((*self.job.files, *self.job.needs))
         return (
             {name: settings[name] for name in self.job.settings if name in settings},
             {purpose: files[purpose] for purpose in purposes},
+            tuple(work._version for work in self._before),
         )
 
     def _stop(self) -> None:
@@ -273,10 +304,11 @@ class Work:
             if self._run is not this:
                 kill()
 
+        results = {work.job.name: work.result for work in self._before}
         said: list[str] = []
         told = _Told(report, said.append, lambda: self._run is this)
         result, error, error_inputs = await asyncio.to_thread(
-            _run_job, self.job, inputs, told, started
+            _run_job, self.job, (*inputs[:2], results), told, started
         )
         if self._run is not this:
             return
@@ -284,6 +316,7 @@ class Work:
         if not error:
             self.result, self.warnings = result, tuple(dict.fromkeys(said))
             self._good = inputs
+            self._version += 1
         self.error, self.error_inputs = error, error_inputs
         self.stale = bool(error) and self.result is not None
         self._tell()
@@ -340,19 +373,20 @@ def _run_job(
     started: Callable[[Callable[[], None]], None],
 ) -> tuple[Any, str, tuple[str, ...]]:
     """Result, error and the error's inputs; in a thread. `started` gets what kills the job."""
-    settings, files = inputs
+    settings, files, results = inputs
+    size = sum(len(file.content) for stored in files.values() for file in stored)
     with temporary_folder() as folder:
         try:
             paths = _on_disk(files, folder)
-            if job.own_process:
-                process = TaskProcess(job.compute, settings, paths)
+            if job.own_process or size > LARGE:
+                process = TaskProcess(job.compute, settings, paths, results)
                 started(process.kill)
                 return process.result(told.stage, told.warning), "", ()
             _told.set(told)
             with _lane:
                 if not told.wanted():
                     return None, "", ()
-                return job.compute(Inputs(settings, paths)), "", ()
+                return job.compute(Inputs(settings, paths, results)), "", ()
         except PretravelError as error:
             return None, without_folder(str(error), folder), error.inputs
         except MemoryError:
@@ -418,8 +452,11 @@ class Works:
         """The work of a job of a screen; made, and started where it is automatic, at first."""
         key = (id(state), job.name)
         if key not in self._works:
-            work = self._works[key] = Work(job, state)
+            before = tuple(self.of(state, earlier) for earlier in job.after)
+            work = self._works[key] = Work(job, state, _before=before)
             state.listen(work.inputs_changed)
+            for earlier_work in before:
+                earlier_work.listen(work.inputs_changed)
             work.inputs_changed()
         return self._works[key]
 

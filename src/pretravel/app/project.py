@@ -317,10 +317,13 @@ class Inputs:
         Those that were set; give the default with ``settings.get(name, default)``.
     files : mapping of str to tuple of Path
         Copies in a temporary folder, by purpose, with the names that the user gave them.
+    results : mapping of str to value
+        Of the jobs that this one comes after, by their names.
     """
 
     settings: Mapping[str, SettingValue]
     files: Mapping[str, tuple[Path, ...]]
+    results: Mapping[str, Any] = field(default_factory=dict)
 
     def file(self, purpose: str) -> Path:
         """The only file of a purpose; `Job.needs` makes sure that it is there."""

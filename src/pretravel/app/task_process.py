@@ -43,6 +43,8 @@ class TaskProcess:
         A function of a module.
     settings : mapping
     files : mapping of str to tuple of Path
+    results : mapping of str to value
+        See `project.Inputs`.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class TaskProcess:
         compute: Callable[..., Any],
         settings: Mapping[str, Any],
         files: Mapping[str, tuple[Path, ...]],
+        results: Mapping[str, Any],
     ) -> None:
         command = [sys.executable, "-I", "-c", _START, json.dumps(module_folders())]
         self._process = subprocess.Popen(
@@ -58,7 +61,8 @@ class TaskProcess:
             stdout=subprocess.PIPE,
             start_new_session=True,  # its own children, such as the CAD kernel, end with it
         )
-        self._order = (compute.__module__, compute.__qualname__, dict(settings), dict(files))
+        inputs = (dict(settings), dict(files), dict(results))
+        self._order = (compute.__module__, compute.__qualname__, *inputs)
 
     def kill(self) -> None:
         """End the process and its children at once."""
@@ -90,7 +94,7 @@ class TaskProcess:
                     if kind == _RESULT:
                         return content
                     if kind == _FAULT:
-                        raise PretravelError(content)
+                        raise PretravelError(content[0], inputs=content[1])
                     if kind == _FLAW:
                         raise FlawError(content)
                     (stage if kind == _STAGE else warning)(content)
@@ -106,7 +110,7 @@ class TaskProcess:
 def main() -> None:
     """Compute the task that comes on the standard input; the program of the process."""
     orders = sys.stdin.buffer
-    module, name, settings, files = pickle.load(orders)
+    module, name, *inputs = pickle.load(orders)
     # What a library prints must not come between the answers.
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -117,23 +121,21 @@ def main() -> None:
     logger.setLevel(logging.INFO)
     warnings.simplefilter("always", UserWarning)
     warnings.showwarning = lambda message, *_, **__: _answer(answers, _WARNING, str(message))
-    _answer(answers, *_computed(module, name, settings, files))
+    _answer(answers, *_computed(module, name, inputs))
     os._exit(0)  # the thread waits for the server
 
 
-def _computed(
-    module: str, name: str, settings: Mapping[str, Any], files: Mapping[str, tuple[Path, ...]]
-) -> tuple[str, Any]:
+def _computed(module: str, name: str, inputs: list[Any]) -> tuple[str, Any]:
     from pretravel.app.project import Inputs
 
     try:
         compute = getattr(importlib.import_module(module), name)
-        result = compute(Inputs(settings, files))
+        result = compute(Inputs(*inputs))
         pickle.dumps(result)
     except PretravelError as error:
-        return _FAULT, str(error)
+        return _FAULT, (str(error), error.inputs)
     except MemoryError:
-        return _FAULT, NO_MEMORY
+        return _FAULT, (NO_MEMORY, ())
     except Exception:
         return _FLAW, traceback.format_exc()
     return _RESULT, result

@@ -16,7 +16,7 @@ from pretravel.app.screens.engineer_settings import (
     file_mark,
     tasks_of,
 )
-from pretravel.app.screens.engineer_work import export, fit
+from pretravel.app.screens.engineer_work import export, fit, look
 from pretravel.files.map_file import read_map
 from pretravel.tasks.example_data import example_folder
 from pretravel.tasks.task import command_line, python_lines
@@ -72,9 +72,10 @@ def test_commands_and_python_lines_do_what_the_screen_does(
     answers = {"file": mark, **{k: v for k, v in about.items() if k != "left_out"}}
     left_out = {"file": mark, "left_out": about.get("left_out", [])}
     stored = {**typed, "answers": answers, "left_out": left_out}
-    inputs = Inputs(stored, {"touches": (path,)})
-    made, files = fit(inputs), export(inputs)
+    of_path = {"touches": (path,)}
+    made = fit(Inputs(stored, of_path, {"look": look(Inputs(stored, of_path))}))
     assert made is not None
+    files = export(Inputs(stored, of_path, {"fit": made}))
     assert files is not None
     settings = EngineerSettings.of(stored, path.read_bytes())
 

@@ -8,8 +8,9 @@ from collections.abc import Callable
 
 import pytest
 
-from pretravel.app.jobs import Finished, Job, Work
-from pretravel.app.project import Inputs, ScreenState
+from pretravel.app import jobs
+from pretravel.app.jobs import LARGE, Finished, Job, Work, Works
+from pretravel.app.project import Inputs, ScreenState, StoredFile
 from pretravel.base.errors import PretravelError
 
 
@@ -124,3 +125,69 @@ def test_without_a_result_it_says_what_to_do() -> None:
     work = Work(Job("length", length, automatic=False), ScreenState("screen"))
     with pytest.raises(PretravelError, match="no result yet"):
         asyncio.run(work.finished())
+
+
+def doubled(inputs: Inputs) -> float:
+    return 2.0 * float(inputs.results["length"])
+
+
+FIRST = Job("length", length, settings=("length",))
+SECOND = Job("double", doubled, after=(FIRST,))
+
+
+def test_work_that_comes_after_another_waits_for_it_and_is_stale_with_it() -> None:
+    async def run() -> None:
+        works, state = Works(), ScreenState("screen")
+        state.settings["length"] = 1.0
+        second = works.of(state, SECOND)
+        first = works.of(state, FIRST)
+        assert (await second.finished()).result == 2.0
+        state.settings["length"] = 3.0
+        assert second.outdated  # before the first one has begun
+        assert (await first.finished()).result == 3.0
+        assert (await second.finished()).result == 6.0
+        state.mark("length", "Length")
+        assert second.outdated
+        state.mark("length", "")
+        assert not second.outdated
+        state.settings["length"] = -1.0
+        with pytest.raises(PretravelError, match="negative"):
+            await first.finished()
+        assert second.result is None  # nothing of an old length is left
+
+    asyncio.run(asyncio.wait_for(run(), 60.0))
+
+
+def test_large_files_are_worked_on_in_a_process_of_their_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Cancel ends it, and it keeps no memory of the server."""
+    begun = []
+
+    class Process:
+        def __init__(self, compute: object, *inputs: object) -> None:
+            begun.append(compute)
+
+        def kill(self) -> None:
+            pass
+
+        def result(self, *_: object) -> float:
+            return 7.0
+
+    monkeypatch.setattr(jobs, "TaskProcess", Process)
+
+    async def run(size: int) -> object:
+        state = ScreenState("screen")
+        state.files["touches"] = (StoredFile("large.csv", b"x" * size),)
+        work = Work(Job("size", size_of, files=("touches",), needs=("touches",)), state)
+        work.start()
+        return (await work.finished()).result
+
+    assert asyncio.run(asyncio.wait_for(run(LARGE), 60.0)) == LARGE
+    assert begun == []
+    assert asyncio.run(asyncio.wait_for(run(LARGE + 1), 60.0)) == 7.0
+    assert begun == [size_of]
+
+
+def size_of(inputs: Inputs) -> int:
+    return inputs.file("touches").stat().st_size

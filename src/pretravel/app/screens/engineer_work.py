@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
@@ -17,10 +16,8 @@ from pretravel.app.project import Inputs
 from pretravel.app.screens.engineer_settings import (
     CONTROL,
     MAP_NAME,
-    OF_FILE,
     QUALIFICATION,
     EngineerSettings,
-    file_mark,
 )
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.tasks.task import command_line
@@ -202,52 +199,18 @@ def _about_best_sphere(found: LookedAt) -> TouchesPicture | None:
     )
 
 
-class _LastFits:
-    """The last fits of this server, so that several tasks compute one only once."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._fits: OrderedDict[str, FitResult | PretravelError] = OrderedDict()
-
-    def get(self, path: Path, settings: EngineerSettings) -> FitResult:
-        """The fit of a file; computed where it is new."""
-        content = file_mark(path.read_bytes())
-        used = sorted((name, repr(settings[name])) for name in (*QUALIFICATION.stored, *OF_FILE))
-        key = f"{path.name} {content} {used}"
-        with self._lock:
-            if key not in self._fits:
-                self._fits[key] = _fitted(path, settings)
-                while len(self._fits) > 2:
-                    self._fits.popitem(last=False)
-            found = self._fits[key]
-        if isinstance(found, PretravelError):
-            raise found
-        return replace(found, settings=settings)
-
-
-_LAST_FITS = _LastFits()
-
-
 def fit(inputs: Inputs) -> FitResult | None:
     """Qualify the probe; None while the reference is not stated or the file has a question."""
-    settings = _settings_of(inputs)
-    if settings["diameter"] is None or look(inputs).question:
-        return None
-    return _LAST_FITS.get(inputs.file("touches"), settings)
-
-
-def _fitted(path: Path, settings: EngineerSettings) -> FitResult | PretravelError:
     from pretravel.show.work_record import input_file, record_now
     from pretravel.tasks.compare import Compare
 
-    try:
-        left_out = settings.left_out
-        task = replace(settings.qualify(path, left_out), output=None)
-        whole = settings.qualify(path).read()
-        kept = task.read()
-        qualified = task.qualified(kept)
-    except PretravelError as error:
-        return error
+    path, settings = inputs.file("touches"), _settings_of(inputs)
+    if settings["diameter"] is None or inputs.results["look"].question:
+        return None
+    left_out = settings.left_out
+    task = replace(settings.qualify(path, left_out), output=None)
+    whole = settings.qualify(path).read()
+    qualified = task.qualified(task.read() if left_out else whole)
     names = touch_names(path, whole)
     compared, problem = None, ""
     try:
@@ -355,14 +318,8 @@ class ExportResult:
 
 def export(inputs: Inputs) -> ExportResult | None:
     """Files for the control that is chosen; None without one, or without a map."""
-    settings = _settings_of(inputs)
-    if settings.control is None:
-        return None
-    try:
-        made = fit(inputs)
-    except PretravelError:
-        return None  # shown at the fit
-    if made is None:
+    settings, made = _settings_of(inputs), inputs.results["fit"]
+    if settings.control is None or made is None:
         return None
     return ExportResult(settings, settings.export().exported(made.qualified.pretravel_map))
 
@@ -389,7 +346,7 @@ def compensate(inputs: Inputs) -> TriedMap | None:
     """Compensate the touches of a part with the map; None without a map."""
     from pretravel.tasks.compensate import Compensate
 
-    made = fit(inputs)
+    made = inputs.results["fit"]
     if made is None:
         return None
     pretravel_map, part = made.qualified.pretravel_map, inputs.file("part")
@@ -403,7 +360,15 @@ def compensate(inputs: Inputs) -> TriedMap | None:
 
 _OF_FIT = (*QUALIFICATION.stored, "answers", "left_out")
 LOOK = Job("look", look, "Reading", settings=("answers",), files=("touches",), needs=("touches",))
-FIT = Job("fit", fit, "Qualifying", settings=_OF_FIT, files=("touches",), needs=("touches",))
+FIT = Job(
+    "fit",
+    fit,
+    "Qualifying",
+    settings=_OF_FIT,
+    files=("touches",),
+    needs=("touches",),
+    after=(LOOK,),
+)
 EXPORT = Job(
     "export",
     export,
@@ -411,6 +376,7 @@ EXPORT = Job(
     settings=(*_OF_FIT, *CONTROL.stored),
     files=("touches",),
     needs=("touches",),
+    after=(FIT,),
 )
 PART = Job(
     "part",
@@ -419,4 +385,5 @@ PART = Job(
     settings=_OF_FIT,
     files=("touches", "part"),
     needs=("touches", "part"),
+    after=(FIT,),
 )
