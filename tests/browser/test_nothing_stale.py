@@ -68,7 +68,7 @@ def test_an_invalid_setting_of_the_control_holds_its_files_alone(
 
 
 def test_cancel_brings_back_the_file_of_before(page: Any, workbench: RunningWorkbench) -> None:
-    """A file of many megabytes, in a process that ends at once; verdict, name and files are back."""
+    """A file of many megabytes, in a process that ends at once; all of before is back."""
     _qualified(page, workbench)
     head, *rows = SPHERE.read_text("utf-8").splitlines(keepends=True)
     drop(page, (head + "".join(rows) * 1500).encode(), "large.csv")

@@ -22,7 +22,7 @@ from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
 from pretravel.app.project_page import project_page, reload_all_tabs
 from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION
-from pretravel.app.shell import STATIC, help_page, home_page, screen_page
+from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
 from pretravel.app.uploads import UPLOADS, limited_content
 from pretravel.base.errors import PretravelError
 
@@ -85,6 +85,8 @@ def _add_pages() -> None:
     ui.page("/project")(project_page)
     for screen in SCREENS:
         ui.page(f"/{screen.name}")(_page_of(screen))
+    ui.page("/tasks")(all_tasks_page)
+    ui.page("/task/{name}")(task_page)
     app.post("/upload/{screen}/{purpose}")(receive_file)
     app.post("/project/open")(receive_project)
     app.get("/project/download")(send_project)

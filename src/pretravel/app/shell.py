@@ -106,6 +106,7 @@ def _navigation(current: str) -> Element:
         for screen in SCREENS:
             address = f"/{screen.name}"
             _entry(address, screen.icon, screen.title, screen.person, screen.name == current)
+        _entry("/tasks", "apps", "Every task", "Everybody", current.startswith("task"))
     return made
 
 
@@ -147,6 +148,25 @@ def screen_page(screen: Screen) -> None:
             for made in slot.children[before:]:
                 made.delete()
             _without_settings(state)
+
+
+def all_tasks_page() -> None:
+    """Every task of the command line."""
+    from pretravel.app.screens.every_task import tasks_page
+
+    with page_frame("Every task", "tasks"):
+        tasks_page()
+
+
+def task_page(name: str) -> None:
+    """The screen of a task; the list of all where there is none of this name."""
+    from pretravel.app.screens.every_task import screen_of_task
+
+    screen = screen_of_task(name)
+    if screen is None:
+        all_tasks_page()
+    else:
+        screen_page(screen)
 
 
 def _without_settings(state: ScreenState) -> None:

@@ -69,7 +69,7 @@ class TaskForm:
     @property
     def settings(self) -> tuple[Setting, ...]:
         """The settings of the form."""
-        own = vars(self.task)["__annotations__"]
+        own = vars(self.task).get("__annotations__", {})
         return tuple(
             setting
             for name, setting in by_name(self.task).items()

@@ -11,6 +11,7 @@ from nicegui import ui
 from pretravel.app.components.document_view import document_view
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.from_project import from_project
 from pretravel.app.components.layout import (
     folded,
     inputs_and_results,
@@ -82,6 +83,7 @@ def _inputs(state: ScreenState) -> None:
         state, "map", "Map of the probe, to check the compensated touches",
         endings=(".json", ".csv"),
     )  # fmt: skip
+    from_project(state, "map", takes_map=True)
     with folded("More settings"):
         _fields_that_apply(state, _MORE)
     statements_form(state)

@@ -18,6 +18,7 @@ from pretravel.app.components.document_view import (
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.fields import choice_field, switch_field
 from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.from_project import from_project
 from pretravel.app.components.layout import (
     folded,
     inputs_and_results,
@@ -91,6 +92,7 @@ def _inputs(state: ScreenState) -> None:
         hint="A table (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a log of the control",
     )  # fmt: skip
     file_drop(state, "map", "2. Map of the probe", endings=(".json", ".csv", ".toml"))
+    from_project(state, "map", takes_map=True)
     probes = {"": "the map above"} | {name: name for name in catalogue_names()}
     choice_field(state, "probe", "Without a map: a probe of the catalogue", probes, default="")
     file_drop(

@@ -1,0 +1,164 @@
+"""Every task of the command line on a screen, made from its description alone."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass
+from functools import partial
+
+from nicegui import ui
+
+from pretravel.app.components.document_view import document_view
+from pretravel.app.components.downloads import download_button
+from pretravel.app.components.fields import text_field
+from pretravel.app.components.file_drop import file_drop
+from pretravel.app.components.from_project import from_project
+from pretravel.app.components.layout import folded, inputs_and_results, note, panel, text, warning
+from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.page_button import page_button
+from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.components.task_fields import described_field
+from pretravel.app.jobs import Job, Work
+from pretravel.app.project import ScreenState
+from pretravel.app.screens import Screen
+from pretravel.app.task_run import (
+    NAME,
+    PEOPLE,
+    TaskRun,
+    file_settings,
+    form_of,
+    run_task,
+    tasks_on_screens,
+    typed_too,
+)
+from pretravel.tasks import task_named
+from pretravel.tasks.task import Task
+
+_SHOWN_AT_FIRST = 8
+"""Fields that are not folded."""
+_MAPS = ("map", "map_file", "prior")
+
+
+@dataclass(frozen=True)
+class TaskScreen(Screen):
+    """The screen of a task."""
+
+    task: str = ""
+
+    def show(self, state: ScreenState) -> None:
+        """Build it."""
+        show(self.task, state)
+
+
+def address_of(name: str) -> str:
+    """Of the screen of a task."""
+    return f"/task/{name.replace(' ', '-')}"
+
+
+def screen_of_task(word: str) -> TaskScreen | None:
+    """The screen of a task by the end of its address; None where there is none."""
+    for group, tasks in tasks_on_screens().items():
+        for name, kind in tasks.items():
+            if name.replace(" ", "-") == word:
+                return TaskScreen(
+                    f"task-{word}", PEOPLE.get(group, ""), title_of(name), summary_of(kind),
+                    "terminal", task=name,
+                )  # fmt: skip
+    return None
+
+
+def title_of(name: str) -> str:
+    """The heading: the command's name.
+
+    >>> title_of("plan-touches")
+    'Plan touches'
+    """
+    return name.replace("-", " ").capitalize()
+
+
+def summary_of(kind: type[Task]) -> str:
+    """The first sentences of the description."""
+    return " ".join((inspect.getdoc(kind) or "").partition("\n\n")[0].split())
+
+
+def job_of(name: str) -> Job:
+    """The work of the screen of a task."""
+    kind = task_named(name)
+    files = tuple(setting.name for setting in file_settings(kind))
+    return Job(
+        "run",
+        run_task,
+        title_of(name),
+        settings=(NAME, *form_of(kind).stored, *files),
+        files=files,
+        automatic=False,
+        own_process=True,
+    )
+
+
+def show(name: str, state: ScreenState) -> None:
+    """Build the screen of a task."""
+    kind = task_named(name)
+    if state.settings.get(NAME) != name:
+        state.settings[NAME] = name
+    with inputs_and_results() as (left, right):
+        with left:
+            for setting in file_settings(kind):
+                file_drop(state, setting.name, setting.label, several=setting.several,
+                          hint=setting.field.help)  # fmt: skip
+                from_project(state, setting.name, takes_map=setting.name in _MAPS)
+                if typed_too(setting):
+                    text_field(state, setting.name, f"{setting.label}, as a word",
+                               hint=setting.field.help)  # fmt: skip
+            _fields(kind, state)
+        with right:
+            work = outcome(state, job_of(name), _shown, button="Run")
+            kept(work, lambda: _to_keep(work), lambda made: tuple(made.files))
+            if work.result is None:
+                note(f"For example: {kind.example}")
+
+
+def _fields(kind: type[Task], state: ScreenState) -> None:
+    form = form_of(kind)
+    names = [name for name in form.names if name != "verbose"]
+    with panel("Settings"):
+        for name in names[:_SHOWN_AT_FIRST]:
+            described_field(state, form, name)
+    if len(names) > _SHOWN_AT_FIRST:
+        with folded("More settings"):
+            for name in names[_SHOWN_AT_FIRST:]:
+                described_field(state, form, name)
+
+
+def _shown(made: TaskRun) -> None:
+    for caution in made.cautions:
+        warning(caution)
+    if made.report is not None:
+        document_view(made.report)
+    if made.text:
+        text("pre", made.text, "file-text").props('tabindex="0"')
+    same_elsewhere(made.task)
+
+
+def _to_keep(work: Work) -> None:
+    made: TaskRun = work.result
+    with panel("To keep"), ui.element("div").classes("buttons"):
+        if made.page is not None:
+            page_button(work, lambda result: result.page, lambda result: result.command)
+        for name in made.files:
+            download_button(name, name, partial(_write, work, name))
+
+
+def _write(work: Work, name: str, path: object) -> None:
+    path.write_bytes(work.result.files[name])  # type: ignore[attr-defined]
+
+
+def tasks_page() -> None:
+    """All tasks, by the people whom they serve."""
+    for group, tasks in tasks_on_screens().items():
+        with panel(f"{group} ({PEOPLE.get(group, '')})"), ui.element("ul").classes("task-list"):
+            for name, kind in tasks.items():
+                with ui.element("li"):
+                    link = text("a", title_of(name))
+                    link.props["href"] = address_of(name)
+                    text("span", summary_of(kind))

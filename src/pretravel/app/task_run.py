@@ -1,0 +1,196 @@
+"""Any task, from what a form states to its report and its files; nothing here is a page.
+
+A task that the command line has is on a screen with this, without a line of its own.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pretravel.app.project import Inputs
+from pretravel.app.task_form import TaskForm, with_file_names
+from pretravel.base.errors import PretravelError
+from pretravel.base.whole_file import temporary_folder
+from pretravel.tasks import GROUPS, task_named
+from pretravel.tasks.task import (
+    FOLDER,
+    PAGES,
+    PICTURES,
+    Result,
+    Setting,
+    Task,
+    by_name,
+    command_line,
+    settings_of,
+)
+
+if TYPE_CHECKING:
+    from pretravel.show.document import Document
+
+NOT_HERE = {"demo": "it writes a folder of examples; the buttons with example data do the same"}
+"""Tasks without a screen, with the reason."""
+PEOPLE = {
+    "Qualify": "Engineer",
+    "Measure": "Engineer",
+    "Control": "Engineer",
+    "Predict": "Designer",
+    "Laboratory": "Laboratory",
+    "Files": "Everybody",
+}
+"""Whom the tasks of a group serve."""
+NAME = "task"
+"""The setting of a screen that names its task."""
+
+
+def tasks_on_screens() -> dict[str, dict[str, type[Task]]]:
+    """The tasks by the group of the command line and by their commands."""
+    return {
+        group: found
+        for group, tasks in GROUPS.items()
+        if (found := {name: task_named(name) for name in tasks if name not in NOT_HERE})
+    }
+
+
+def form_of(task: type[Task]) -> TaskForm:
+    """All settings of a task that name no file.
+
+    >>> form_of(task_named("repeat")).names
+    ('units', 'axis', 'step_um', 'columns', 'verbose')
+    """
+    return TaskForm(task, shared=tuple(by_name(task)))
+
+
+def file_settings(task: type[Task]) -> tuple[Setting, ...]:
+    """The settings that name files which are read.
+
+    >>> [setting.name for setting in file_settings(task_named("repeat"))]
+    ['log']
+    """
+    return tuple(setting for setting in settings_of(task) if setting.field.reads)
+
+
+def typed_too(setting: Setting) -> bool:
+    """Whether what names a file can also be a word, such as a probe of the catalogue."""
+    return setting.kind is not Path
+
+
+@dataclass(frozen=True, eq=False)
+class TaskRun:
+    """What a task made.
+
+    Attributes
+    ----------
+    command : str
+        The command that does the same.
+    task : Task
+        With the names of the files.
+    report : Document or None
+    page : Document or None
+        The report of a page, which can contain more.
+    text : str
+        Printed as it is.
+    cautions : tuple of str
+    files : mapping of str to bytes
+        The other outputs, by their names.
+    """
+
+    command: str
+    task: Task
+    report: Document | None
+    page: Document | None
+    text: str = ""
+    cautions: tuple[str, ...] = ()
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+
+def run_task(inputs: Inputs) -> TaskRun:
+    """Run the task that the settings name.
+
+    Raises
+    ------
+    PretravelError
+        As the task; a setting that must be stated and is not.
+    """
+    kind = task_named(inputs.settings[NAME])
+    stated = form_of(kind).given(inputs.settings)
+    for setting in file_settings(kind):
+        files = inputs.files.get(setting.name, ())
+        typed = str(inputs.settings.get(setting.name) or "").strip()
+        if files:
+            stated[setting.name] = files if setting.several else files[0]
+        elif typed:
+            stated[setting.name] = (typed,) if setting.several else typed
+    _refuse_missing(kind, stated)
+    with temporary_folder() as folder:
+        names = {
+            setting.name: f"{kind.name.replace(' ', '-')}{ending}"
+            for setting in settings_of(kind)
+            if setting.field.writes and setting.default is MISSING
+            for ending in setting.field.writes[:1]
+        }
+        task = kind(**stated, **{name: folder / file for name, file in names.items()})
+        result = task.run()
+        report = result.document()
+        return TaskRun(
+            command_line(with_file_names(task, **_shown(names))),
+            with_file_names(task, **_shown(names)),
+            report,
+            result.page() if report is not None else None,
+            result.text,
+            tuple(result.cautions),
+            _written(task, result, folder),
+        )
+
+
+def _shown(names: Mapping[str, str]) -> dict[str, Path]:
+    return {name: Path(file) for name, file in names.items()}
+
+
+def _refuse_missing(kind: type[Task], stated: Mapping[str, Any]) -> None:
+    for setting in settings_of(kind):
+        needed = setting.default is MISSING and not setting.field.writes
+        if needed and stated.get(setting.name) in (None, "", ()):
+            what = "drop the file" if setting.field.reads else "fill in the field"
+            raise PretravelError(
+                f"{setting.label} is missing: {what}, then run again", inputs=(setting.name,)
+            )
+
+
+def _written(task: Task, result: Result, folder: Path) -> dict[str, bytes]:
+    """The outputs that are neither pictures nor pages; those that there are not, left out."""
+    found: dict[str, bytes] = {}
+    for setting in settings_of(type(task)):
+        endings = task.endings(setting.name) if setting.field.writes else ()
+        if not endings or endings == PICTURES:
+            continue
+        stem = type(task).name.replace(" ", "-") + (
+            "" if setting.name == "output" else f"-{setting.name}"
+        )
+        for ending in endings if endings != FOLDER else ("",):
+            if ending in PAGES or (ending == ".json" and setting.field.report_json):
+                continue
+            path = folder / f"{stem}{ending}"
+            try:
+                if not (setting.field.in_run and path.exists()):
+                    result.write(setting.name, path)
+            except (PretravelError, NotImplementedError, ImportError):
+                continue
+            if path.exists():
+                found |= _contents(path)
+                break
+    return found
+
+
+def _contents(path: Path) -> dict[str, bytes]:
+    if not path.is_dir():
+        return {path.name: path.read_bytes()}
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(path.rglob("*")):
+            archive.write(file, file.relative_to(path))
+    return {f"{path.name}.zip": packed.getvalue()}

@@ -1,0 +1,86 @@
+"""Every task of the command line runs from a form, and gives the files that the command writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pretravel.app.project import Inputs
+from pretravel.app.task_form import stored_default
+from pretravel.app.task_run import (
+    NOT_HERE,
+    file_settings,
+    form_of,
+    run_task,
+    tasks_on_screens,
+    typed_too,
+)
+from pretravel.base.errors import PretravelError
+from pretravel.files.map_file import read_map
+from pretravel.tasks import PLACES, task_named
+from pretravel.tasks.example_data import example_folder
+from pretravel.tasks.task import by_name
+from tests.support.commands import run
+
+DATA = example_folder()
+ON_SCREENS = [name for tasks in tasks_on_screens().values() for name in tasks]
+
+
+def test_every_task_has_a_screen_or_a_reason() -> None:
+    assert {*ON_SCREENS, *NOT_HERE} == set(PLACES)
+    assert all(NOT_HERE.values())
+
+
+@pytest.mark.parametrize("name", ON_SCREENS)
+def test_every_setting_has_a_place(name: str) -> None:
+    """A field, a place for a file, or an output; a field shows its default."""
+    kind = task_named(name)
+    fields = set(form_of(kind).names)
+    files = {setting.name for setting in file_settings(kind)}
+    outputs = {n for n, setting in by_name(kind).items() if setting.field.writes}
+    assert fields | files | outputs == set(by_name(kind))
+    assert not fields & files
+    for setting in form_of(kind).settings:
+        json.dumps(stored_default(setting))
+
+
+def test_a_table_of_touches_is_judged_as_by_the_command() -> None:
+    log = DATA / "sphere_touches.csv"
+    settings = {"task": "qualify", "diameter": 24.9987, "tip_diameter": 6.0, "kind": "mean"}
+    found = run_task(Inputs(settings, {"touches": (log,)}))
+    assert found.command == (
+        "pretravel qualify sphere_touches.csv --diameter 24.9987 --tip-diameter 6 --kind mean"
+    )
+    assert found.report is not None
+    shown = run("qualify", log, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean")
+    assert found.report.verdict in shown.replace("\n  ", " ")
+    assert list(found.files) == ["qualify.json"]
+
+
+def test_its_files_are_those_of_the_command(tmp_path: Path) -> None:
+    settings = {"task": "predict", "probe": "omp40-2", "polar": "90", "azimuth": "0:350:10"}
+    found = run_task(Inputs(settings, {}))
+    (tmp_path / "mine.json").write_bytes(found.files["predict.json"])
+    run("predict", "omp40-2", "--polar", 90, "--azimuth", "0:350:10", "-o", tmp_path / "its.json")
+    mine, theirs = (read_map(tmp_path / f"{name}.json") for name in ("mine", "its"))
+    assert mine.coefficients.tolist() == theirs.coefficients.tolist()
+
+
+def test_an_output_that_must_be_there_and_a_text() -> None:
+    found = run_task(Inputs({"task": "pattern", "standard": "iso10360-5", "diameter": 25.0}, {}))
+    assert found.files["pattern.csv"].count(b"\n") > 25
+    found = run_task(Inputs({"task": "probes", "probe": "omp40-2"}, {}))
+    assert "[moving]" in found.text
+    assert found.report is None
+
+
+def test_what_is_missing_is_said_by_its_label() -> None:
+    with pytest.raises(PretravelError, match="is missing: drop the file"):
+        run_task(Inputs({"task": "repeat"}, {}))
+
+
+def test_a_probe_is_a_word_or_a_file() -> None:
+    (setting,) = (s for s in file_settings(task_named("predict")) if s.name == "probe")
+    assert typed_too(setting)
