@@ -18,7 +18,11 @@ def inputs_and_results() -> Iterator[tuple[Element, Element]]:
     """Two columns: ``with inputs_and_results() as (inputs, results)``, then ``with inputs:``."""
     with ui.element("div").classes("two-columns"):
         inputs = ui.element("section").classes("inputs").props('aria-label="What goes in"')
-        results = ui.element("section").classes("results").props('aria-label="What comes out"')
+        results = (
+            ui.element("section")
+            .classes("results")
+            .props('aria-label="What comes out" tabindex="0"')
+        )
     yield inputs, results
 
 

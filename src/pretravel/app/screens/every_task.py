@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from functools import partial
 
 from nicegui import ui
@@ -32,7 +32,7 @@ from pretravel.app.task_run import (
     typed_too,
 )
 from pretravel.tasks import task_named
-from pretravel.tasks.task import Task
+from pretravel.tasks.task import Setting, Task
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
@@ -103,19 +103,29 @@ def show(name: str, state: ScreenState) -> None:
         state.settings[NAME] = name
     with inputs_and_results() as (left, right):
         with left:
-            for setting in file_settings(kind):
-                file_drop(state, setting.name, setting.label, several=setting.several,
-                          hint=setting.field.help)  # fmt: skip
-                from_project(state, setting.name, takes_map=setting.name in _MAPS)
-                if typed_too(setting):
-                    text_field(state, setting.name, f"{setting.label}, as a word",
-                               hint=setting.field.help)  # fmt: skip
+            files = file_settings(kind)
+            needed = [setting for setting in files if setting.default is MISSING] or files[:1]
+            for setting in needed:
+                _file(state, setting)
+            others = [setting for setting in files if setting not in needed]
+            if others:
+                given = any(state.files[setting.name] for setting in others)
+                with folded("More files", opened=given):
+                    for setting in others:
+                        _file(state, setting)
             _fields(kind, state)
         with right:
             work = outcome(state, job_of(name), _shown, button="Run")
             kept(work, lambda: _to_keep(work), lambda made: tuple(made.files))
             if work.result is None:
                 note(f"For example: {kind.example}")
+
+
+def _file(state: ScreenState, setting: Setting) -> None:
+    file_drop(state, setting.name, setting.label, several=setting.several, hint=setting.field.help)
+    from_project(state, setting.name, takes_map=setting.name in _MAPS)
+    if typed_too(setting):
+        text_field(state, setting.name, f"{setting.label}, as a word", hint=setting.field.help)
 
 
 def _fields(kind: type[Task], state: ScreenState) -> None:
