@@ -160,16 +160,27 @@ def sphere_program() -> Judged:
     return touches_on_sphere(ring_pattern(np.array([0.0, 50.0, 90.0]) * DEGREE, 5), MACHINE)
 
 
-def touches_on_sphere(normals: np.ndarray, machine: Machine) -> Judged:
-    """Touches on a sphere in G54 with the numbers of a machine; its tool is that of `MACHINE`."""
+def touches_on_sphere(
+    normals: np.ndarray,
+    machine: Machine,
+    *,
+    spindle: float | None = None,
+    beside: Vector = (0.0, 0.0, 0.0),
+) -> Judged:
+    """Touches on a sphere in G54 with the numbers of a machine; its tool is that of `MACHINE`.
+
+    At an orientation of the spindle [rad] the tip is beside its axis, as if the sphere were so far
+    to the other side.
+    """
     labels = tuple(f"s{i}" for i in range(len(normals)))
     program = plan_program(
         Targets(RADIUS * normals, normals, labels=labels), machine, title="sphere",
         obstacles=[SphereObstacle(np.zeros(3), RADIUS)],
     )  # fmt: skip
     offset = WorkOffset((100.0, 50.0, -130.0))
-    things = World((Ball(_displaced(offset, (0.0, 0.0, 0.0)), RADIUS), Table(-180.0)), STYLUS)
-    return _on(offset, program, things, linuxcnc_program(program, "sphere.log"))
+    x, y, z = (-part for part in beside)
+    things = World((Ball(_displaced(offset, (x, y, z)), RADIUS), Table(-180.0)), STYLUS)
+    return _on(offset, program, things, linuxcnc_program(program, "sphere.log", spindle=spindle))
 
 
 PART_TARGETS = Targets(

@@ -27,6 +27,8 @@ def linuxcnc_program(
     *,
     compensated: PretravelMap | None = None,
     allow_misses: bool = False,
+    spindle: float | None = None,
+    by_hand: bool = False,
     written: str = "",
 ) -> str:
     """G-code that makes the touches of a program and logs each of them.
@@ -44,6 +46,11 @@ def linuxcnc_program(
         Also log surface points, with the subroutines of `linuxcnc_subroutines` of this map.
     allow_misses : bool
         Go on after a touch without contact; not after the first touch, and not after two in a row.
+    spindle : float, optional
+        Orientation of the spindle during the touches, which the log states, for
+        `pretravel.measurement.reversal`. [rad]
+    by_hand : bool
+        The program waits until somebody has turned the spindle, instead of M19.
     written : str
         The day, for head and log.
 
@@ -79,6 +86,8 @@ def linuxcnc_program(
         log=log,
         identity=identity,
         allow_misses=allow_misses,
+        spindle_deg=None if spindle is None else spindle / DEGREE % 360.0,
+        by_hand=by_hand,
         written=written,
         handler=HANDLER,
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.quantities import ANGLE
 from pretravel.base.units import DEGREE
 from pretravel.tasks.fields import (
     REFERENCE_SPHERE,
@@ -72,6 +73,23 @@ class ProgramTask(Task):
             "the program with the ending .log."
         ),
     ] = None
+
+    spindle_deg: Annotated[
+        float | None,
+        Field(
+            help="Orientation of the spindle during the touches, in degrees (M19), which the log "
+            "states: make one program for 0 and one for 180, for pretravel reversal.",
+            range=ANGLE,
+            label="Orientation of the spindle",
+        ),
+    ] = None
+    by_hand: Annotated[
+        bool,
+        Field(
+            help="Of a machine without M19: the program stops at the safe height until the spindle "
+            "was turned by hand.",
+        ),
+    ] = False
 
     @property
     def log_name(self) -> str:
@@ -307,12 +325,19 @@ def _planned(
     from pretravel.controls.linuxcnc_state import HANDLER
     from pretravel.files.map_file import read_map
 
+    if task.by_hand and task.spindle_deg is None:
+        raise PretravelError(
+            "a spindle is turned by hand, but its orientation is not stated",
+            inputs=("by_hand", "spindle"),
+        )
     pretravel_map = None if compensated is None else read_map(compensated)
     content = linuxcnc_program(
         program,
         task.log_name,
         compensated=pretravel_map,
         allow_misses=allow_misses,
+        spindle=None if task.spindle_deg is None else task.spindle_deg * DEGREE,
+        by_hand=task.by_hand,
         written=date.today().isoformat(),
     )
     minutes = program.duration / 60.0

@@ -37,7 +37,8 @@ _GROUPS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 _GROUP = {code: group for group, codes in _GROUPS.items() for code in codes}
 _M_GROUP = {
-    0: "stop", 1: "stop", 2: "stop", 30: "stop", 3: "spindle", 4: "spindle", 5: "spindle",
+    0: "stop", 1: "stop", 2: "stop", 30: "stop",
+    3: "spindle", 4: "spindle", 5: "spindle", 19: "spindle",
     6: "tool", 7: "coolant", 8: "coolant", 9: "coolant", 48: "override", 49: "override",
     50: "override", 51: "override", 52: "override", 53: "override", 66: "input", 70: "state",
     71: "state", 72: "state", 73: "state",
@@ -127,7 +128,7 @@ class Commands:
             raise StopError("L word with no g code that uses it")
         if "h" in words and codes.get("tool") != "G43":
             raise StopError("H word with no g43")
-        if "r" in words and user != "G10":
+        if "r" in words and user != "G10" and functions.get("spindle") != 19:
             raise StopError("R word with no g code that uses it")
         for letter in "abcuvw":
             if letter in words:
@@ -149,6 +150,8 @@ class Commands:
             control.change(spindle="M5")
         if "spindle" in functions:
             code = f"M{functions['spindle']}"
+            if code == "M19":  # it turns to one place and holds
+                return
             if code != "M5":
                 control.spindle_starts.append(control.line)
             control.change(spindle=code)

@@ -67,6 +67,7 @@ class _Log:
         self.stopped = ""
         """Label and cause, where the program stopped at a touch."""
         self.rotation: float | None = None
+        self.spindle: float | None = None
         self.columns: tuple[str, ...] = ()
         self.touched: dict[str, list[float]] = {}
         self.lines: list[int] = []
@@ -81,6 +82,7 @@ class _Log:
             "point": self._take_point,
             "stopped": self._take_stopped,
             "run": self._take_run,
+            "spindle": self._take_spindle,
         }
 
     def take(self, line: str, number: int) -> None:
@@ -161,6 +163,14 @@ class _Log:
             raise self.file.error("a line 'run' has a number and the day of the program", number)
         self.file.numbers(values[:1], number)
 
+    def _take_spindle(self, values: list[str], number: int) -> None:
+        if len(values) != 1 or self.touched or self.spindle is not None:
+            raise self.file.error(
+                "one line 'spindle' with its angle in degrees, before the touches, is needed",
+                number,
+            )
+        self.spindle = self.file.numbers(values, number)[0] * DEGREE
+
     def _check_values(self, values: list[str], columns: Sequence[str], number: int) -> None:
         if self.rotation is None or not self.columns:
             raise self.file.error(
@@ -188,6 +198,7 @@ class _Log:
                 nominal_points=table[:, 10:13],
                 source=self.file.name,
                 lines=tuple(self.lines),
+                spindle=None if self.spindle is None else np.full(len(table), self.spindle),
             )
         return FileReadings(
             touches,
