@@ -139,7 +139,12 @@ def serious_problems(page: Any) -> list[str]:
     """What axe finds on a page that is serious or critical, with the elements."""
     from axe_playwright_python.sync_playwright import Axe
 
+    # In a place that scrolls by itself axe takes the colour behind the place for that of a button.
+    styled = "(all, css) => all.forEach(one => { one.style.cssText = css; })"
+    unrolled = "position: static; max-height: none; overflow: visible"
+    page.eval_on_selector_all(".results", styled, unrolled)
     found = Axe().run(page).response["violations"]
+    page.eval_on_selector_all(".results", styled, "")
     return [
         f"{v['id']} ({v['impact']}): {node['html'][:200]} – {node.get('failureSummary', '')[:300]}"
         for v in found
