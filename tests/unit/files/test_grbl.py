@@ -97,6 +97,20 @@ class TestGrbl:
         found = read_grbl_log(written(tmp_path, text), offset=(1.0, 1.0, 1.0))
         assert found.positions.tolist() == [[0.0, 1.0, 2.0]]
 
+    @pytest.mark.parametrize("more", ["", ",0.0000,0.0000"])
+    def test_carvera_states_both_positions_and_its_rotary_axes(
+        self, tmp_path: Path, more: str
+    ) -> None:
+        """The form of `ZProbe::probe_XYZ` and of the status line of this firmware."""
+        text = (
+            f"<Idle|MPos:-10.0000,-20.0000,-3.0000{more}|WPos:5.0000,5.0000,10.0000{more}|F:0.0>\n"
+            "[PRB:-10.000,-20.000,-5.012:1]\nok\n[PRB:-10.000,-20.000,-5.014:0]\nok\n"
+        )
+        found = read_grbl_log(written(tmp_path, text), "mm")
+        np.testing.assert_allclose(found.positions, [[5.0, 5.0, 7.988], [5.0, 5.0, 7.986]])
+        assert found.contact is not None
+        assert list(found.contact) == [True, False]
+
     @pytest.mark.parametrize(
         "report",
         [

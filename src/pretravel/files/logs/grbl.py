@@ -19,7 +19,9 @@ from pretravel.files.source_file import Source, SourceFile, opened
 # Every class leaves out the bracket that begins: a line of beginnings alone is read once.
 _PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")
 _PROBE_BEGINS = re.compile(r"\[(?:PRB|Probe):|<Probe,")
-_OLD_STATUS = re.compile(r"<(\w+),MPos:([-\d.,]+),WPos:([-\d.]+,[-\d.]+,[-\d.]+)(?![-\d.])[^<>]*>")
+_BOTH_POSITIONS = re.compile(
+    r"<(\w+)[,|]MPos:([-\d.,]+)[,|]WPos:([-\d.]+,[-\d.]+,[-\d.]+)(?![-\d.])[^<>]*>"
+)
 _OFFSET = re.compile(r"\[(G5[4-9](?:\.[123])?|G92|TLO):([^\[\]]*)\]")
 _STATUS_LINE = re.compile(r"<\w+[|,][^<>]*>")
 _STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
@@ -150,8 +152,8 @@ class _GrblLog:
         """Read work offsets, the tool length and the active work offset."""
         if found := _STATUS_OFFSET.search(text):
             self._keep_offset("WCO", self._offset("WCO", found[1], number), number)
-        if found := _OLD_STATUS.search(text):
-            machine, work = (self._offset("MPos, WPos", found[i], number) for i in (2, 3))
+        if found := _BOTH_POSITIONS.search(text):
+            machine, work = (self._offset("MPos, WPos", found[i], number)[:3] for i in (2, 3))
             origin = [round(m - w, 4) for m, w in zip(machine, work, strict=True)]
             self._keep_offset("WCO", origin, number, rounded=_ROUNDED)
         for name, values in _OFFSET.findall(text):
@@ -195,7 +197,7 @@ class _GrblLog:
     def read_reports(self, text: str, number: int, *, repeated: bool) -> None:
         """Read the probe reports of a line; repeated ones ($#) are checked and left out."""
         reports: list[tuple[str, str]] = _PROBE.findall(text)
-        reports += [(machine, "") for state, machine, _ in _OLD_STATUS.findall(text)
+        reports += [(machine, "") for state, machine, _ in _BOTH_POSITIONS.findall(text)
                     if state == "Probe"]  # fmt: skip
         if len(_PROBE_BEGINS.findall(text)) != len(reports):
             raise self.file.error("this report is cut off; [PRB:x,y,z:1] is needed", number)
@@ -272,7 +274,7 @@ class _GrblLog:
 
 GRBL = FileFormat(
     name="grbl",
-    what="log of a sender for grbl, grblHAL, FluidNC: [PRB:…], <Probe,MPos:…>",
+    what="log of a sender for grbl, grblHAL, FluidNC, Carvera: [PRB:…], <Probe,MPos:…>",
     reads="positions",
     needs="plan; units without $13; offset without WCO or WPos",
     verified="public logs of seven senders: their form",
