@@ -88,6 +88,7 @@ def linuxcnc_program(
         allow_misses=allow_misses,
         spindle_deg=None if spindle is None else spindle / DEGREE % 360.0,
         by_hand=by_hand,
+        held=spindle is not None and not by_hand,
         written=written,
         handler=HANDLER,
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,
