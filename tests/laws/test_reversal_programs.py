@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import from_angles
-from pretravel.base.units import DEGREE
+from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.controls.linuxcnc_program import linuxcnc_program
 from pretravel.controls.program import plan_program
 from pretravel.files.logs.pretravel_log import read_own_log
@@ -46,6 +47,11 @@ def test_run_out_is_found_from_the_logs_of_two_programs(tmp_path: Path) -> None:
     assert [float(read_own_log(path).touches.spindle[0]) for path in logs] == [0.0, np.pi]  # type: ignore[index]
     shown = run("reversal", *logs, "-o", tmp_path / "means.csv", "--verbose")
     assert "12 means of two orientations" in shown
+    told = re.search(r"run-out +\((.+), (.+)\) µm, u = \((.+?), (.+?)\)", shown)
+    assert told
+    x, y, u_x, u_y = (float(cell) * MICROMETRE for cell in told.groups())
+    assert abs(x - RUNOUT[0]) < 2 * u_x < 0.001
+    assert abs(y - RUNOUT[1]) < 2 * u_y < 0.001
     both = [read_own_log(path).touches for path in logs]
     # The sphere is not where the work offset says: its true normals are turned by that.
     turned = float(np.linalg.norm(ERROR)) / 15.5
