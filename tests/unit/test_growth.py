@@ -96,7 +96,7 @@ def _qualified(size: int) -> Callable[[], object]:
     [
         (_compensated, (1000, 4000, 16000)),
         (_simulated, (200, 800, 3200)),
-        (_aligned, (40, 160)),
+        (_aligned, (30, 90)),
         (_qualified, (250, 1000, 4000)),
     ],
 )

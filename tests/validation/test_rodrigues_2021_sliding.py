@@ -244,7 +244,7 @@ def test_section_4_5_1_trigger_feeds_are_an_honest_miss() -> None:
         ("omp40-2-thesis", "analytic", [0.53, 2.38]),
         ("omp40-2-thesis", "fem", [0.67, 2.97]),
         ("omp40-2-thesis-100mm", "analytic", [3.27, 13.40]),
-        ("omp40-2-thesis-100mm", "fem", [3.60, 14.75]),
+        pytest.param("omp40-2-thesis-100mm", "fem", [3.60, 14.75], marks=pytest.mark.slow),
     ],
 )
 def test_section_4_5_1_our_trigger_feeds(name: str, model: str, feeds: list[float]) -> None:

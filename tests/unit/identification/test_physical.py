@@ -69,6 +69,7 @@ def test_another_kind_of_probe_is_noticed() -> None:
     assert "six-seat kind" in " ".join(result.warnings)
 
 
+@pytest.mark.slow
 def test_u_contains_what_the_model_misses() -> None:
     """Errors on the part, from the centre that was found, over their u: the mean square of 12 sets
     is near one. A set alone scatters by 0.5, because its points share a map: twelve by 0.15. Of the

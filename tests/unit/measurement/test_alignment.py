@@ -329,7 +329,7 @@ def test_a_datum_that_was_not_touched_is_refused() -> None:
         align(tips, part, made, Placement(), datums=untouched, extrapolate=True)
 
 
-@pytest.mark.parametrize("count", [15, 40])
+@pytest.mark.parametrize("count", [15, pytest.param(40, marks=pytest.mark.slow)])
 def test_a_placement_is_found_from_nothing(count: int) -> None:
     """Tip centres alone, without normals, anywhere: one answer, the right one."""
     rng, part, made = np.random.default_rng(count), bracket(), radius_alone(RADIUS)

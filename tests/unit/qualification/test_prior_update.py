@@ -428,7 +428,7 @@ def _touched(probe: SimulatedProbe, n: np.ndarray, generator: np.random.Generato
     return Touches(n * (15.5 - travel)[:, None], n)
 
 
-@pytest.mark.parametrize("change", ["rod", "turn"])
+@pytest.mark.parametrize("change", [pytest.param("rod", marks=pytest.mark.slow), "turn"])
 def test_u_contains_a_change_that_few_touches_hardly_show(change: str) -> None:
     """One rod 3° out since, or a turn of 2°, of a tripod by other physics: (error/u)² of nine
     planned touches on average over eight probes. With the usual drift alone it was 2.4 and more

@@ -16,7 +16,7 @@ from pretravel.app.session import SESSION
 
 _MOST = 6
 """Files that are offered."""
-MAP = "map.json"
+_MAP_FILE = "map.json"
 
 
 def made_map() -> object | None:
@@ -36,8 +36,8 @@ async def give_map(state: ScreenState, purpose: str) -> None:
     def write(path: Path) -> None:
         qualified.write("output", path)  # type: ignore[attr-defined]
 
-    content = await asyncio.to_thread(written_file, MAP, write)
-    state.files[purpose] = (StoredFile(MAP, content),)
+    content = await asyncio.to_thread(written_file, _MAP_FILE, write)
+    state.files[purpose] = (StoredFile(_MAP_FILE, content),)
 
 
 def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -> None:
