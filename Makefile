@@ -112,7 +112,7 @@ oldest: $(STAMP)  ## tests with the oldest versions of the libraries that pyproj
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv venv --quiet --clear --python $(BIN)/python .venv-oldest
 	$(BIN)/uv pip install --quiet --python .venv-oldest --resolution lowest-direct ".[all]"
-	$(BIN)/uv pip install --quiet --python .venv-oldest pytest hypothesis GTC
+	$(BIN)/uv pip install --quiet --python .venv-oldest pytest pytest-xdist hypothesis GTC
 	$(SINGLE) .venv-oldest/bin/python -m pytest -q -W default -m "not slow" $(OLDEST)
 
 benchmark: $(STAMP)  ## ratios against alternatives, and growth: docs/benchmarks.md (about an hour)

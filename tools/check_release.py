@@ -322,16 +322,17 @@ def _try_all(trials: Trials, folder: Path, source: Path, wheel: Path) -> None:
     first = next(iter(pythons))
     trials.run("from the source distribution", lambda: first_steps(first, source))
 
-    def extra(name: str) -> None:
+    def extra(name: str, python: str) -> None:
         if name not in EXTRAS:
             raise ReleaseError(f"write in tools/check_release.py what the extra {name} is for")
         full = Environment.made(
-            folder / f"extra-{name}", pythons[first], f"pretravel[{name}] @ {wheel.as_uri()}"
+            folder / f"{name}-{python}", pythons[python], f"pretravel[{name}] @ {wheel.as_uri()}"
         )
-        check_extra(name, made[first], full, folder / f"extra-{name}-work")
+        check_extra(name, made[python], full, folder / f"{name}-{python}-work")
 
-    for name in set(PROJECT["optional-dependencies"]) - {ALL}:
-        trials.run(f"extra {name}", lambda n=name: extra(n))
+    for name in sorted(set(PROJECT["optional-dependencies"]) - {ALL}):
+        for python in made:
+            trials.run(f"extra {name}, Python {python}", lambda n=name, p=python: extra(n, p))
     trials.run("types of a user's program", lambda: check_types(made[first], folder / "types"))
 
     def notebook() -> None:

@@ -82,8 +82,8 @@ class Latch:
         Of the trigger signal; it adds feed times delay to the travel. [s]
     noise : float
         Standard deviation of the travel. [mm]
-    seed : int, optional
-        Of the noise.
+    rng : numpy.random.Generator or int, optional
+        Of the noise; the same number gives the same noise.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class Latch:
     feed: float | None = None
     delay: float = 0.0
     noise: float = 0.0
-    seed: int | None = None
+    rng: np.random.Generator | int | None = None
 
     def __post_init__(self) -> None:
         if self.delay and self.feed is None:
@@ -112,7 +112,7 @@ class Latch:
         """
         travel = travel + delay_travel(self.feed or 0.0, self.delay)
         if self.noise:
-            travel = travel + np.random.default_rng(self.seed).normal(0.0, self.noise, len(travel))
+            travel = travel + np.random.default_rng(self.rng).normal(0.0, self.noise, len(travel))
         return travel
 
 

@@ -181,13 +181,13 @@ class Covariance:
         return np.asarray(weights @ self.values @ weights.T)
 
     def errors(
-        self, generator: np.random.Generator, trials: int, weights: FloatArray | None = None
+        self, rng: np.random.Generator | int, trials: int, weights: FloatArray | None = None
     ) -> FloatArray:
         """Normal errors with this covariance, drawn.
 
         Parameters
         ----------
-        generator : numpy.random.Generator
+        rng : numpy.random.Generator or int
         trials : int
         weights : (m, n) float, optional
             Of weighted sums; the quantities themselves when not given.
@@ -196,10 +196,11 @@ class Covariance:
         -------
         (trials, m) float
         """
+        rng = np.random.default_rng(rng)
         rows = np.eye(len(self)) if weights is None else weights
         if self.correlation is Correlation.FULLY_SHARED:
-            return generator.standard_normal((trials, 1)) * (rows @ np.sqrt(self.values))
-        draws = generator.standard_normal((trials, len(self)))
+            return rng.standard_normal((trials, 1)) * (rows @ np.sqrt(self.values))
+        draws = rng.standard_normal((trials, len(self)))
         if self.correlation is Correlation.INDEPENDENT:
             return np.asarray((draws * np.sqrt(self.values)) @ rows.T)
         return np.asarray((draws @ self.root.T) @ rows.T)

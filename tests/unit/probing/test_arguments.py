@@ -29,7 +29,7 @@ TARGETS = Targets(20.0 * NORMALS, NORMALS)
         {"gravity": (0.0, 1.0, 0.0)},
         {"setup": PartSetup(material=material("aluminium"))},
         {"latch": Latch(feed=300.0, delay=1e-3)},
-        {"latch": Latch(noise=1e-4, seed=3)},
+        {"latch": Latch(noise=1e-4, rng=3)},
     ],
 )
 def test_every_argument_of_a_simulation_has_an_effect(changes: dict[str, Any]) -> None:

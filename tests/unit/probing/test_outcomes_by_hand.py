@@ -222,14 +222,17 @@ class TestReports:
         assert (plain.labels, plain.feeds) == (None, None)
         assert reported(_outcomes(status=np.ones(3)), self.TARGETS, 2.5, Latch()) is None
 
-    def test_noise_is_drawn_with_its_size_and_seed(self) -> None:
+    def test_noise_is_drawn_with_its_size_from_a_number_or_a_generator(self) -> None:
         travel = np.linspace(0.0, 1.0, 4000)
-        noise = Latch(noise=2e-3, seed=4).latched(travel) - travel
+        noise = Latch(noise=2e-3, rng=4).latched(travel) - travel
         assert noise.std() == pytest.approx(2e-3, rel=0.05)
         assert abs(noise.mean()) < 2e-4
-        again = Latch(noise=2e-3, seed=4).latched(travel) - travel
+        again = Latch(noise=2e-3, rng=4).latched(travel) - travel
         assert np.array_equal(noise, again)
-        assert not np.any(noise == Latch(noise=2e-3, seed=5).latched(travel) - travel)
+        assert not np.any(noise == Latch(noise=2e-3, rng=5).latched(travel) - travel)
+        begun = Latch(noise=2e-3, rng=np.random.default_rng(4))
+        assert np.array_equal(noise, begun.latched(travel) - travel)
+        assert not np.any(noise == begun.latched(travel) - travel)  # it goes on
         assert np.array_equal(Latch(feed=300.0).latched(travel), travel)
 
     def test_a_delay_needs_a_feed(self) -> None:

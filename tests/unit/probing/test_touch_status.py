@@ -251,7 +251,7 @@ class TestOthers:
         targets = Targets([[45, 20, 20], [64, 20, 20], [45, 30, 20]], [UP] * 3, labels=("a",) * 3)
         with pytest.raises(PretravelError, match="1 of 3 targets cannot be touched: 1 missed"):
             simulate(probe, step, targets)
-        some = simulate_some(probe, step, targets, latch=Latch(noise=1e-3, seed=1))
+        some = simulate_some(probe, step, targets, latch=Latch(noise=1e-3, rng=1))
         assert some.touches is not None
         assert len(some.touches) == 2
         # Noise belongs to the target, not to its position among the successful touches.

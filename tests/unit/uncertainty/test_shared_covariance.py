@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
 from pretravel.uncertainty.shared_covariance import SharedCovariance
 
@@ -56,3 +57,15 @@ def test_very_different_numbers_of_touches_are_put_into_classes_of_similar_ones(
     assert len(count) <= 64
     # 63 steps of the logarithm from 1 to 1000: half a step is 5.6 %.
     assert np.all(np.abs(np.log(count[classes] / counts)) <= np.log(1000.0) / 63.0)
+
+
+def test_errors_are_drawn_from_a_number_as_from_a_generator_that_begins_with_it():
+    variances = np.array([1.0, 4.0])
+    for covariance in (
+        Covariance.independent(variances),
+        Covariance.fully_shared(variances),
+        Covariance.full(np.array([[1.0, 0.5], [0.5, 4.0]])),
+    ):
+        drawn = covariance.errors(5, 3)
+        assert np.array_equal(drawn, covariance.errors(np.random.default_rng(5), 3))
+        assert not np.any(drawn == covariance.errors(6, 3))

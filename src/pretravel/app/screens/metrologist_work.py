@@ -106,7 +106,7 @@ def _simulated(normals: FloatArray, center: npt.ArrayLike, *, seed: int) -> Touc
     """Touches of a probe of the catalogue on a sphere of 25 mm, with 0.3 µm of scatter."""
     middle = np.asarray(center, dtype=np.float64)
     targets = Targets(middle + 12.5 * normals, normals)
-    latch = Latch(noise=0.3 * MICROMETRE, seed=seed)
+    latch = Latch(noise=0.3 * MICROMETRE, rng=seed)
     return simulate("omp40-2", Sphere(middle, 12.5), targets, latch=latch)
 
 
