@@ -34,6 +34,7 @@ _BEGIN = {
     ".parquet": b"PAR1",
     ".pdf": b"%PDF-",
     ".png": b"\x89PNG\r\n\x1a\n",
+    ".zip": b"PK\x03\x04",
 }
 EXAMPLES = Path(__file__).parents[2] / "examples" / "data"
 SPHERE = EXAMPLES / "sphere_touches.csv"
@@ -144,6 +145,11 @@ COMMANDS = tuple(
          ("place.json", "part.csv")),
         ("reversal", f"{EXAMPLES}/reversal_touches.csv -o {{0}}/means.csv", ("means.csv",)),
         ("repeat", f"{SPHERE} -o {{0}}/repeat.csv", ("repeat.csv",)),
+        ("orientation", "{0}/h.json --probe omp40-2 --axis 0,1,0 -o {0}/turned.json",
+         ("turned.json",), HARMONIC),
+        ("check-budget", (f"{SPHERE} --diameter 24.9987 --tip-diameter 6 --kind harmonic "
+         "--sets 20 -o {0}/shares.csv"), ("shares.csv",)),
+        ("bundle", f"{SPHERE} --diameter 24.9987 -o {{0}}/bundle.zip", ("bundle.zip",)),
         ("measure", "{0}/points.csv --feature sphere -o {0}/ball.json", ("ball.json",),
          ("map.json", "points.csv")),
     )
