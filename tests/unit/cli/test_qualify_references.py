@@ -111,6 +111,9 @@ def test_a_map_beside_a_block(tmp_path: Path) -> None:
                             "-o", tmp_path / "map.json", "--verbose")  # fmt: skip
     assert "Map of the touches on ball, without the terms of the machine" in out
     assert "contain the backlash of z of the machine" in " ".join(err.split())
+    err = run("qualify", tmp_path / "both.csv", "--pin", "--diameter", 25, "--prior",
+              tmp_path / "map.json", code=2)  # fmt: skip
+    assert "not on a pin" in " ".join(err.split())
     around = np.arange(0.0, 360.0, 15.0) * np.pi / 180.0
     wall = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
     write_touches(tmp_path / "bore.csv", shop.touched(30.0 * wall, -wall))
