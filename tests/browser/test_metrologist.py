@@ -50,7 +50,7 @@ def test_another_standard_has_other_limits_and_a_certificate_states_the_laborato
     page: Any, workbench: RunningWorkbench, tmp_path: Path
 ) -> None:
     opened(page, f"{workbench.address}metrologist")
-    page.get_by_label("Standard").click()
+    page.get_by_label("Standard", exact=True).click()
     page.get_by_role("option", name="ISO 230-10: 36 touches").click()
     page.get_by_label("Range of repeats [µm]").wait_for()
     page.get_by_role("button", name="Try it with example data").click()
