@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -79,3 +80,21 @@ def test_a_sphere_fills_two_pages(command: tuple[object, ...], tmp_path: Path) -
     text = _checked_pages(path, most=2)
     for words in ("Results", "expanded,95.45%", "Method", "sphere_touches.csv"):
         assert words in text
+
+
+def test_a_page_prints_the_same_certificate_by_a_click(browser: Any, tmp_path: Path) -> None:
+    """For those who have a browser that the command does not find."""
+    command = ("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--lab", filled_file(tmp_path))
+    for ending in ("pdf", "html"):
+        run(*command, "-o", tmp_path / f"certificate.{ending}")
+    context = browser.new_context()
+    tab = context.new_page()
+    tab.add_init_script("window.print = () => { document.documentElement.id = 'asked'; };")
+    tab.goto((tmp_path / "certificate.html").as_uri())
+    tab.get_by_role("button", name="Print the certificate").click()
+    tab.wait_for_selector("#asked", state="attached")
+    tab.pdf(path=tmp_path / "clicked.pdf", prefer_css_page_size=True)
+    tab.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert tab.locator(".certificate").count() == 0
+    context.close()
+    assert pdf_pages(tmp_path / "clicked.pdf") == pdf_pages(tmp_path / "certificate.pdf")

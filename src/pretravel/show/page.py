@@ -189,6 +189,18 @@ class _ShownReport:
         figures = (figure for section in self.document.sections for figure in section.figures)
         return {figure.statement: str(figure.value) for figure in figures if figure.statement}
 
+    @property
+    def certificate_title(self) -> str:
+        """What it is called on paper."""
+        of_calibration = self.template == "certificate.html"
+        return "Calibration certificate" if of_calibration else "Certificate"
+
+    @property
+    def certificate_number(self) -> str:
+        """Empty where it is not stated."""
+        number = self.stated.get("certificate.number", "")
+        return "" if number == "not stated" else number
+
 
 def _shown(index: int, content: PageContent) -> _ShownReport:
     record = content.record

@@ -97,8 +97,9 @@ def statements_form(state: ScreenState) -> None:
         here([state.listen], lambda: _take_file(state))
         for table, statements in groupby(listed, lambda one: one.table):
             text("h3", table.capitalize())
-            for one in statements:
-                _statement_field(state, f"{one.table}.{one.key}", one.meaning, ui)
+            with ui.element("div").classes("field-grid"):
+                for one in statements:
+                    _statement_field(state, f"{one.table}.{one.key}", one.meaning, ui)
         with ui.element("div").classes("buttons"):
             download_button(LABORATORY_FILE, LABORATORY_FILE, lambda path: _write_file(state, path))
 
