@@ -395,7 +395,6 @@ class CheckedProbe(Result):
 
     def report(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
-        from pretravel.laboratory.laboratory_statements import comparison_sentence
         from pretravel.tasks.reports.laboratory_report import with_laboratory
         from pretravel.tasks.reports.standards_report import standards_document
 
@@ -403,10 +402,18 @@ class CheckedProbe(Result):
             self.result,
             touches_name=touches_name,
             sphere=self.sphere,
-            method=(*self._method(), comparison_sentence(self.result.standard, self.statements)),
+            method=(*self._method(), *self._comparisons()),
             warnings=[*self.warnings, *warnings],
         )
         return with_laboratory(report, self.statements)
+
+    def _comparisons(self) -> Iterator[str]:
+        """Whether the definitions, and the rule of decisions, were compared with their texts."""
+        from pretravel.laboratory.laboratory_statements import comparison_sentence
+
+        yield comparison_sentence(self.result.standard, self.statements)
+        if any(figure.limit is not None for figure in self.result.figures):
+            yield comparison_sentence("ISO 14253-1", self.statements)
 
     def _method(self) -> Iterator[str]:
         """What was done, in sentences for a certificate."""
