@@ -22,8 +22,8 @@ if __package__ in (None, ""):  # run as a file
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from pretravel.base.errors import PretravelError
+from pretravel.maps.machine_terms import TERMS
 from pretravel.qualification.block_plan import BlockPlan, plan_block
-from pretravel.qualification.machine_terms import TERMS
 from pretravel.qualification.reference_fit import Reference, ReferenceFit, fit_references
 from pretravel.touches import Touches
 
@@ -142,6 +142,20 @@ class Shop:
             latched.append(self.step * np.round(at / self.step))
         return Touches(np.array(latched), plan.normals, plan.approaches,
                        references=tuple(plan.references))  # fmt: skip
+
+    def touched(self, points: np.ndarray, normals: np.ndarray) -> Touches:
+        """Touches along the normals on points of other surfaces, each from afar, without a drift.
+
+        The spindle point is known; the screw is where the machine's errors put it there.
+        """
+        true_from_screw = np.eye(3) + np.diag(self.scale)
+        true_from_screw[0, 1], true_from_screw[0, 2], true_from_screw[1, 2] = self.shear
+        travel = np.array([self.pretravel(normal) for normal in normals])
+        travel = travel + self.rng.normal(0.0, self.noise, len(normals))
+        spindle = points + (0.5 * TIP_DIAMETER - travel)[:, None] * normals
+        last_move = np.where(np.abs(normals) > 1e-3, -np.sign(normals), 0.0)
+        screw = np.linalg.solve(true_from_screw, spindle.T).T + 0.5 * self.backlash * last_move
+        return Touches(self.step * np.round(screw / self.step), normals)
 
     @property
     def truth(self) -> np.ndarray:

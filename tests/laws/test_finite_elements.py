@@ -377,6 +377,7 @@ def test_forces_out_of_balance_are_refused() -> None:
         coarse_reduced().lift(forces)
 
 
+@pytest.mark.slow
 def test_patch_radius_does_not_matter(omp40: Probe) -> None:
     """The half-space part is subtracted: 6 or 12 times the contact size gives the same."""
     found = []

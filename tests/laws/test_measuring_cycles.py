@@ -273,7 +273,13 @@ class TestRefusals:
 class TestTool:
     """The tool in the spindle and its active length, before the first move of every cycle."""
 
-    @pytest.mark.parametrize("name", [*CYCLES, "point"])
+    @pytest.mark.parametrize(
+        "name",
+        [
+            "point",
+            *(pytest.param(n, marks=() if n == "bore" else pytest.mark.slow) for n in CYCLES),
+        ],
+    )
     @pytest.mark.parametrize(
         ("tool", "here", "length", "words"),
         [

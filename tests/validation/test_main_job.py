@@ -90,7 +90,8 @@ def test_the_kinds_in_their_order() -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "most"), [(200, 1.3), pytest.param(400, 1.2, marks=pytest.mark.slow)]
+    ("count", "most"),
+    [pytest.param(*each, marks=pytest.mark.slow) for each in ((200, 1.3), (400, 1.2))],
 )
 def test_many_touches_reach_the_noise(count: int, most: float) -> None:
     """400 directions once: points are good to 1.2 of the noise of a touch. The excess over 1.0 is

@@ -45,6 +45,8 @@ class Job:
         Names of settings, and purposes of files, that it uses: it is stale when one changes.
     needs : tuple of str
         Purposes of files without which it does not start.
+    lacks : callable
+        Takes the state of the screen and says what else it needs first; empty: nothing.
     after : tuple of Job
         Jobs of the screen whose results it uses: it waits for them, and is stale with them.
     automatic : bool
@@ -63,6 +65,7 @@ class Job:
     settings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    lacks: Callable[[ScreenState], str] = lambda _: ""
     after: tuple[Job, ...] = ()
     automatic: bool = True
     own_process: bool = False
@@ -153,7 +156,14 @@ class Work:
     def ready(self) -> bool:
         """Whether all files that it needs are there, and what comes before it can be had."""
         files = all(self.state.files[purpose] for purpose in self.job.needs)
-        return files and all(work.ready() and not work.error for work in self._before)
+        before = all(work.ready() and not work.error for work in self._before)
+        return files and before and not self.job.lacks(self.state)
+
+    @property
+    def lacking(self) -> str:
+        """What it needs beside its files, once these are there."""
+        files = all(self.state.files[purpose] for purpose in self.job.needs)
+        return self.job.lacks(self.state) if files else ""
 
     @property
     def _waits(self) -> bool:

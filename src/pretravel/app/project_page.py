@@ -10,6 +10,7 @@ from nicegui import Client, ui
 
 from pretravel.app.components.layout import note, panel, text
 from pretravel.app.jobs import WORKS
+from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING
 from pretravel.app.session import SESSION, RecentProject, recent_projects
 from pretravel.app.shell import page_frame
@@ -34,6 +35,7 @@ async def project_page() -> None:
                 chooser = ui.element("input").props('type="file"').classes("file-drop-input")
                 chooser.props["data-url"] = "/project/open"
                 chooser.props["accept"] = PROJECT_ENDING
+                chooser.props["data-limit"] = LARGEST_PROJECT
             ui.element("p").classes("file-drop-status").props('role="status"')
         with panel("Another project"):
             ui.button("New project", icon="add", on_click=_new).props("no-caps unelevated")

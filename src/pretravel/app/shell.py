@@ -17,6 +17,7 @@ from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION
 from pretravel.base.version import installed_version
 
+_NOT_CONNECTED = "Not connected: what you type is kept, and sent when the connection is back"
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
 STATIC = f"/static/{installed_version()}"
 """Address of our own style sheet and script."""
@@ -73,6 +74,9 @@ def _project_name() -> None:
 
     field.on_value_change(commit)
     here([project.listen], refresh)
+    lost = text("span", "", "saved problem lost").props('role="status"')
+    lost.props["data-project"] = project.identity
+    lost.props["data-text"] = _NOT_CONNECTED
     saved = text("span", "", "saved").props('role="status"')
 
     def show_saved() -> None:

@@ -65,6 +65,9 @@ def _variables(pretravel_map: PretravelMap, grid_values: Mapping[str, Any]) -> d
     }
     if pretravel_map.delay_effect is not None:
         data["delay_effect"] = ("coefficient", pretravel_map.delay_effect, {"units": "mm"})
+    if (machine := pretravel_map.machine) is not None:
+        data["machine_terms"] = ("machine_term", machine.values, {"units": "1, rad, mm"})
+        data["machine_root"] = (("machine_term", "machine_error"), machine.root, {})
     for name, array in pretravel_map.basis.arrays().items():
         data[name] = (array.axes, array.values, {"units": array.unit})
     return data

@@ -11,7 +11,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -20,11 +20,13 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import Placement, checked_rotation
 from pretravel.base.json_text import MOST_MEMORY, memory_of_json, parsed_json
 from pretravel.base.whole_file import whole_file
 from pretravel.files.source_file import SourceFile
 from pretravel.maps.basis import StoredArray, StoredBasis
 from pretravel.maps.kinds import restored_basis
+from pretravel.maps.machine_terms import TERMS, MachineTerms
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
@@ -43,7 +45,7 @@ _KEYS = frozenset({
     "schema", "version", "kind", "tip_radius_mm", "u_tip_radius_mm", "repeatability_mm",
     "repeatability_dof", "fixed_scatter_mm", "feed_mm_min", "delay_s", "u_delay_s", "provenance",
     "rotation", "basis", "coefficients_mm", "covariance_form", "covariance_mm2",
-    "delay_effect_mm", "support", "touched_mm", "touched_count", _DIGEST,
+    "delay_effect_mm", "machine", "support", "touched_mm", "touched_count", _DIGEST,
 })  # fmt: skip
 _DAMAGED = (
     "this map was damaged or edited after it was written (its checksum does not fit); "
@@ -181,6 +183,8 @@ def _content(pretravel_map: PretravelMap) -> dict[str, Any]:
     }
     if pretravel_map.delay_effect is not None:
         content["delay_effect_mm"] = pretravel_map.delay_effect.tolist()
+    if pretravel_map.machine is not None:
+        content["machine"] = _machine_content(pretravel_map.machine)
     content["support"] = pretravel_map.support.nodes.tolist()
     if pretravel_map.touched is not None:
         content["touched_mm"] = pretravel_map.touched.pretravel.tolist()
@@ -188,6 +192,34 @@ def _content(pretravel_map: PretravelMap) -> dict[str, Any]:
     # What NumPy and tuples become in JSON, so that the digest is that of the file.
     plain: dict[str, Any] = json.loads(json.dumps(content, default=_plain))
     return plain
+
+
+def _machine_content(machine: MachineTerms) -> dict[str, Any]:
+    return {
+        "terms": list(TERMS),
+        "values": machine.values.tolist(),
+        "root": machine.root.tolist(),
+        "origin_mm": machine.origin.tolist(),
+        "reach_mm": [float(machine.reach)],
+        "rotation": machine.placement.rotation.tolist(),
+        "shift_mm": machine.placement.shift.tolist(),
+    }
+
+
+def _machine(content: Mapping[str, Any]) -> MachineTerms | None:
+    if "machine" not in content:
+        return None
+    stated = _object(content, "machine")
+    if stated.get("terms") != list(TERMS):
+        raise PretravelError(f"the key machine: its terms must be {', '.join(TERMS)}")
+    place = Placement(_floats(stated, "rotation", 2), _floats(stated, "shift_mm", 1))
+    return MachineTerms(
+        _floats(stated, "values", 1),
+        _floats(stated, "root", 2),
+        _floats(stated, "origin_mm", 1),
+        float(_floats(stated, "reach_mm", 1)[0]),
+        replace(place, rotation=checked_rotation(place.rotation)),
+    )
 
 
 def _plain(value: object) -> Any:
@@ -340,6 +372,7 @@ def _restored(content: Mapping[str, Any]) -> PretravelMap:
         delay=_number(content, "delay_s") if has_delay else None,
         u_delay=_number(content, "u_delay_s") if has_delay else 0.0,
         delay_effect=_floats(content, "delay_effect_mm", 1) if has_effect else None,
+        machine=_machine(content),
         touched=touched,
         provenance=_provenance(_object(content, "provenance")),
     )

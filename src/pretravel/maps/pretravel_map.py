@@ -28,9 +28,11 @@ from pretravel.base.quantities import (
 )
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
+from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.maps.touched_means import TouchedMeans
+from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty.covariance import Covariance
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
@@ -87,6 +89,9 @@ class PretravelMap(ShownInNotebooks, WithPlot, WithDataset):
         How the map was made.
     touched : TouchedMeans, optional
         What was observed in the nodes of `support`, where the map was fitted to touches there.
+    machine : MachineTerms, optional
+        Scale, squareness and backlash that were taken off the touches of the map, and that
+        compensation takes off others. Their errors add to the uncertainties beside `covariance`.
 
     Raises
     ------
@@ -125,6 +130,7 @@ Touch the reference there too, or allow extrapolation.
     delay_effect: FloatArray | None = None
     provenance: Provenance = field(default_factory=Provenance)
     touched: TouchedMeans | None = None
+    machine: MachineTerms | None = None
 
     def __post_init__(self) -> None:
         size = self.basis.size
@@ -192,7 +198,20 @@ Touch the reference there too, or allow extrapolation.
 
     def seen_from(self, part: Placement) -> PretravelMap:
         """The same map in the frame of a part that is turned in the machine."""
-        return replace(self, rotation=part.rotation.T @ self.rotation)
+        machine = None if self.machine is None else self.machine.seen_from(part)
+        return replace(self, rotation=part.rotation.T @ self.rotation, machine=machine)
+
+    def without_machine(self, touches: Touches) -> Touches:
+        """Touches without what the map says of control and machine.
+
+        Raises
+        ------
+        PretravelError
+            The map contains a signal delay, and the touches no feeds.
+        """
+        if self.delay is not None:
+            touches = at_rest(touches, self.delay)
+        return touches if self.machine is None else self.machine.taken_off(touches)
 
     def probe_directions(self, normals: npt.ArrayLike) -> FloatArray:
         """Machine-frame normals, (n, 3), as directions in the probe frame."""
@@ -326,6 +345,8 @@ Touch the reference there too, or allow extrapolation.
             variance[part] = np.maximum(self.covariance.variance_of(design), 0.0)
             if self.delay_effect is not None:
                 variance[part] += (design @ self.delay_effect) ** 2
+        if self.machine is not None:
+            variance += np.sum(self.change_by_machine(directions @ self.rotation.T) ** 2, axis=1)
         return value, np.sqrt(variance)
 
     @property
@@ -348,7 +369,8 @@ Touch the reference there too, or allow extrapolation.
         """
         found = self.covariance.carried(self.basis.design(self.probe_directions(normals)))
         by_delay = self.change_by_delay(normals)
-        return np.asarray(found + np.outer(by_delay, by_delay))
+        by_machine = self.change_by_machine(normals)
+        return np.asarray(found + np.outer(by_delay, by_delay) + by_machine @ by_machine.T)
 
     def change_by_delay(self, normals: npt.ArrayLike) -> FloatArray:
         """Change of the map for a signal delay longer by one standard uncertainty, (n,). [mm]"""
@@ -356,6 +378,13 @@ Touch the reference there too, or allow extrapolation.
         if self.delay_effect is None:
             return np.zeros(len(directions))
         return np.asarray(self.basis.design(directions) @ self.delay_effect)
+
+    def change_by_machine(self, normals: npt.ArrayLike) -> FloatArray:
+        """Change of the map for each error of the terms of the machine, (n, t). [mm]"""
+        directions = checked_unit(normals, "normals")
+        if self.machine is None:
+            return np.zeros((len(directions), 0))
+        return self.machine.effect(directions)
 
     def _refuse_outside(self, directions: FloatArray) -> None:
         distance = self.support.interpolation(directions)[2]

@@ -102,9 +102,7 @@ def apply(
     ([[0.0, 0.0, 0.0]], [0.316])
     """
     touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
-    latched = touches.positions
-    if pretravel_map.delay is not None:
-        touches = at_rest(touches, pretravel_map.delay)
+    given, touches = touches, pretravel_map.without_machine(touches)
     if nominal is not None:
         contact, deviation = _on_nominal(touches, pretravel_map, nominal)
         normals = contact.normal
@@ -120,7 +118,7 @@ def apply(
             f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
             f"({len(lost)} such touches). Do the normals point out of the part?"
         )
-    errors = errors_of_points(touches, normals, pretravel_map, scatter)
+    errors = errors_of_points(given, normals, pretravel_map, scatter)
     if nominal is None:
         travel = pretravel / errors.closing
         positions = (
@@ -139,7 +137,7 @@ def apply(
         labels=touches.labels
         or tuple(str(touches.numbered_from + row) for row in range(len(touches))),
         shared=errors.shared_along_normals() if shared else None,
-        uncompensated=frozen(latched - pretravel_map.tip_radius * touches.normals),
+        uncompensated=frozen(given.positions - pretravel_map.tip_radius * touches.normals),
     )
 
 
@@ -384,9 +382,10 @@ def embed(
         approaches=a,
         feeds=None if feeds is None else as_numbers(feeds, "feeds"),
     )
-    if feeds is None or pretravel_map.delay is None:
-        return touches
-    return at_rest(touches, -pretravel_map.delay)
+    if feeds is not None and pretravel_map.delay is not None:
+        touches = at_rest(touches, -pretravel_map.delay)
+    machine = pretravel_map.machine
+    return touches if machine is None else machine.taken_off(touches, sign=-1.0)
 
 
 def distances_from_reference(

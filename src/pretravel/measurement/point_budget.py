@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.measurement.point_errors import REPEATABILITY, PointErrors
+from pretravel.measurement.point_errors import MACHINE_GEOMETRY, REPEATABILITY, PointErrors
 from pretravel.measurement.points import FIXED_SCATTER
 from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART
 from pretravel.uncertainty.gum import Budget, Component
@@ -28,13 +28,15 @@ def variances_along_normals(errors: PointErrors) -> dict[str, FloatArray]:
         state is zero. [mm²]
     """
     made, closing = errors.pretravel_map, errors.closing
-    of_map = made.standard_uncertainty(errors.normals) ** 2 - errors.by_delay**2
+    of_map = made.standard_uncertainty(errors.normals) ** 2 - errors.of_others_in_map
+    machine = np.sum(errors.machine_along_normals**2, axis=1)
     return {
         **{name: own * closing**2 for name, own in errors.of_touches.items()},
         FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
         "map": np.maximum(of_map, 0.0),
         "tip radius": np.full(len(closing), made.u_tip_radius**2),
         "signal delay": (errors.delay_along_approach * closing) ** 2,
+        **({MACHINE_GEOMETRY: machine} if errors.by_machine.size else {}),
     }
 
 

@@ -16,6 +16,8 @@ from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Correlation, Covariance
 
 REPEATABILITY = "repeatability"
+MACHINE_GEOMETRY = "geometry of the machine"
+"""Of its scales, squarenesses and backlashes."""
 _LEFT_TO_OWN = 0.02  # share of a point's variance that the factors of a map may leave out
 _MOST_FACTOR_VALUES = 20_000_000  # numbers of touches times coefficients that are decomposed
 
@@ -26,7 +28,8 @@ class PointErrors:
 
     Repeatability, the map and the signal delay move a point along its approach, the map by its
     error over the cosine of the obliqueness, because an oblique approach travels further. The tip
-    radius moves a point along its normal. Map and delay come from the same touches: the error of a
+    radius moves a point along its normal. Terms of the machine move the spindle point, and the map
+    that was made with them. Map and delay come from the same touches: the error of a
     longer delay in the map and its travel cancel in part, and are one source.
 
     Attributes
@@ -43,6 +46,8 @@ class PointErrors:
     separated : mapping of str to (n,) float
         Variance of each touch along its approach, in the parts of machine and probe, where a
         separation takes the place of the map's repeatability. [mm²]
+    by_machine : (n, 3, t) float, or (1, 3, 0)
+        Movement of each point for each error of the terms of the machine. [mm]
     """
 
     pretravel_map: PretravelMap
@@ -52,6 +57,7 @@ class PointErrors:
     by_delay: FloatArray
     delay_along_approach: FloatArray
     separated: Mapping[str, FloatArray] = field(default_factory=dict)
+    by_machine: FloatArray = field(default_factory=lambda: np.zeros((1, 3, 0)))
 
     def at(self, rows: IntArray) -> PointErrors:
         """Of some of the points, (k,) rows."""
@@ -62,6 +68,7 @@ class PointErrors:
             closing=self.closing[rows],
             by_delay=self.by_delay[rows],
             delay_along_approach=self.delay_along_approach[rows],
+            by_machine=self.by_machine[rows] if self.by_machine.size else self.by_machine,
             separated={name: variance[rows] for name, variance in self.separated.items()},
         )
 
@@ -76,6 +83,17 @@ class PointErrors:
         """Variance of each touch about the map, along its approach, (n,). [mm²]"""
         own = np.sum(list(self.of_touches.values()), axis=0)
         return np.asarray(own + self.pretravel_map.fixed_scatter**2)
+
+    @property
+    def of_others_in_map(self) -> FloatArray:
+        """Variance of the map by delay and machine, which are sources of their own, (n,). [mm²]"""
+        machine = self.pretravel_map.change_by_machine(self.normals)
+        return np.asarray(self.by_delay**2 + np.sum(machine**2, axis=1))
+
+    @property
+    def machine_along_normals(self) -> FloatArray:
+        """Movement of each point along its normal by the errors of the machine, (n, t). [mm]"""
+        return np.asarray(np.sum(self.normals[:, :, None] * self.by_machine, axis=1))
 
     @property
     def _delay_matters(self) -> bool:
@@ -95,19 +113,22 @@ class PointErrors:
             [mm²]
         """
         a, n = self.approaches, self.normals
-        of_map = np.maximum(u_map**2 - self.by_delay**2, 0.0) / self.closing**2
+        of_map = np.maximum(u_map**2 - self.of_others_in_map, 0.0) / self.closing**2
         along = self.single_touch + of_map + self.delay_along_approach**2
         found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
         found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
+        found += self.by_machine @ self.by_machine.transpose(0, 2, 1)
         return np.asarray(found)
 
     def along_normals(self) -> dict[str, Covariance]:
         """Covariance of all points along their normals, source by source. [mm²]"""
         count = len(self.closing)
         of_map = self.pretravel_map.value_covariance(self.normals)
+        by_machine = self.pretravel_map.change_by_machine(self.normals)
+        of_map = of_map - np.outer(self.by_delay, self.by_delay) - by_machine @ by_machine.T
         sources = {
             REPEATABILITY: Covariance.independent(self.single_touch * self.closing**2),
-            "map": Covariance(Correlation.FULL, of_map - np.outer(self.by_delay, self.by_delay)),
+            "map": Covariance(Correlation.FULL, of_map),
             "tip radius": Covariance.fully_shared(
                 np.full(count, self.pretravel_map.u_tip_radius**2)
             ),
@@ -115,6 +136,9 @@ class PointErrors:
         if self._delay_matters:
             moved = self.delay_along_approach * self.closing
             sources["signal delay"] = Covariance(Correlation.FULL, np.outer(moved, moved))
+        if self.by_machine.size:
+            moved = self.machine_along_normals
+            sources[MACHINE_GEOMETRY] = Covariance(Correlation.FULL, moved @ moved.T)
         return sources
 
     def shared_along_normals(self) -> dict[str, FloatArray] | None:
@@ -133,6 +157,8 @@ class PointErrors:
             shared[FIXED_SCATTER] = frozen(self.pretravel_map.fixed_scatter * self.closing)
         if self.delay_along_approach.any():
             shared["signal delay"] = frozen(self.delay_along_approach * self.closing)
+        for number, moved in enumerate(self.machine_along_normals.T, start=1):
+            shared[f"{MACHINE_GEOMETRY} {number}"] = frozen(moved)
         if not self.pretravel_map.states_uncertainty:
             return shared
         covariance = self.pretravel_map.covariance
@@ -219,6 +245,11 @@ def errors_of_points(
         moved = moved + unknown_delay_travel(touches, pretravel_map)
     else:
         moved = moved + delay_travel(np.asarray(touches.feeds), pretravel_map.u_delay)
+    machine = np.zeros((1, 3, 0))
+    if pretravel_map.machine is not None:
+        in_travel = pretravel_map.change_by_machine(normals) / closing[:, None]
+        machine = pretravel_map.machine.errors_of(touches)
+        machine = machine - touches.approach_directions[:, :, None] * in_travel[:, None, :]
     parts = () if scatter is None else scatter.variances(normals, pretravel_map)
     return PointErrors(
         pretravel_map,
@@ -228,6 +259,7 @@ def errors_of_points(
         by_delay,
         moved,
         dict(zip((MACHINE_PART, PROBE_PART), parts, strict=False)),
+        machine,
     )
 
 

@@ -27,7 +27,7 @@ from pretravel.qualification.probe_drift import (
     possible_drifts,
     spread_of,
 )
-from pretravel.touches import Touches, at_rest
+from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 
 MOST_TOUCHES = 2000
@@ -177,7 +177,7 @@ def update_map(
     noted = _feed_warnings(touches, old_map)
     state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
-    resting = touches if old_map.delay is None else at_rest(touches, old_map.delay)
+    resting = old_map.without_machine(touches)
     usual = _settled(state, resting, setup)
     observation, posterior, noise = usual
     old_map.pretravel(observation.group_directions @ old_map.rotation.T)  # refuses extrapolation

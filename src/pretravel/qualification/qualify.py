@@ -25,6 +25,7 @@ from pretravel.maps.kind import CenteredFit, KindOfMap, MapFit
 from pretravel.maps.kinds import AUTO, kind_named, kinds
 from pretravel.maps.kinds.averaged import AveragedBasis
 from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
+from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
@@ -145,6 +146,38 @@ def qualified(
         fine = (each for each in compared if each.prior_weight > 1.0)
         ready = prepare(touches, setup, alone or next(fine, None))
         return _on_average(ready, compared) if alone is None else _mapped(ready, alone)
+
+
+def with_machine(
+    found: Qualification, touches: Touches, machine: MachineTerms | None, *, outside: bool
+) -> Qualification:
+    """A qualification whose map contains the errors of the machine that were taken off before.
+
+    Parameters
+    ----------
+    found : Qualification
+        Of touches without these errors.
+    touches : Touches
+        As the machine reported them.
+    machine : MachineTerms or None
+    outside : bool
+        The reference was touched from outside: a sphere or a pin, not a ring.
+
+    Returns
+    -------
+    Qualification
+    """
+    if machine is None:
+        return found
+    made, setup = found.pretravel_map, found.setup
+    reach = made.tip_radius + (0.5 if outside else -0.5) * setup.diameter
+    digests = touch_digests(touches.positions[found.used])
+    made = replace(
+        made,
+        machine=replace(machine, reach=reach),
+        provenance=replace(made.provenance, touch_digests=digests),
+    )
+    return replace(found, pretravel_map=made)
 
 
 def prepare(
@@ -471,6 +504,10 @@ def qualify_like(
         axis=tuple(earlier.rotation[:, 2]),
     )
     setup = replace(setup, diameter=diameter, ring=ring)
+    machine = earlier.machine
+    true = touches if machine is None else machine.taken_off(touches)
     if earlier.kind == AveragedBasis.kind:
-        return qualified(touches, setup)
-    return qualified(touches, setup, kind_named(earlier.kind, **made.kind_settings))
+        found = qualified(true, setup)
+    else:
+        found = qualified(true, setup, kind_named(earlier.kind, **made.kind_settings))
+    return with_machine(found, touches, machine, outside=not ring)

@@ -24,14 +24,15 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.frames import turned_about_axes
 from pretravel.base.quantities import REFERENCE_DIAMETER, U_OF_DIAMETER, checked
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.provenance import STEEL_EXPANSION
-from pretravel.qualification.machine_terms import (
+from pretravel.maps.machine_terms import (
     TERMS,
     WIDE,
     MachinePriors,
+    MachineTerms,
     displacements,
     last_moves,
 )
+from pretravel.maps.provenance import STEEL_EXPANSION
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import algebraic_sphere
 from pretravel.uncertainty.gum import coverage_factor
@@ -184,6 +185,8 @@ class ReferenceFit:
         [mm]
     covariance : (9, 9) float
         Of all `TERMS`.
+    origin : (3,) float
+        Point of the machine about which the terms hold. [mm]
     tilts : mapping of str to float
         Of the axes of rings and pins. [rad]
     warnings : tuple of str
@@ -199,12 +202,26 @@ class ReferenceFit:
     dof: float
     drift: FloatArray
     covariance: FloatArray
+    origin: FloatArray
     tilts: Mapping[str, float]
     warnings: tuple[str, ...] = ()
 
     def term(self, name: str) -> Term:
         """A term, a size or a pair by its name."""
         return next(one for one in (*self.terms, *self.sizes, *self.pairs) if one.name == name)
+
+    @property
+    def machine(self) -> MachineTerms | None:
+        """The terms of the machine that are determined, for other touches; None without any."""
+        known = {term.name: term for term in self.terms if term.determined}
+        if not known:
+            return None
+        rows = [TERMS.index(name) for name in known]
+        values = np.zeros(len(TERMS))
+        values[rows] = [term.value for term in known.values()]
+        root = np.zeros((len(TERMS), len(rows)))
+        root[rows] = np.linalg.cholesky(self.covariance[np.ix_(rows, rows)])
+        return MachineTerms(values, root, self.origin, reach=0.0)
 
 
 def fit_references(
@@ -303,6 +320,18 @@ def _names(touches: Touches, references: Sequence[Reference]) -> list[str]:
         "several references, but the touches do not state on which of them each was made: a column "
         "reference is needed, or labels that begin with its name, such as ring/1"
     )
+
+
+def touches_on(touches: Touches, references: Sequence[Reference], name: str) -> IntArray:
+    """The rows of the touches on one of the references.
+
+    >>> ring, block = Reference("ring", "ring", (50.0,)), Reference("block", "block", (50.8,))
+    >>> touches = Touches(np.zeros((2, 3)), [[1.0, 0.0, 0.0]] * 2, labels=("block/1", "ring/1"))
+    >>> touches_on(touches, [ring, block], "ring").tolist()
+    [1]
+    """
+    names = [turn_of(word)[0] for word in _names(touches, references)]
+    return np.flatnonzero([each == name for each in names])
 
 
 @dataclass(frozen=True)
@@ -794,6 +823,7 @@ def _judged(model: _Model, found: _Solved) -> ReferenceFit:
         dof=found.dof,
         drift=frozen(model.drift(found.values)),
         covariance=frozen(found.covariance[: len(TERMS), : len(TERMS)]),
+        origin=frozen(model.origin),
         tilts={
             name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")
         },

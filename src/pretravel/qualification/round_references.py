@@ -8,14 +8,23 @@ same in both. Maps of rings serve both so.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.qualification.machine_terms import MachinePriors
-from pretravel.qualification.reference_fit import Reference, fit_references
+from pretravel.maps.machine_terms import MachinePriors
+from pretravel.maps.provenance import QualificationSetup, SetupOptions
+from pretravel.qualification.qualification import Qualification
+from pretravel.qualification.qualify import qualified, with_machine
+from pretravel.qualification.reference_fit import (
+    Reference,
+    ReferenceFit,
+    fit_references,
+    touches_on,
+)
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import algebraic_sphere
 
@@ -134,6 +143,66 @@ def without_tilt(touches: Touches, *, ring: bool) -> Touches:
     moved = touches.positions.copy()
     moved[:, :2] -= height[:, None] * tilt
     return replace(touches, positions=moved)
+
+
+def qualified_beside_others(
+    touches: Touches,
+    references: Sequence[Reference],
+    fit: ReferenceFit,
+    setup: SetupOptions,
+) -> tuple[Reference, Qualification] | None:
+    """A map from the touches on the round one of several references, without the machine's terms.
+
+    Of several round references of known size it is a sphere, else the one with most touches.
+
+    Parameters
+    ----------
+    touches : Touches
+        On all references, as the machine reported them.
+    references : sequence of Reference
+    fit : ReferenceFit
+        Of these touches.
+    setup : SetupOptions
+        What does not belong to the reference: the tip, conventions.
+
+    Returns
+    -------
+    Reference, Qualification
+        None where no reference is round and of known size.
+
+    Raises
+    ------
+    PretravelError
+        As `pretravel.qualification.qualify.qualify`.
+    """
+    found = [
+        (one.shape == "sphere", len(rows), number, rows)
+        for number, one in enumerate(references)
+        if one.shape != "block" and one.sizes
+        and len(rows := touches_on(touches, references, one.name))
+    ]  # fmt: skip
+    if not found:
+        return None
+    *_, number, rows = max(found, key=lambda each: each[:2])
+    reference, machine, own = references[number], fit.machine, touches.take(rows)
+    true = own if machine is None else machine.taken_off(own)
+    if reference.shape != "sphere":
+        true = as_upright_ring(true, reference.sizes[0], pin=reference.shape == "pin")
+    options: SetupOptions = {
+        **setup,
+        "ring": reference.shape != "sphere",
+        "u_diameter": reference.u_size,
+        "u_temperature": reference.u_temperature,
+    }
+    known = QualificationSetup(reference.sizes[0], **options)  # type: ignore[arg-type]  # axis
+    made = qualified(replace(true, references=None), known)
+    return reference, with_machine(made, own, machine, outside=reference.shape != "ring")
+
+
+def as_upright_ring(touches: Touches, diameter: float, *, pin: bool) -> Touches:
+    """Touches on a ring or a pin at any heights, as those in an upright ring. [mm]"""
+    upright = without_tilt(touches, ring=not pin)
+    return as_ring_touches(upright, diameter) if pin else upright
 
 
 def _circle(points: FloatArray) -> tuple[FloatArray, float]:

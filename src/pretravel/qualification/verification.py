@@ -28,7 +28,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.touches import Touches, TouchesLike, as_touches, at_rest
+from pretravel.touches import Touches, TouchesLike, as_touches
 
 _MOST_GROSS = 0.1
 """Share of the touches that can be left out as gross errors; more of them are a change."""
@@ -208,8 +208,7 @@ def touches_beside_map(
     """
     refuse_unverifiable(pretravel_map)
     feed_warnings = _feed_warnings(touches, pretravel_map)
-    if pretravel_map.delay is not None:
-        touches = at_rest(touches, pretravel_map.delay)
+    touches = pretravel_map.without_machine(touches)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
     rotation = pretravel_map.rotation
     touches, effects = without_machine(touches, observe(touches, setup, rotation), setup, rotation)

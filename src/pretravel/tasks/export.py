@@ -91,6 +91,12 @@ ControlForm: TypeAlias = Annotated[
     ),
 ]
 
+_WITHOUT_MACHINE = (
+    "scale, squareness and backlash of the machine were taken off the map, and these files do not "
+    "take them off: measure with the machine's own compensation of them, or compensate with "
+    "pretravel"
+)
+
 
 class Export(Task):
     """Export a map as tables and macros for a control."""
@@ -291,7 +297,8 @@ class Export(Task):
             table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
             remark = "effective radii over the supported directions"
             files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
-        return ExportedMap(self, files, _statement(self, files), tuple(files.warnings))
+        without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
+        return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))
 
     def _refuse_unused(self) -> None:
         """Refuse settings that the control does not use."""

@@ -291,6 +291,12 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
                 "an old map is brought up to date on a reference of known size",
                 inputs=("diameter", "unknown_size"),
             )
+        if self.pin and old.machine is not None:
+            raise PretravelError(
+                f"{prior} contains terms of the machine, which are taken off touches on a sphere "
+                "or in a ring, not on a pin: touch one of these, or qualify anew",
+                inputs=("pin", "prior"),
+            )
         readings = self.read(progress)
         result = update_map(readings.touches, old, diameter, ring=self.in_plane)
         return UpdatedProbe(self, readings, result)

@@ -16,6 +16,8 @@ from pretravel.tasks.task import PAGES, Field, Progress, Result, Task
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings
+    from pretravel.maps.provenance import SetupOptions
+    from pretravel.qualification.qualification import Qualification
     from pretravel.qualification.reference_fit import Reference, ReferenceFit
     from pretravel.show.document import Document
     from pretravel.tasks.qualify import Qualify
@@ -167,7 +169,7 @@ def size_warnings(task: OnReferences) -> list[str]:
 def as_round_reference(task: Qualify, readings: FileReadings) -> FileReadings:
     """Touches on a pin as those in a ring, and heights as if the axis were upright."""
     from pretravel.qualification.round_references import (
-        as_ring_touches,
+        as_upright_ring,
         unknown_diameter,
         without_tilt,
     )
@@ -179,14 +181,13 @@ def as_round_reference(task: Qualify, readings: FileReadings) -> FileReadings:
             "a reference is touched inside (ring) or outside (pin), not both",
             inputs=("ring", "pin"),
         )
-    touches = without_tilt(readings.touches, ring=task.ring)
-    if task.pin:
-        diameter = task.reference_diameter()
-        if diameter is None:
-            # The circle is that of the pin: outside, the tip is added.
-            found = unknown_diameter(touches, 0.0, ring=True)
-            diameter = found - (task.tip_diameter or 0.0)
-        touches = as_ring_touches(touches, diameter)
+    diameter = task.reference_diameter()
+    if task.pin and diameter is None:
+        # The circle is that of the pin: outside, the tip is added.
+        upright = without_tilt(readings.touches, ring=False)
+        found = unknown_diameter(upright, 0.0, ring=True)
+        diameter = found - (task.tip_diameter or 0.0)
+    touches = as_upright_ring(readings.touches, diameter or 0.0, pin=task.pin)
     return replace(readings, touches=touches)
 
 
@@ -204,7 +205,7 @@ def references_of(task: Qualify) -> list[Reference]:
         if task.stated(name) and (name != "diameter" or task.diameter is not None):
             raise PretravelError(
                 f"{name.replace('_', ' ')} is stated, and also a block or several references; they "
-                "state their sizes themselves, and give no map",
+                "state their shapes and sizes themselves, and their map is of the kind auto",
                 inputs=(name, "block", "reference"),
             )
     form = task.sphere_form_um * MICROMETRE if task.stated("sphere_form_um") else _USUAL_FORM
@@ -232,15 +233,21 @@ def references_of(task: Qualify) -> list[Reference]:
 
 
 def qualified_references(task: Qualify, progress: Progress) -> QualifiedReferences:
-    """Fit touches on blocks or several references.
+    """Fit touches on blocks or several references; a round one among them gives the map.
 
     Parameters
     ----------
     task : Qualify
     progress : Progress
+
+    Raises
+    ------
+    PretravelError
+        A map is asked for, and no reference is round and of known size.
     """
-    from pretravel.qualification.machine_terms import priors_of
+    from pretravel.maps.machine_terms import priors_of
     from pretravel.qualification.reference_fit import fit_references
+    from pretravel.qualification.round_references import qualified_beside_others
 
     references = references_of(task)
     backlash = task.u_backlash_um
@@ -256,7 +263,21 @@ def qualified_references(task: Qualify, progress: Progress) -> QualifiedReferenc
         found = fit_references(
             readings.touches, references, tip_diameter=task.tip_diameter, priors=priors
         )
-    return QualifiedReferences(task, readings, tuple(references), found)
+    with progress.working("qualifying on the round reference"):
+        setup: SetupOptions = {
+            "tip_diameter": task.tip_diameter,
+            "sphere_form": task.sphere_form_um * MICROMETRE,
+            "axial_pretravel": task.axial_pretravel_um.millimetres,
+        }
+        made = qualified_beside_others(readings.touches, references, found, setup)
+    if made is None and task.output is not None and task.output.suffix.lower() == ".json":
+        raise PretravelError(
+            f"{task.output.name}: touches on blocks give terms of the machine and pretravel in "
+            "their directions (.csv, or a page), not a map; a sphere, a ring or a pin of known "
+            "size beside them gives one",
+            inputs=("output",),
+        )
+    return QualifiedReferences(task, readings, tuple(references), found, made)
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,12 +290,15 @@ class QualifiedReferences(Result):
     readings : FileReadings
     references : tuple of Reference
     fit : ReferenceFit
+    qualified : tuple of Reference and Qualification, or None
+        The map of the touches on a round reference, without the terms of the machine.
     """
 
     task: Qualify
     readings: FileReadings
     references: tuple[Reference, ...]
     fit: ReferenceFit
+    qualified: tuple[Reference, Qualification] | None = None
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
@@ -285,6 +309,7 @@ class QualifiedReferences(Result):
             self.fit,
             self.references,
             touches_name=self.task.touches_name,
+            qualified=self.qualified,
             warnings=[*self.readings.notes(), *self.task.statements_left_out()],
         )
         return with_laboratory(report, self.task.statements())
@@ -294,26 +319,18 @@ class QualifiedReferences(Result):
         return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
-        """Write every term as a table.
-
-        Raises
-        ------
-        PretravelError
-            A map is asked for.
-        """
+        """Write the map (.json), or every term as a table (.csv)."""
         del output
         from pretravel.files.csv_table import write_csv_table
+        from pretravel.files.map_file import write_map
         from pretravel.tasks.reports.reference_report import term_columns
 
-        if path.suffix.lower() != ".csv":
-            raise PretravelError(
-                f"{path.name}: touches on blocks and several references give terms of the machine "
-                "and pretravel in their directions (.csv, or a page), not a map; a sphere, a ring "
-                "or a pin gives a map",
-                inputs=("output",),
-            )
-        write_csv_table(path, term_columns(self.fit))
+        if path.suffix.lower() == ".csv":
+            write_csv_table(path, term_columns(self.fit))
+        else:
+            assert self.qualified is not None  # else refused before
+            write_map(path, self.qualified[1])
 
 
-TERM_ENDINGS = (".csv", *PAGES)
+TERM_ENDINGS = (".json", ".csv", *PAGES)
 """Of the output of touches on references."""

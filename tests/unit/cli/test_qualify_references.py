@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.block_qualification import LENGTHS, Shop
+from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.map_file import read_map
 from pretravel.files.touches_csv import read_plan, read_touches, write_touches
+from pretravel.qualification.block_plan import plan_block
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
@@ -89,6 +93,39 @@ def test_pin_with_and_without_its_size(tmp_path: Path) -> None:
     assert shape.u_tip_radius == pytest.approx(0.025, rel=0.01)
 
 
+def test_a_map_beside_a_block(tmp_path: Path) -> None:
+    """A ball on a machine that is 150 µm/m too long in x, and a bore of 60 mm measured with it."""
+    shop = Shop(np.random.default_rng(12))
+    shop.scale[:] = [150e-6, 0.0, 0.0]
+    block, n = shop.touches(plan_block(LENGTHS)), sphere_pattern_25()
+    ball = shop.touched(12.5 * n + [80.0, 0.0, 20.0], n)
+    both = Touches(
+        np.vstack([block.positions, ball.positions]),
+        np.vstack([block.normals, ball.normals]),
+        np.vstack([block.approach_directions, ball.approach_directions]),
+        references=(*(block.references or ()), *["ball"] * 25),
+    )
+    write_touches(tmp_path / "both.csv", both)
+    out, err = both_outputs("qualify", tmp_path / "both.csv", "--block", "25.4,50.8,76.2",
+                            "--reference", "ball=sphere:25:0.2", "--tip-diameter", 6,
+                            "-o", tmp_path / "map.json", "--verbose")  # fmt: skip
+    assert "Map of the touches on ball, without the terms of the machine" in out
+    assert "contain the backlash of z of the machine" in " ".join(err.split())
+    err = run("qualify", tmp_path / "both.csv", "--pin", "--diameter", 25, "--prior",
+              tmp_path / "map.json", code=2)  # fmt: skip
+    assert "not on a pin" in " ".join(err.split())
+    around = np.arange(0.0, 360.0, 15.0) * np.pi / 180.0
+    wall = np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+    write_touches(tmp_path / "bore.csv", shop.touched(30.0 * wall, -wall))
+    run("compensate", tmp_path / "bore.csv", "--map", tmp_path / "map.json",
+        "-o", tmp_path / "points.csv")  # fmt: skip
+    out = run("measure", tmp_path / "points.csv", "--feature", "bore")
+    found = re.search(r"diameter +(60\.\d+|59\.\d+) mm.*U = ([\d.]+) µm", out)
+    assert found is not None, out
+    assert abs(float(found[1]) - 60.0) < 1e-3 * float(found[2])
+    assert float(found[2]) < 8.0  # 150 µm/m are 9 µm
+
+
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
@@ -97,11 +134,11 @@ def test_pin_with_and_without_its_size(tmp_path: Path) -> None:
         (("--diameter", 25, "--ring", "--pin"), "inside (ring) or outside (pin), not both"),
         (("--block", "1,2"), "one length, 50.8, or three"),
         (("--block", 50.8, "--diameter", 25), "diameter is stated, and also a block"),
-        (("--block", 50.8, "--kind", "mean"), "give no map"),
+        (("--block", 50.8, "--kind", "mean"), "their map is of the kind auto"),
         (("--block", 50.8, "--tip", "a=6"), "tip is stated, and also a block"),
         (("--diameter", 25, "--u-backlash", 5), "with a block or several references only"),
         (("--diameter", 25, "--u-scale-ppm", 5), "--u-scale-ppm"),
-        (("--block", 50.8, "-o", "map.json"), "the ending must be .csv"),
+        (("--block", "25.4,50.8,76.2", "-o", "map.json"), "not a map; a sphere, a ring or a pin"),
         (("--reference", "ring"), "NAME=SHAPE:SIZE:U"),
         (("--reference", "a=cone:5"), "not a 'cone'"),
         (("--block", 50.8, "--reference", "block=ring:5"), "two references are called block"),

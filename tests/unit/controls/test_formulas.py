@@ -56,7 +56,7 @@ def siemens(made: PretravelMap, units: str) -> SiemensControl:
     return found
 
 
-@pytest.mark.parametrize("units", ["mm", "inch"])
+@pytest.mark.parametrize("units", ["mm", pytest.param("inch", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["physical", "harmonic", "mean"])
 class TestValues:
     """Tables of the physical map were wrong by 1.24 µm (Haas) and 0.59 (Siemens); its u is 0.13."""

@@ -142,7 +142,7 @@ class TestMacroPrograms:
     """The files as written, run by an interpreter that refuses what some control refuses."""
 
     @pytest.mark.parametrize("made_for", ["fanuc", "fanuc, signed angles", "haas"])
-    @pytest.mark.parametrize("units", ["mm", "inch"])
+    @pytest.mark.parametrize("units", [pytest.param("mm", marks=pytest.mark.slow), "inch"])
     def test_lookup_is_that_of_the_table(self, made_for: str, units: str) -> None:
         table = _table(example_map(), 399)
         settings = TableSettings(units=units, travel=0.002)

@@ -119,6 +119,7 @@ class TestFewBytesThatDeclareMuch:
         assert len(first) == 1_000_000
         assert all(cell is first for cell in rest)
 
+    @pytest.mark.slow
     def test_long_lists_and_texts_are_refused(self, tmp_path: Path) -> None:
         import pyarrow as pa
 

@@ -44,6 +44,7 @@ def test_line_and_period_come_back() -> None:
     assert np.mean([check.scatter for check in found]) == pytest.approx(3.0 * NM, rel=0.03)
 
 
+@pytest.mark.slow
 def test_noise_has_no_period() -> None:
     """1 % of scales without one by design: of 200 at most 7 (0.1 % of such counts have more)."""
     rng = np.random.default_rng(2)

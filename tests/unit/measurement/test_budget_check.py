@@ -54,6 +54,7 @@ def test_what_is_stated_truly_is_honest() -> None:
     assert {each.errors.shape[0] for each in found.coverages} == {40}
 
 
+@pytest.mark.slow
 def test_twice_the_noise_is_seen_by_the_qualification_itself() -> None:
     """u follows the scatter of the touches: the verdict stays, u of points doubles."""
     usual, noisy = (
@@ -64,6 +65,7 @@ def test_twice_the_noise_is_seen_by_the_qualification_itself() -> None:
     assert noisy.verdict != "too small"
 
 
+@pytest.mark.slow
 def test_u_that_is_far_too_large() -> None:
     found = _checked(ActingErrors(NOISE), u_diameter=5e-3)
     assert _named(found, "diameter").verdict == "too large"

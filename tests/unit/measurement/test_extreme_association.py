@@ -307,7 +307,10 @@ def _by_slsqp(criterion: str, points: FloatArray, rng: np.random.Generator) -> f
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("criterion", "kind"), EXTREME)
+@pytest.mark.parametrize(
+    ("criterion", "kind"),
+    [pytest.param(*each, marks=pytest.mark.slow if each[1] == "torus" else ()) for each in EXTREME],
+)
 def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) -> None:
     """Each point moved by 20 pm along the normal, the feature found anew: the stated change.
 

@@ -97,6 +97,7 @@ def _bore(rng: np.random.Generator) -> Touches:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sets", [1, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_bore_that_two_tips_touched(sets: int) -> None:
     """Its diameter and place within U; without the offsets' part of u, the diameter is not."""

@@ -196,6 +196,7 @@ def test_want_of_memory_is_said_before_the_work(
         condense(coarse_sixth())
 
 
+@pytest.mark.slow
 def test_uneven_rods_are_meshed_too(omp40: Probe) -> None:
     azimuths = tuple(np.radians([3.0, 118.0, 246.0]))
     probe = replace(omp40, tripod=replace(omp40.tripod, rod_azimuths=azimuths))

@@ -134,8 +134,8 @@ def test_scale_level_and_turn_are_found_and_separated(kind: str) -> None:
     )
 
 
-@pytest.mark.parametrize("degrees", [-14.0, 10.0])
-@pytest.mark.parametrize("kind", ["harmonic", "average"])
+@pytest.mark.parametrize("degrees", [-14.0, pytest.param(10.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["harmonic", pytest.param("average", marks=pytest.mark.slow)])
 def test_a_probe_that_has_turned_by_many_degrees(kind: str, degrees: float) -> None:
     """The map turns as a whole: lobes of three lose 1 - cos(3 · 14°), 26 %, in a linear update."""
     old = averaged() if kind == "average" else example_map(kind)
@@ -428,6 +428,7 @@ def _touched(probe: SimulatedProbe, n: np.ndarray, generator: np.random.Generato
     return Touches(n * (15.5 - travel)[:, None], n)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [pytest.param("rod", marks=pytest.mark.slow), "turn"])
 def test_u_contains_a_change_that_few_touches_hardly_show(change: str) -> None:
     """One rod 3° out since, or a turn of 2°, of a tripod by other physics: (error/u)² of nine

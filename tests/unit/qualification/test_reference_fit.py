@@ -10,8 +10,8 @@ import pytest
 from benchmarks.block_qualification import LENGTHS, TIP_DIAMETER, Shop, one_set
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.maps.machine_terms import MachinePriors, displacements, last_moves
 from pretravel.qualification.block_plan import plan_block
-from pretravel.qualification.machine_terms import MachinePriors, displacements, last_moves
 from pretravel.qualification.reference_fit import Reference, fit_references
 from pretravel.touches import Touches
 

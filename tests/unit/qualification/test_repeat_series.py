@@ -50,7 +50,10 @@ def _held(make: Make, series: int, count: int = 10) -> float:
 
 
 @pytest.mark.parametrize(("series", "chance"), [FEWER, MANY])
-@pytest.mark.parametrize("make", [_white, _drifting, _first_off])
+@pytest.mark.parametrize(
+    "make",
+    [_drifting, *(pytest.param(each, marks=pytest.mark.slow) for each in (_white, _first_off))],
+)
 def test_the_next_touch_lies_in_its_interval(make: Make, series: int, chance: float) -> None:
     assert _held(make, series) == pytest.approx(0.95, abs=chance)
 

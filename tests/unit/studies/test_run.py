@@ -278,6 +278,7 @@ def test_without_dask_the_advice_is_to_install_it(
         run_study(study(), tmp_path / "study.nc", Workers(count=2))
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     with pytest.raises(PretravelError, match="no scheduler answers at tcp://127"):

@@ -50,6 +50,7 @@ def file_drop(
             chooser = ui.element("input").props('type="file"').classes("file-drop-input")
             chooser.props["data-url"] = f"/upload/{state.name}/{purpose}"
             chooser.props["accept"] = ",".join(endings)
+            chooser.props["data-limit"] = limit
             if several:
                 chooser.props["multiple"] = True
         ui.element("p").classes("file-drop-status").props('role="status"')

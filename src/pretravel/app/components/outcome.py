@@ -52,7 +52,7 @@ def outcome(
         _mark(place, work)
         now = (
             work.running, work.started, work.error, work.cancelled, work.stale, work.held,
-            work.ready(),
+            work.ready(), work.lacking,
         )  # fmt: skip
         if not said or said[0] != now:
             said[:] = [now]
@@ -156,8 +156,8 @@ def _show_status(work: Work, missing: str) -> None:
         _show_running(work)
         return
     if not work.ready():
-        if missing:
-            note(missing)
+        if work.lacking or missing:
+            note(work.lacking or missing)
         return
     if work.error:
         error_view(work.error)

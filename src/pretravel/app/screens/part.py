@@ -41,6 +41,7 @@ from pretravel.app.screens.part_work import (
     PartResult,
     compensate_part,
     example_map,
+    lacking_for_points,
     measure_face,
     measure_part,
 )
@@ -61,6 +62,7 @@ COMPENSATION = Job(
     settings=("probe", "aligned", *PART_FORM.stored, *ALIGN_FORM.stored),
     files=("touches", "map", "part"),
     needs=("touches",),
+    lacks=lacking_for_points,
     own_process=True,
 )
 ENDINGS_OF_POINTS = (".csv", ".json", ".nc", ".qif", ".msr")

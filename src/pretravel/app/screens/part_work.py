@@ -90,22 +90,28 @@ class PartResult:
             self.aligned.write("points", path)
 
 
+def lacking_for_points(state: ScreenState) -> str:
+    """What is still needed beside the touches: a map, or a probe of the catalogue."""
+    # Not a path on this computer.
+    if state.files["map"] or state.settings.get("probe", "") in catalogue_names():
+        return ""
+    return (
+        "Next: a map of the probe. Drop the map that “Qualify a probe” makes, or choose a probe of "
+        "the catalogue."
+    )
+
+
 def compensate_part(inputs: Inputs) -> PartResult:
     """Compensate the touches of a part.
 
     Raises
     ------
     PretravelError
-        Neither a map nor a probe is chosen; what the files are refused for.
+        What the files are refused for.
     """
     settings = inputs.settings
     map_file, part = inputs.optional_file("map"), inputs.optional_file("part")
     probe = str(settings.get("probe", ""))
-    if map_file is None and probe not in catalogue_names():  # not a path on this computer
-        raise PretravelError(
-            "there is no map of the probe: drop the map that Qualify a probe makes, or choose a "
-            "probe of the catalogue"
-        )
     task = Compensate(
         touches=(inputs.file("touches"),),
         map_file=str(map_file or probe),

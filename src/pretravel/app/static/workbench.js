@@ -1,5 +1,5 @@
-// Uploads, copying, sorting of tables made by hand, and the choice of the theme. Events are handled on the
-// document: the elements come and go.
+// Uploads, copying, sorting of tables made by hand, the choice of the theme, and what is typed while there is
+// no connection. Events are handled on the document: the elements come and go.
 "use strict";
 
 (() => {
@@ -11,6 +11,11 @@
     const chosen = input.multiple ? [...files] : [...files].slice(0, 1);
     if (chosen.length < files.length) problems.push("Only one file is taken here: the first one.");
     for (const [index, file] of chosen.entries()) {
+      if (file.size > input.dataset.limit) {
+        const most = Number(input.dataset.limit) / 1e6;
+        problems.push(`${file.name} is larger than ${most} MB, the most that is taken here.`);
+        continue;
+      }
       status.className = "file-drop-status";
       status.textContent = `Sending ${file.name} (${index + 1} of ${chosen.length}) …`;
       try {
@@ -99,4 +104,67 @@
     });
     body.append(...rows);
   }
+
+  // A number that is being typed is not one yet; the field tells the server after a pause, or when it is left.
+  const isNumber = (field) => field.matches?.('input[inputmode="decimal"]');
+  const finished = () => document.body.classList.remove("typing");
+  let pause = 0;
+  document.addEventListener("input", (event) => {
+    if (!isNumber(event.target)) return;
+    document.body.classList.add("typing");
+    clearTimeout(pause);
+    pause = setTimeout(finished, 1200);
+  });
+  document.addEventListener("change", (event) => isNumber(event.target) && finished());
+  document.addEventListener("focusout", (event) => isNumber(event.target) && finished());
+
+  // Without a connection: what is typed is kept in the browser, by project, page and label of the field. A short
+  // loss ends by itself, and events that wait are sent; after a long one the page loads again, and it is typed
+  // once more.
+  const lost = () => document.querySelector(".lost");
+  const place = () => `pretravel ${lost()?.dataset.project} ${location.pathname}`;
+  const kept = () => JSON.parse(localStorage.getItem(place()) || "{}");
+  const isText = (field) => field.matches?.("main input:not([type=file]), main textarea") && field.ariaLabel;
+
+  function connected(yes) {
+    document.body.classList.toggle("not-connected", !yes);
+    if (lost()) lost().textContent = yes ? "" : lost().dataset.text;
+  }
+
+  document.addEventListener("input", (event) => {
+    if (!isText(event.target)) return;
+    const { [event.target.ariaLabel]: _, ...others } = kept();
+    const own = window.socket?.connected ? {} : { [event.target.ariaLabel]: event.target.value };
+    if (Object.keys({ ...others, ...own }).length) localStorage.setItem(place(), JSON.stringify({ ...others, ...own }));
+    else localStorage.removeItem(place());
+  });
+
+  function typeAgain() {
+    for (const [label, value] of Object.entries(kept())) {
+      const field = [...document.querySelectorAll("main input, main textarea")].find((e) => e.ariaLabel === label);
+      if (!field || field.value === value) continue;
+      field.value = value;
+      field.dispatchEvent(new Event("input", { bubbles: true }));
+      field.dispatchEvent(new Event("blur"));
+    }
+    localStorage.removeItem(place());
+  }
+
+  function whenConnected(then) {
+    if (window.socket?.connected && window.did_handshake) then();
+    else setTimeout(() => whenConnected(then), 50);
+  }
+
+  whenConnected(() => {
+    typeAgain();
+    window.socket.on("disconnect", () => {
+      window.did_handshake = false; // what is sent now waits until the server knows this page again
+      connected(false);
+      whenConnected(() => {
+        connected(true);
+        // Where the server does not know this page any more, it loads again first, and this never runs.
+        setTimeout(() => localStorage.removeItem(place()), 5000);
+      });
+    });
+  });
 })();

@@ -10,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base.units import MICROMETRE
+from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.reference_fit import Reference, ReferenceFit, Term
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Dots, Rule
-from pretravel.show.document import Column, Digits, Document, KeyFigure, Picture, Table
+from pretravel.show.document import Column, Digits, Document, KeyFigure, Picture, Section, Table
 from pretravel.show.formatting import decimals, value_text
+from pretravel.tasks.reports.qualification_report import qualification_document
 
 _PPM = 1e-6
 
@@ -30,6 +32,7 @@ def reference_document(
     references: Sequence[Reference],
     *,
     touches_name: str = "",
+    qualified: tuple[Reference, Qualification] | None = None,
     warnings: Sequence[str] = (),
 ) -> Document:
     """The report of a fit of several references.
@@ -39,6 +42,8 @@ def reference_document(
     fit : ReferenceFit
     references : sequence of Reference
     touches_name : str
+    qualified : tuple of Reference and Qualification, or None
+        The map of the touches on one of them.
     warnings : sequence of str
 
     Returns
@@ -54,12 +59,23 @@ def reference_document(
         *(_figure(pair) for pair in fit.pairs),
         *(_length_figure(size) for size in fit.sizes),
     ]  # fmt: skip
+    pictures = [Picture("Terms of the machine with U; residuals", lambda: reference_view(fit))]
+    sections: tuple[Section, ...] = ()
+    said = list(warnings)
+    if qualified is not None:
+        reference, made = qualified
+        report = qualification_document(made, touches_name=touches_name, scores=made.scores)
+        heading = f"Map of the touches on {reference.name}, without the terms of the machine"
+        sections = (report.as_section(heading),)
+        pictures = [*report.pictures[:1], *pictures]
+        said = [*said, *report.warnings, *_in_the_map(fit)]
     return Document(
         title=f"{touches_name or 'Touches'}: machine and probe on {_names(references)}",
         verdict=words if fit.terms else "pretravel in the directions that were touched",
         figures=tuple(figures),
         tables=(_directions_table(fit),),
-        pictures=(Picture("Terms of the machine with U; residuals", lambda: reference_view(fit)),),
+        sections=sections,
+        pictures=tuple(pictures),
         notes=(
             (
                 "U with k by Student's distribution, for 95 %. A term that is not determined "
@@ -67,9 +83,22 @@ def reference_document(
             ),
             *_assumptions(references),
         ),
-        warnings=(*warnings, *fit.warnings),
+        warnings=(*said, *fit.warnings),
         data=(Table.of(term_columns(fit), "Terms"),),
     )
+
+
+def _in_the_map(fit: ReferenceFit) -> list[str]:
+    """Terms of the machine that the map contains, because nothing tells them from it."""
+    left = [term.name for term in fit.terms if not term.determined]
+    if not left:
+        return []
+    return [
+        (
+            f"the map and what it compensates contain the {', '.join(left)} of the machine, which "
+            "these touches do not determine"
+        )
+    ]
 
 
 def _names(references: Sequence[Reference]) -> str:
