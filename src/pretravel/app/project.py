@@ -18,7 +18,7 @@ SettingValue: TypeAlias = Any
 Listener: TypeAlias = Callable[[], None]
 LARGEST_PROJECT = 500_000_000
 """Most bytes of all files of a project."""
-SHARED = ("statements",)
+OF_ALL_SCREENS = ("statements",)
 """Settings that all screens of a project have in common: what the laboratory states."""
 _MOST_SIGNS = 1_000_000
 """Of one setting as JSON."""
@@ -95,12 +95,12 @@ class Settings(MutableMapping[str, SettingValue]):
             self._values[name] = _plain(name, value)
 
     def __getitem__(self, name: str) -> SettingValue:
-        if self._shared is not None and name in SHARED:
+        if self._shared is not None and name in OF_ALL_SCREENS:
             return self._shared[name]
         return copy.deepcopy(self._values[name])
 
     def __setitem__(self, name: str, value: SettingValue) -> None:
-        if self._shared is not None and name in SHARED:
+        if self._shared is not None and name in OF_ALL_SCREENS:
             self._shared[name] = value
             return
         plain = _plain(name, value)
@@ -109,7 +109,7 @@ class Settings(MutableMapping[str, SettingValue]):
             self._changed()
 
     def __delitem__(self, name: str) -> None:
-        if self._shared is not None and name in SHARED:
+        if self._shared is not None and name in OF_ALL_SCREENS:
             del self._shared[name]
             return
         del self._values[name]
@@ -263,7 +263,7 @@ class Project:
     identity : str
         Random; its autosaved file has this name.
     shared : Settings
-        What all screens have in common; see `SHARED`.
+        What all screens have in common; see `OF_ALL_SCREENS`.
 
     >>> project = Project("Probe 7")
     >>> project.screen("engineer").settings["diameter"] = 25.0

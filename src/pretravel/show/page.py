@@ -134,8 +134,9 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
     str
     """
     charts = _charts(contents) if scripts else ""
+    reports = [_shown(index, content) for index, content in enumerate(contents)]
     values = {
-        "reports": [_shown(index, content) for index, content in enumerate(contents)],
+        "reports": reports,
         "words": words_used(content.document for content in contents),
         "title": title or contents[0].document.title,
         "content": content_values(contents),
@@ -144,7 +145,7 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
         "coverage_factor": number_text(COVERAGE_FACTOR, significant(3)),
     }
     form = "bound.html" if title else "page.html"
-    if not (title or scripts) and values["reports"][0].stated:
+    if not (title or scripts) and reports[0].stated:
         form = "printed.html"
     page = page_environment().get_template(form)
     images = _images(contents)

@@ -11,7 +11,7 @@ from nicegui import ui
 
 from pretravel.app.components.downloads import prepared_button
 from pretravel.app.jobs import Finished, Job, Work
-from pretravel.app.project import SHARED
+from pretravel.app.project import OF_ALL_SCREENS
 from pretravel.show.document import Document
 from pretravel.show.result_file import write_report
 from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord, record_now
@@ -65,6 +65,6 @@ def work_record(job: Job, finished: Finished, command: str) -> WorkRecord:
     settings = [
         StatedSetting(name.replace("_", " "), str(finished.settings[name]), given=True)
         for name in job.settings
-        if name in finished.settings and name not in SHARED
+        if name in finished.settings and name not in OF_ALL_SCREENS
     ]
     return record_now(command, inputs, settings)

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from pretravel.app.jobs import without_folder
-from pretravel.app.project import SHARED, ScreenState, SettingValue
+from pretravel.app.project import OF_ALL_SCREENS, ScreenState, SettingValue
 from pretravel.base.errors import PretravelError
 from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 
-(STATEMENTS,) = SHARED
+(STATEMENTS,) = OF_ALL_SCREENS
 """The setting: a mapping of table.key to text."""
 LABORATORY_FILE = "laboratory.toml"
 _DROPPED, _LARGEST = "laboratory_file", 100_000

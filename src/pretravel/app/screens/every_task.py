@@ -20,7 +20,7 @@ from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
-from pretravel.app.project import SHARED, ScreenState
+from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.task_run import (
     NAME,
@@ -100,7 +100,7 @@ def job_of(name: str) -> Job:
 
 def _shared(kind: type[Task]) -> tuple[str, ...]:
     """What a task takes of what all screens have in common."""
-    return SHARED if issubclass(kind, LaboratoryReport) else ()
+    return OF_ALL_SCREENS if issubclass(kind, LaboratoryReport) else ()
 
 
 def show(name: str, state: ScreenState) -> None:
