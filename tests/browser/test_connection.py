@@ -1,4 +1,4 @@
-"""Without a connection nothing that is typed is lost; unfinished numbers; files that are too large."""
+"""Typing without a connection, unfinished numbers, files that are too large: nothing is lost."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_an_unfinished_number_is_no_error(page: Any, workbench: RunningWorkbench
     state_diameters(page)
     page.wait_for_selector(".verdict")
     page.evaluate(
-        "new MutationObserver(() => { if (document.querySelector('.error-view')) window.red = true })"
+        "new MutationObserver(() => { window.red ||= !!document.querySelector('.error-view') })"
         ".observe(document.body, { subtree: true, childList: true })"
     )
     field = page.get_by_label(REFERENCE)

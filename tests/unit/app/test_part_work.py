@@ -10,12 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.app.project import Inputs
+from pretravel.app.jobs import Work
+from pretravel.app.project import Inputs, ScreenState, StoredFile
 from pretravel.app.screens.designer_work import start_text
+from pretravel.app.screens.part import COMPENSATION
 from pretravel.app.screens.part_work import (
     PartResult,
     compensate_part,
     example_map,
+    lacking_for_points,
     measure_face,
     measure_part,
 )
@@ -42,9 +45,13 @@ def test_a_python_file_as_part_is_not_executed(tmp_path: Path, name: str) -> Non
 def test_a_path_as_a_probe_is_refused(tmp_path: Path) -> None:
     """The field offers the catalogue alone, but a project that was sent can state anything."""
     (tmp_path / "mine.toml").write_text(description_text("omp40-2"), encoding="utf-8")
-    files = {"touches": (EXAMPLES / "part_touches.csv",)}
-    with pytest.raises(PretravelError, match="choose a probe of the catalogue"):
-        compensate_part(Inputs({"probe": str(tmp_path / "mine.toml")}, files))
+    state = ScreenState("part")
+    state.files["touches"] = (StoredFile("part_touches.csv", b"x_mm"),)
+    state.settings["probe"] = str(tmp_path / "mine.toml")
+    assert "choose a probe of the catalogue" in lacking_for_points(state)
+    assert not Work(COMPENSATION, state).ready()
+    state.settings["probe"] = "omp40-2"
+    assert Work(COMPENSATION, state).ready()
 
 
 @pytest.mark.parametrize("name", ["sent", "sent.TOML", "sent.txt", "sent.json.x"])

@@ -11,7 +11,6 @@ from nicegui import ui
 from pretravel.app.components.layout import here
 from pretravel.app.project import ScreenState
 
-
 _TYPING = 1000
 """Time without a key after which a number is finished; leaving the field finishes it at once. [ms]
 

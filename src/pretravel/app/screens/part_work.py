@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.app.own_description import own_map
-from pretravel.app.project import Inputs
+from pretravel.app.project import Inputs, ScreenState
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.errors import PretravelError
