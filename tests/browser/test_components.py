@@ -149,7 +149,8 @@ def test_a_script_that_comes_into_the_page_does_not_run(screen: Any) -> None:
 
 def test_uploads_are_limited_by_the_server(screen: Any) -> None:
     send = """async ([name, size, headers]) => {
-      const answer = await fetch(`/upload/components/texts?name=${encodeURIComponent(name)}`,
+      const place = document.querySelector('[data-url$="/components/texts"]').dataset.url;
+      const answer = await fetch(`${place}?name=${encodeURIComponent(name)}`,
         {method: "POST", body: "1".repeat(size), headers});
       return [answer.status, (await answer.text())];
     }"""

@@ -83,7 +83,7 @@ def test_a_file_that_is_too_large_is_not_sent(page: Any, workbench: RunningWorkb
 
 def test_a_step_that_is_still_to_come_is_no_error(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}part")
-    chooser = page.locator("input.file-drop-input[data-url='/upload/part/touches']")
+    chooser = page.locator("input.file-drop-input[data-url$='/part/touches']")
     chooser.set_input_files(str(EXAMPLES / "part_touches.csv"))
     page.wait_for_selector("text=Next: a map of the probe")
     assert page.locator(".error-view").count() == 0

@@ -8,6 +8,7 @@ from typing import Any
 from pretravel.app.project import Project, StoredFile
 from pretravel.app.project_file import read_project, write_project
 from pretravel.app.screens import SCREENS
+from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import (
     RunningWorkbench,
     opened,
@@ -46,24 +47,49 @@ def test_projects_are_named_downloaded_and_opened_again(
     path = tmp_path / "p.pretravel"
     download.value.save_as(path)
     assert read_project(path).name == "Probe 7"
+    named = "document.querySelector('.project-name input')?.value === '{}'".format
     page.get_by_role("button", name="New project").click()
-    for tab in (page, other):  # every tab shows the project that is open
-        tab.wait_for_function("document.querySelector('.project-name input')?.value === 'Untitled'")
+    page.wait_for_function(named("Untitled"))
+    assert other.get_by_label("Name of the project").input_value() == "Probe 7"  # its own one
+    other.reload()
+    other.wait_for_function(named("Probe 7"))
+    page.locator("header a:has-text('Project')").click()
+    page.wait_for_function("location.pathname === '/project'")
     page.get_by_role("button", name="Open Probe 7").click()
-    other.wait_for_function("document.querySelector('.project-name input')?.value === 'Probe 7'")
+    page.wait_for_function(named("Probe 7"))
+    page.locator("header a:has-text('Project')").click()
+    page.wait_for_selector("text=Open a file")
     write_project(path, Project("Of a colleague"))
-    page.wait_for_function("document.querySelector('.project-name input')?.value === 'Probe 7'")
     page.set_input_files(".file-drop-input", str(path))
-    other.wait_for_function(
-        "document.querySelector('.project-name input')?.value === 'Of a colleague'"
-    )
-    page.wait_for_function(
-        "document.querySelector('.project-name input')?.value === 'Of a colleague'"
-    )
+    page.wait_for_function(named("Of a colleague"))
+    page.locator("header a:has-text('Project')").click()
+    page.wait_for_selector("text=Open a file")
     assert serious_problems(page) == []
     path.write_bytes(b"x_mm")
     page.set_input_files(".file-drop-input", str(path))
     page.wait_for_selector("text=p.pretravel: this is no project of pretravel")
+
+
+def test_home_shows_what_a_project_holds_and_what_comes_next(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    """A project takes the name of its first file; its map is one click from a part."""
+    opened(page, f"{workbench.address}project")
+    page.get_by_role("button", name="New project").click()
+    page.wait_for_selector("main h1:has-text('What do you want to do?')")
+    assert page.get_by_text("In this project").count() == 0
+    page.get_by_role("heading", name="Qualify a probe").click()
+    drop(page, SPHERE.read_bytes(), "probe 7.csv")
+    state_diameters(page)
+    step(page, "Choose your control")
+    assert page.get_by_label("Name of the project").input_value() == "probe 7"
+    page.locator("a.brand").click()
+    page.wait_for_selector("text=In this project")
+    page.wait_for_selector(".contents:has-text('probe 7.csv')")
+    page.wait_for_selector(".contents:has-text('Choose your control')")
+    page.get_by_role("link", name="Measure a part with this map").click()
+    page.wait_for_function("location.pathname === '/part'")
+    assert page.get_by_label("Name of the project").input_value() == "probe 7"
 
 
 def test_settings_that_a_screen_cannot_show_are_said_and_can_be_taken_away(

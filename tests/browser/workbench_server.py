@@ -100,7 +100,7 @@ def open_project(address: str, project: Project) -> None:
         {"X-Pretravel": "upload", **cookie(address)},
     )
     with urllib.request.urlopen(request, timeout=60) as answer:
-        assert json.load(answer) == {"error": ""}
+        assert json.load(answer)["error"] == ""
 
 
 def _address(process: subprocess.Popen[str]) -> str:

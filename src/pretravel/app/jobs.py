@@ -10,7 +10,7 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -475,10 +475,11 @@ class Works:
         for work in self._works.values():
             work.cancel()
 
-    def forget_all(self) -> None:
-        """End all runs and drop all results: another project comes."""
-        self.cancel_all()
-        self._works.clear()
+    def forget(self, states: Iterable[ScreenState]) -> None:
+        """End the runs of screens and drop their results: their project is closed."""
+        gone = {id(state) for state in states}
+        for key in [key for key in self._works if key[0] in gone]:
+            self._works.pop(key).cancel()
 
 
 WORKS = Works()

@@ -16,6 +16,8 @@ from pretravel.base.errors import PretravelError
 SettingValue: TypeAlias = Any
 """What JSON can hold: a number, a text, yes or no, None, a list, a dict with texts as keys."""
 Listener: TypeAlias = Callable[[], None]
+UNTITLED = "Untitled"
+"""Of a project that nobody named, and that has no file."""
 LARGEST_PROJECT = 500_000_000
 """Most bytes of all files of a project."""
 OF_ALL_SCREENS = ("statements",)
@@ -274,7 +276,7 @@ class Project:
     {'laboratory.name': 'North'}
     """
 
-    def __init__(self, name: str = "Untitled", identity: str | None = None) -> None:
+    def __init__(self, name: str = UNTITLED, identity: str | None = None) -> None:
         self._name = name
         self.identity = identity or secrets.token_hex(8)
         self._screens: dict[str, ScreenState] = {}
@@ -316,12 +318,32 @@ class Project:
         return made
 
     @property
+    def stored(self) -> tuple[StoredFile, ...]:
+        """All files, screen by screen."""
+        every = (files for state in self.screens for files in state.files.values())
+        return tuple(file for files in every for file in files)
+
+    @property
+    def file_names(self) -> tuple[str, ...]:
+        """Names of all files, each once."""
+        return tuple(dict.fromkeys(file.name for file in self.stored))
+
+    @property
     def size(self) -> int:
         """Bytes of all files."""
-        stored = (
-            file for state in self.screens for files in state.files.values() for file in files
-        )
-        return sum(len(file.content) for file in stored)
+        return sum(len(file.content) for file in self.stored)
+
+    def named_after(self, file_name: str) -> None:
+        """Take the name of a file, where nobody gave one.
+
+        >>> project = Project()
+        >>> project.named_after("sphere 7.csv")
+        >>> project.named_after("part.step")
+        >>> project.name
+        'sphere 7'
+        """
+        if self.name == UNTITLED:
+            self.name = Path(file_name).stem
 
     def listen(self, listener: Listener) -> Listener:
         """Call a function after each change of any screen; the result ends it."""

@@ -1,4 +1,4 @@
-"""The page of the project: download, open, begin another one, and those of before."""
+"""The page of the project: download, open, begin another one, and the other ones."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ import asyncio
 from datetime import datetime
 from pathlib import Path
 
-from nicegui import Client, ui
+from nicegui import ui
 
 from pretravel.app.components.layout import note, panel, text
-from pretravel.app.jobs import WORKS
 from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING
-from pretravel.app.session import SESSION, RecentProject, recent_projects
+from pretravel.app.session import SESSION, RecentProject, address_in, recent_projects
 from pretravel.app.shell import page_frame
 from pretravel.base.errors import PretravelError
+
+_MOST_NAMES = 4
+"""Files of a project that are named in the list."""
 
 
 async def project_page() -> None:
@@ -22,10 +24,11 @@ async def project_page() -> None:
     recent = await asyncio.to_thread(recent_projects)
     with page_frame("Project", "project"), ui.element("div").classes("project-page"):
         with panel("This project"):
-            text("p", SESSION.project.name, "strong")
-            note(f"It is saved by itself, in {SESSION.path}")
+            session = SESSION.current
+            text("p", session.project.name, "strong")
+            note(f"It is saved by itself, in {session.path}")
             link = text("a", "Download as one file", "button-link")
-            link.props["href"] = "/project/download"
+            link.props["href"] = address_in("/project/download")
             link.props["download"] = True
         with panel("Open a file"), ui.element("div").classes("file-drop"):
             with ui.element("label"):
@@ -39,9 +42,10 @@ async def project_page() -> None:
             ui.element("p").classes("file-drop-status").props('role="status"')
         with panel("Another project"):
             ui.button("New project", icon="add", on_click=_new).props("no-caps unelevated")
-            others = [one for one in recent if one.path != SESSION.path]
+            note("This one stays in the list.")
+            others = [one for one in recent if one.path != session.path]
             if others:
-                text("h3", "Projects of before")
+                text("h3", "Other projects")
                 with ui.element("ul").classes("file-list"):
                     for one in others:
                         _entry(one)
@@ -50,28 +54,24 @@ async def project_page() -> None:
 def _entry(recent: RecentProject) -> None:
     with ui.element("li"):
         used = datetime.fromtimestamp(recent.used).strftime("%Y-%m-%d %H:%M")
-        text("span", recent.name, "file-name")
+        with ui.element("div").classes("file-name"):
+            text("span", recent.name, "strong")
+            more = len(recent.contents) - _MOST_NAMES
+            names = ", ".join(recent.contents[:_MOST_NAMES]) + (f" and {more} more" * (more > 0))
+            note(names or "no files")
         text("span", used, "file-size")
         button = ui.button("Open", on_click=lambda: _open(recent.path)).props("no-caps outline")
         button.props["aria-label"] = f"Open {recent.name}, last used {used}"
 
 
 def _new() -> None:
-    SESSION.new()
-    reload_all_tabs()
+    ui.navigate.to(address_in("/", SESSION.new().project))
 
 
 async def _open(path: Path) -> None:
     try:
-        SESSION.open(path)
+        session = SESSION.open(path)
     except PretravelError as error:
         ui.notify(str(error), type="negative", multi_line=True, close_button="Close")
         return
-    reload_all_tabs()
-
-
-def reload_all_tabs() -> None:
-    """Show another project in every tab."""
-    WORKS.forget_all()
-    for client in tuple(Client.instances.values()):
-        client.run_javascript("location.reload()")
+    ui.navigate.to(address_in("/", session.project))

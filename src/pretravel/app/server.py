@@ -19,9 +19,9 @@ from pretravel.app.access import Access, Guard
 from pretravel.app.jobs import WORKS, OneLine, listen_to_library
 from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
-from pretravel.app.project_page import project_page, reload_all_tabs
+from pretravel.app.project_page import project_page
 from pretravel.app.screens import SCREENS, Screen
-from pretravel.app.session import SESSION
+from pretravel.app.session import SESSION, address_in
 from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
 from pretravel.app.uploads import UPLOADS, limited_content
 from pretravel.base.errors import PretravelError
@@ -87,7 +87,7 @@ def _add_pages() -> None:
         ui.page(f"/{screen.name}")(_page_of(screen))
     ui.page("/tasks")(all_tasks_page)
     ui.page("/task/{name}")(task_page)
-    app.post("/upload/{screen}/{purpose}")(receive_file)
+    app.post("/upload/{project}/{screen}/{purpose}")(receive_file)
     app.post("/project/open")(receive_project)
     app.get("/project/download")(send_project)
 
@@ -102,15 +102,19 @@ def _page_of(screen: Screen) -> Callable[[], None]:
     return show
 
 
-async def receive_file(screen: str, purpose: str, name: str, request: Request) -> JSONResponse:
+async def receive_file(
+    project: str, screen: str, purpose: str, name: str, request: Request
+) -> JSONResponse:
     """Take a file for a slot; the answer to a fault is its text."""
     try:
-        slot = UPLOADS.slot(screen, purpose)
+        slot = UPLOADS.slot(project, screen, purpose)
         slot.check_name(name)
         content = await limited_content(request.stream(), slot.limit, name)
-        if slot.state is not SESSION.project.screen(screen):  # while it came, or before
-            raise PretravelError(f"another project is open now: give {name} again")
-        slot.store(name, content, SESSION.project.size)
+        session = SESSION.of(project)
+        if session is None or slot.state is not session.project.screen(screen):
+            raise PretravelError(f"the project was closed: load this page, and give {name} again")
+        slot.store(name, content, session.project.size)
+        session.project.named_after(name)
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)
     except ClientDisconnect:
@@ -122,20 +126,19 @@ async def receive_project(name: str, request: Request) -> JSONResponse:
     """Open a project that the browser sends."""
     try:
         content = await limited_content(request.stream(), LARGEST_PROJECT, name)
-        project = await asyncio.to_thread(project_of, content, name)
-        SESSION.take(project)
+        session = SESSION.take(await asyncio.to_thread(project_of, content, name))
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)
     except ClientDisconnect:
         return _BROKEN
-    reload_all_tabs()
-    return JSONResponse({"error": ""})
+    return JSONResponse({"error": "", "address": address_in("/", session.project)})
 
 
-async def send_project() -> Response:
-    """The project as a file."""
-    project = SESSION.project.snapshot()
-    content = await asyncio.to_thread(project_bytes, project)
-    name = quote("".join(c if c.isalnum() else "-" for c in project.name) + PROJECT_ENDING)
+async def send_project(project: str = "") -> Response:
+    """A project, by its identity, as a file."""
+    session = SESSION.of(project) or SESSION.current
+    snapshot = session.project.snapshot()
+    content = await asyncio.to_thread(project_bytes, snapshot)
+    name = quote("".join(c if c.isalnum() else "-" for c in snapshot.name) + PROJECT_ENDING)
     headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{name}"}
     return Response(content, media_type="application/zip", headers=headers)

@@ -1,13 +1,21 @@
-"""The one project that a server shows, shared by all tabs, and its autosaved file."""
+"""The projects that a server shows, each in its tabs, and their autosaved files.
+
+Which one a tab shows stands in its address (``?project=``), so that two tabs, two browsers or two
+people do two jobs, and a reload shows the same one. Tabs of one project share it.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
 
+from pretravel.app.jobs import WORKS
 from pretravel.app.project import Listener, Project
 from pretravel.app.project_file import PROJECT_ENDING, read_project, write_project
 from pretravel.app.project_lock import ProjectLock
@@ -18,6 +26,8 @@ _PAUSE = 0.5
 """Time from a change to its saving. [s]"""
 _PAUSE_AFTER_FAULT = 5.0
 """Time to the next try, for example on a full disk. [s]"""
+_MOST_OPEN = 8
+"""Projects; of more, those that no tab shows are closed, the oldest first."""
 
 
 def projects_folder() -> Path:
@@ -39,11 +49,14 @@ class RecentProject:
     name : str
     used : float
         Time when it was last changed or opened, since 1970. [s]
+    contents : tuple of str
+        Names of its files.
     """
 
     path: Path
     name: str
     used: float
+    contents: tuple[str, ...] = ()
 
 
 def recent_projects(most: int = 30) -> list[RecentProject]:
@@ -51,7 +64,8 @@ def recent_projects(most: int = 30) -> list[RecentProject]:
     found = []
     for path in _newest_files()[:most]:
         with suppress(PretravelError):
-            found.append(RecentProject(path, read_project(path).name, _used(path)))
+            project = read_project(path)
+            found.append(RecentProject(path, project.name, _used(path), project.file_names))
     return found
 
 
@@ -68,27 +82,97 @@ def _used(path: Path) -> float:
 
 
 class Session:
-    """The project that is open, saved after each change.
+    """A project that is open, saved after each change.
+
+    Parameters
+    ----------
+    project : Project
+    path : Path
+        Where it is saved.
+    address : str
+        Of this server, for others that want the same project.
 
     Attributes
     ----------
-    project : Project
-    path : Path or None
-        Where it is saved; None before `open`.
     problem : str
         Why it is not saved; empty when it is.
+    unsaved : bool
+
+    Raises
+    ------
+    PretravelError
+        The project is open in another workbench.
     """
 
-    def __init__(self) -> None:
-        self.project = Project()
-        self.path: Path | None = None
+    def __init__(self, project: Project, path: Path, address: str = "") -> None:
+        self._lock = ProjectLock(path, address)
+        self.project = project
+        self.path = path
         self.problem = ""
         self.unsaved = False
-        self._address = ""
-        self._lock: ProjectLock | None = None
         self._listeners: list[Listener] = []
         self._saving: asyncio.Task[None] | None = None
-        self._end: Callable[[], None] = lambda: None
+        if path.exists() and path.parent == projects_folder():
+            path.touch()  # the next start opens the one that was used last
+        self._end = project.listen(self.changed)
+
+    def close(self) -> None:
+        """Save it, end its work, and let another workbench open it."""
+        self.save_now()
+        self._end()
+        WORKS.forget(self.project.screens)
+        self._lock.release()
+
+    def listen(self, listener: Listener) -> Listener:
+        """Call a function when the project is saved or cannot be; the result ends it."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def changed(self) -> None:
+        """Save the project soon."""
+        self.unsaved = True
+        if self._saving is None:
+            self._saving = asyncio.get_running_loop().create_task(self._save_soon())
+        self._tell()
+
+    async def _save_soon(self) -> None:
+        pause = _PAUSE
+        while self.unsaved:
+            await asyncio.sleep(pause)
+            snapshot, path, self.unsaved = self.project.snapshot(), self.path, False
+            self.problem = await asyncio.to_thread(_saved, snapshot, path)
+            if self.problem:  # a full disk may have room later
+                self.unsaved, pause = True, _PAUSE_AFTER_FAULT
+            self._tell()
+        self._saving = None
+
+    def save_now(self) -> None:
+        """Save what is not saved; when it is closed, and at the end."""
+        if self.unsaved or self._saving is not None:
+            self.unsaved = False
+            self.problem = _saved(self.project, self.path)
+
+    def _tell(self) -> None:
+        for listener in tuple(self._listeners):
+            listener()
+
+
+def _saved(project: Project, path: Path) -> str:
+    """Save a project; why it could not be saved, or nothing."""
+    try:
+        write_project(path, project)
+    except (PretravelError, OSError, MemoryError) as error:
+        return f"{error}"
+    return ""
+
+
+class Sessions:
+    """The projects that are open. Within a page, `current` is the one that the page shows."""
+
+    def __init__(self) -> None:
+        self._open: dict[str, Session] = {}  # the one that was opened last is last
+        self._shown: WeakKeyDictionary[Any, Session] = WeakKeyDictionary()
+        self._address = ""
 
     def start(
         self, path: Path | None, address: str, say: Callable[[str], None] = lambda _: None
@@ -129,81 +213,90 @@ class Session:
         else:
             self.new()
 
-    def new(self) -> None:
+    @property
+    def current(self) -> Session:
+        """Of the page in whose context this is called; else the one that was opened last."""
+        last = next(reversed(self._open.values()))
+        client = _client_here()
+        if client is None:
+            return last
+        if client not in self._shown:
+            self._shown[client] = self.of(client.request.query_params.get("project", "")) or last
+        return self._shown[client]
+
+    @property
+    def project(self) -> Project:
+        """Of `current`."""
+        return self.current.project
+
+    def of(self, identity: str) -> Session | None:
+        """The project of an identity, where it is open or lies in the folder of projects."""
+        if identity in self._open:
+            return self._open[identity]
+        found = [path for path in _newest_files() if path.stem == identity]
+        with suppress(PretravelError):
+            return self.open(found[0]) if found else None
+        return None
+
+    def new(self) -> Session:
         """Begin an empty project."""
         project = Project()
-        self._use(project, projects_folder() / f"{project.identity}{PROJECT_ENDING}")
+        return self._use(project, projects_folder() / f"{project.identity}{PROJECT_ENDING}")
 
-    def open(self, path: Path) -> None:
+    def open(self, path: Path) -> Session:
         """Open a project of the folder of projects."""
-        if path != self.path:
-            self._use(read_project(path), path)
+        same = [one for one in self._open.values() if one.path == path]
+        return same[0] if same else self._use(read_project(path), path)
 
-    def take(self, project: Project) -> None:
+    def take(self, project: Project) -> Session:
         """Open a project that was sent; it does not replace one of the folder."""
         folder = projects_folder()
         path = folder / f"{project.identity}{PROJECT_ENDING}"
-        if path.exists():
-            fresh = Project()
-            project.identity = fresh.identity
+        if path.exists() or project.identity in self._open:
+            project.identity = Project().identity
             path = folder / f"{project.identity}{PROJECT_ENDING}"
-        self._use(project, path)
-        self._changed()
+        session = self._use(project, path)
+        session.changed()
+        return session
 
-    def _use(self, project: Project, path: Path) -> None:
-        lock = ProjectLock(path, self._address)
-        self.save_now()
-        self._end()
-        if self._lock is not None:
-            self._lock.release()
-        self._lock = lock
-        if path.exists() and path.parent == projects_folder():
-            path.touch()  # the next start opens the one that was used last
-        self.project, self.path, self.problem, self.unsaved = project, path, "", False
-        self._end = project.listen(self._changed)
-
-    def listen(self, listener: Listener) -> Listener:
-        """Call a function when the project is saved or cannot be; the result ends it."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
-
-    def _changed(self) -> None:
-        self.unsaved = True
-        if self._saving is None:
-            self._saving = asyncio.get_running_loop().create_task(self._save_soon())
-        self._tell()
-
-    async def _save_soon(self) -> None:
-        pause = _PAUSE
-        while self.unsaved:
-            await asyncio.sleep(pause)
-            snapshot, path, self.unsaved = self.project.snapshot(), self.path, False
-            self.problem = await asyncio.to_thread(_saved, snapshot, path)
-            if self.problem:  # a full disk may have room later
-                self.unsaved, pause = True, _PAUSE_AFTER_FAULT
-            self._tell()
-        self._saving = None
+    def _use(self, project: Project, path: Path) -> Session:
+        if project.identity in self._open:  # a copy of an open one, at another place
+            project.identity = Project().identity
+        session = Session(project, path, self._address)
+        self._open[project.identity] = session
+        shown = {id(one) for one in self._shown.values()}
+        for identity, old in list(self._open.items())[:-1]:
+            if len(self._open) > _MOST_OPEN and id(old) not in shown:
+                self._open.pop(identity).close()
+        return session
 
     def save_now(self) -> None:
-        """Save what is not saved; before another project, and at the end."""
-        if self.unsaved or self._saving is not None:
-            self.unsaved = False
-            self.problem = _saved(self.project, self.path)
-
-    def _tell(self) -> None:
-        for listener in tuple(self._listeners):
-            listener()
+        """Save all that is not saved."""
+        for session in self._open.values():
+            session.save_now()
 
 
-def _saved(project: Project, path: Path | None) -> str:
-    """Save a project; why it could not be saved, or nothing."""
+def _client_here() -> Any:
+    """The page in whose context this is called; None outside of any."""
+    if "nicegui" not in sys.modules:  # nothing was served yet
+        return None
+    from nicegui import ui
+
     try:
-        if path is not None:
-            write_project(path, project)
-    except (PretravelError, OSError, MemoryError) as error:
-        return f"{error}"
-    return ""
+        client = ui.context.client
+        return client if client.request else None
+    except RuntimeError:  # no page, or none that a browser asked for
+        return None
 
 
-SESSION = Session()
+SESSION = Sessions()
 """Of this server."""
+
+
+def address_in(path: str, project: Project | None = None) -> str:
+    """The address of a page of a project; that of the page in whose context this is called.
+
+    >>> address_in("/part", Project("Probe 7", "0123456789abcdef"))
+    '/part?project=0123456789abcdef'
+    """
+    return f"{path}?project={(project or SESSION.project).identity}"

@@ -14,7 +14,7 @@ from pretravel.app.components.layout import here, panel, text, warning
 from pretravel.app.jobs import flaw_message
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import SCREENS, Screen
-from pretravel.app.session import SESSION
+from pretravel.app.session import SESSION, address_in
 from pretravel.base.version import installed_version
 
 _NOT_CONNECTED = "Not connected: what you type is kept, and sent when the connection is back"
@@ -49,7 +49,7 @@ def page_frame(title: str, current: str = "") -> Iterator[None]:
         skip.props["href"] = f"#{main.html_id}"
         with ui.element("header").classes("top") as header:
             home = text("a", "pretravel", "brand")
-            home.props["href"] = "/"
+            home.props["href"] = address_in("/")
             _project_name()
             _header_actions(theme)
         navigation = _navigation(current)
@@ -79,13 +79,15 @@ def _project_name() -> None:
     lost.props["data-text"] = _NOT_CONNECTED
     saved = text("span", "", "saved").props('role="status"')
 
+    session = SESSION.current
+
     def show_saved() -> None:
-        problem = SESSION.problem
+        problem = session.problem
         saved.text = f"Not saved: {problem}" if problem else "Saved"
         saved.classes(add="problem" if problem else "", remove="" if problem else "problem")
 
     show_saved()
-    here([SESSION.listen], show_saved)
+    here([session.listen], show_saved)
 
 
 def _header_actions(theme: str) -> None:
@@ -100,7 +102,7 @@ def _header_actions(theme: str) -> None:
                         option.props["selected"] = True
         for label, address in (("Project", "/project"), ("Help", "/help")):
             link = text("a", label, "action")
-            link.props["href"] = address
+            link.props["href"] = address_in(address)
 
 
 def _navigation(current: str) -> Element:
@@ -116,7 +118,7 @@ def _navigation(current: str) -> Element:
 
 def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:
     with ui.element("li"), ui.element("a") as link:
-        link.props["href"] = address
+        link.props["href"] = address_in(address)
         if chosen:
             link.props["aria-current"] = "page"
         ui.icon(icon).props('aria-hidden="true"')
@@ -127,11 +129,19 @@ def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> No
 
 
 def home_page() -> None:
-    """The jobs to choose from."""
-    with page_frame("What do you want to do?"), ui.element("ul").classes("jobs"):
+    """What the project holds and what comes next, and the jobs to choose from."""
+    from pretravel.app.home import project_contents
+
+    with page_frame("What do you want to do?"):
+        project_contents()
+        _jobs()
+
+
+def _jobs() -> None:
+    with ui.element("ul").classes("jobs"):
         for screen in SCREENS:
             with ui.element("li"), ui.element("a") as link:
-                link.props["href"] = f"/{screen.name}"
+                link.props["href"] = address_in(f"/{screen.name}")
                 ui.icon(screen.icon).props('aria-hidden="true"')
                 text("span", screen.person, "job-person")
                 text("h2", screen.title)
@@ -205,7 +215,11 @@ HELP = {
     "then Enter), and fill in the fields. Results follow at once; long work shows its progress and "
     "can be cancelled.",
     "The project": "Everything that you drop or type is one project. It is saved by itself: a "
-    "reload, a second tab or a new start shows it again.",
+    "reload or a new start shows it again. Which project a tab shows stands in its address: "
+    "another tab or browser can show another one, and tabs of one project share it. A new project "
+    "takes the name of its first file, and the one before stays in the list.",
+    "Without a connection": "The header says so. What you type is kept in the browser, and sent "
+    "when the connection is back.",
     "Privacy": "Your files stay on {place}, on which the workbench runs. The page loads nothing "
     "from elsewhere, and what you drop is read as data and never executed.",
     "The same elsewhere": "Each screen shows the command and the Python lines that give the same "

@@ -68,7 +68,7 @@ def start(
 
         def listening() -> None:
             say(f"The workbench is at {page} (Ctrl-C ends it)")
-            say(f"The project is saved in {SESSION.path}")
+            say(f"The project is saved in {SESSION.current.path}")
             if browser:
                 shown = _forwarding(Path(folder), page)
                 # A browser in the terminal, or one that was not running, can keep it waiting.

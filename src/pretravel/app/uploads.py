@@ -66,13 +66,13 @@ class Uploads:
     """The slots that the screens have opened."""
 
     def __init__(self) -> None:
-        self._slots: dict[tuple[str, str], Slot] = {}
+        self._slots: dict[tuple[str, str, str], Slot] = {}
 
-    def add(self, slot: Slot) -> None:
-        """Open a slot."""
-        self._slots[slot.state.name, slot.purpose] = slot
+    def add(self, project: str, slot: Slot) -> None:
+        """Open a slot of a project, by its identity."""
+        self._slots[project, slot.state.name, slot.purpose] = slot
 
-    def slot(self, screen: str, purpose: str) -> Slot:
+    def slot(self, project: str, screen: str, purpose: str) -> Slot:
         """The slot of a purpose of a screen.
 
         Raises
@@ -81,7 +81,7 @@ class Uploads:
             No screen has opened it.
         """
         try:
-            return self._slots[screen, purpose]
+            return self._slots[project, screen, purpose]
         except KeyError:
             raise PretravelError("load this page again: the workbench was started again") from None
 

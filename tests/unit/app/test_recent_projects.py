@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.app.project import Project
 from pretravel.app.project_file import write_project
-from pretravel.app.session import Session, projects_folder, recent_projects
+from pretravel.app.session import Sessions, projects_folder, recent_projects
 
 
 def test_a_file_that_is_being_written_is_no_project(
@@ -26,7 +26,7 @@ def test_a_file_that_is_being_written_is_no_project(
     newer = path.stat().st_mtime + 10.0
     os.utime(left, (newer, newer))
     assert [recent.path for recent in recent_projects()] == [path]
-    session = Session()
-    session.start(None, "http://127.0.0.1:1/")
-    assert session.path == path
-    assert session.project.name == "Probe 7"
+    sessions = Sessions()
+    sessions.start(None, "http://127.0.0.1:1/")
+    assert sessions.current.path == path
+    assert sessions.project.name == "Probe 7"

@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.app import session as sessions
 from pretravel.app.project_file import read_project
-from pretravel.app.session import Session, recent_projects
+from pretravel.app.session import Sessions, recent_projects
 from pretravel.base.errors import PretravelError
 
 
@@ -31,29 +31,50 @@ async def until(reached: Callable[[], bool]) -> None:
     raise AssertionError("not reached in 5 s")
 
 
-def test_a_change_is_saved_and_the_last_project_opened_again(tmp_path: Path) -> None:
+def test_projects_are_saved_and_the_last_one_opened_again(tmp_path: Path) -> None:
     async def use() -> None:
-        session = Session()
-        session.start(None, "http://127.0.0.1:1/")
-        session.project.name = "First"
-        session.project.screen("part").settings["lever"] = 50.0
-        path = session.path
-        assert path is not None
-        await until(path.exists)
-        session.new()
-        session.project.name = "Second"
-        session.project.screen("part").settings["lever"] = 60.0
-        session.save_now()
+        opened = Sessions()
+        opened.start(None, "http://127.0.0.1:1/")
+        first = opened.current
+        first.project.name = "First"
+        first.project.screen("part").settings["lever"] = 50.0
+        await until(first.path.exists)
+        second = opened.new()
+        second.project.name = "Second"
+        second.project.screen("part").settings["lever"] = 60.0
+        opened.save_now()
         assert [one.name for one in recent_projects()] == ["Second", "First"]
-        session.open(path)
-        assert session.project.screen("part").settings["lever"] == 50.0
+        # Both are open: another tab goes on with the first one.
+        assert opened.open(first.path) is first
+        assert opened.of(first.project.identity) is first
+        assert first.project.screen("part").settings["lever"] == 50.0
         with pytest.raises(PretravelError, match=r"open in another workbench, at .*:1/: use"):
-            Session().start(path, "http://127.0.0.1:2/")
-        await until(lambda: not session.unsaved)
-        session.new()  # lets the first one go
-        again = Session()
+            Sessions().start(first.path, "http://127.0.0.1:2/")
+        await until(lambda: not (first.unsaved or second.unsaved))
+        for session in (first, second):
+            session.close()
+        again = Sessions()
         again.start(None, "http://127.0.0.1:2/")
-        assert again.project.name == "First"  # used last
+        assert again.project.name == "Second"  # used last
+        # A tab of a server that was started again shows its own project.
+        found = again.of(first.project.identity)
+        assert found is not None
+        assert found.project.name == "First"
+        assert again.of("0" * 16) is None
+
+    asyncio.run(use())
+
+
+def test_of_many_projects_those_that_no_tab_shows_are_closed() -> None:
+    async def use() -> None:
+        opened = Sessions()
+        opened.start(None, "")
+        first = opened.current
+        first.project.name = "First"
+        opened.save_now()
+        for _ in range(8):
+            opened.new()
+        assert opened.of(first.project.identity) is not first  # it was closed, and opened again
 
     asyncio.run(use())
 
@@ -62,8 +83,9 @@ def test_a_project_that_cannot_be_saved_says_so_until_it_can(tmp_path: Path) -> 
     async def use() -> None:
         folder = tmp_path / "stick"
         folder.mkdir()
-        session = Session()
-        session.start(folder / "a.pretravel", "")
+        opened = Sessions()
+        opened.start(folder / "a.pretravel", "")
+        session = opened.current
         folder.rmdir()
         session.project.screen("part").settings["lever"] = 50.0
         await until(lambda: "does not exist" in session.problem)
@@ -79,9 +101,9 @@ def test_a_last_project_that_is_damaged_is_said_and_kept(tmp_path: Path) -> None
     damaged = tmp_path / "projects" / "0123456789abcdef.pretravel"
     damaged.write_bytes(b"PK damaged")
     said: list[str] = []
-    session = Session()
-    session.start(None, "", said.append)
+    opened = Sessions()
+    opened.start(None, "", said.append)
     assert len(said) == 1
     assert f"{damaged}: this project is damaged" in said[0]
-    assert session.path != damaged
+    assert opened.current.path != damaged
     assert damaged.read_bytes() == b"PK damaged"

@@ -8,6 +8,7 @@ from nicegui import ui
 
 from pretravel.app.components.layout import live, text
 from pretravel.app.project import ScreenState
+from pretravel.app.session import SESSION
 from pretravel.app.uploads import UPLOADS, Slot
 
 _MEGABYTE = 1_000_000
@@ -41,14 +42,15 @@ def file_drop(
     hint : str
         Below the label.
     """
-    UPLOADS.add(Slot(state, purpose, tuple(endings), several, limit))
+    project = SESSION.project.identity
+    UPLOADS.add(project, Slot(state, purpose, tuple(endings), several, limit))
     with ui.element("div").classes("file-drop"):
         with ui.element("label"):
             ui.icon("upload_file").props('aria-hidden="true"')
             text("span", label, "file-drop-label")
             text("span", hint or _allowed(endings, limit), "file-drop-hint")
             chooser = ui.element("input").props('type="file"').classes("file-drop-input")
-            chooser.props["data-url"] = f"/upload/{state.name}/{purpose}"
+            chooser.props["data-url"] = f"/upload/{project}/{state.name}/{purpose}"
             chooser.props["accept"] = ",".join(endings)
             chooser.props["data-limit"] = limit
             if several:

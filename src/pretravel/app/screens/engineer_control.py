@@ -16,7 +16,7 @@ from pretravel.app.project import ScreenState
 from pretravel.app.screens.control_steps import control_steps
 from pretravel.app.screens.engineer_settings import CONTROL, export_name
 from pretravel.app.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
-from pretravel.app.session import SESSION
+from pretravel.app.session import SESSION, address_in
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.export import applies, makes_folder
 
@@ -86,7 +86,7 @@ def _go_on() -> None:
 
     async def measure() -> None:
         await give_map(SESSION.project.screen("part"), "map")
-        ui.navigate.to("/part")
+        ui.navigate.to(address_in("/part"))
 
     button = ui.button("Measure a part with this map", icon="view_in_ar", on_click=measure)
     button.props("no-caps flat")

@@ -22,6 +22,7 @@ from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
 from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
+from pretravel.app.session import address_in
 from pretravel.app.task_run import (
     NAME,
     PEOPLE,
@@ -189,5 +190,5 @@ def tasks_page() -> None:
             for name, kind in tasks.items():
                 with ui.element("li"):
                     link = text("a", title_of(name))
-                    link.props["href"] = address_of(name)
+                    link.props["href"] = address_in(address_of(name))
                     text("span", summary_of(kind))

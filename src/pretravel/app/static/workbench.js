@@ -24,6 +24,7 @@
         const answer = await fetch(address, { method: "POST", body: file, headers });
         const said = await answer.json().catch(() => ({}));
         if (!answer.ok) problems.push(said.error || `${file.name} was not taken (${answer.status})`);
+        else if (said.address) location.href = said.address;
       } catch {
         problems.push(`${file.name} could not be sent: is the workbench still running?`);
       }
@@ -156,6 +157,10 @@
   }
 
   whenConnected(() => {
+    // The address says which project this tab shows, also after a reload; and no token any more.
+    const shown = lost().dataset.project;
+    if (new URLSearchParams(location.search).get("project") !== shown)
+      history.replaceState(null, "", `${location.pathname}?project=${shown}`);
     typeAgain();
     window.socket.on("disconnect", () => {
       window.did_handshake = false; // what is sent now waits until the server knows this page again
