@@ -17,7 +17,7 @@ def test_a_task_without_a_screen_of_its_own_runs_as_its_command(
     opened(page, f"{workbench.address}tasks")
     assert serious_problems(page) == []
     page.get_by_role("link", name="Reversal", exact=True).click()
-    page.wait_for_url("**/task/reversal")
+    page.wait_for_url("**/task/reversal?*")
     log = example_folder() / "reversal_touches.csv"
     page.set_input_files('.file-drop-input[data-url$="/task-reversal/touches"]', str(log))
     page.wait_for_selector('.file-name:has-text("reversal_touches.csv")')
@@ -38,7 +38,7 @@ def test_a_map_made_here_measures_a_part_without_a_download(
     state_diameters(page)
     step(page, "Choose your control")
     page.get_by_role("button", name="Measure a part with this map").click()
-    page.wait_for_url("**/part")
+    page.wait_for_url("**/part?*")
     page.wait_for_selector('.file-name:has-text("map.json")')
     bores = example_folder() / "bore_touches.csv"
     page.set_input_files('.file-drop-input[data-url$="/part/touches"]', str(bores))
