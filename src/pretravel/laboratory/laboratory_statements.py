@@ -116,10 +116,10 @@ class ComparedStandards:
     the name of the standard.
     """
 
-    iso_10360_5: str = _statement("ISO 10360-5: edition whose text was compared, by whom, when")
-    iso_230_10: str = _statement("ISO 230-10: edition whose text was compared, by whom, when")
-    iso_14253_1: str = _statement("ISO 14253-1: edition whose text was compared, by whom, when")
-    iso_iec_17025: str = _statement("ISO/IEC 17025: edition whose text was compared, by whom, when")
+    iso_10360_5: str = _statement("ISO 10360-5: edition compared, by whom, when")
+    iso_230_10: str = _statement("ISO 230-10: edition compared, by whom, when")
+    iso_14253_1: str = _statement("ISO 14253-1: edition compared, by whom, when")
+    iso_iec_17025: str = _statement("ISO/IEC 17025: edition compared, by whom, when")
 
 
 @dataclass(frozen=True)

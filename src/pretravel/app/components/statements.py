@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -95,13 +96,16 @@ def statements_form(state: ScreenState) -> None:
             hint="fills in the fields; the command laboratory prints one",
         )  # fmt: skip
         here([state.listen], lambda: _take_file(state))
+        with ui.element("div").classes("buttons"):
+            write = partial(_write_file, state)
+            download_button(LABORATORY_FILE, LABORATORY_FILE, write)
         for table, statements in groupby(listed, lambda one: one.table):
             text("h3", table.capitalize())
+            if table == "standards":
+                note("Texts that you own and compared with what a report says of its definitions.")
             with ui.element("div").classes("field-grid"):
                 for one in statements:
                     _statement_field(state, f"{one.table}.{one.key}", one.meaning, ui)
-        with ui.element("div").classes("buttons"):
-            download_button(LABORATORY_FILE, LABORATORY_FILE, lambda path: _write_file(state, path))
 
 
 def _write_file(state: ScreenState, path: Path) -> None:
