@@ -155,12 +155,15 @@ class Table:
         Of the columns; it belongs to the full report only.
     detail : bool
         Whether the table belongs to the full report only.
+    certificate : bool
+        Whether a printed certificate contains it, too, although it is a detail.
     """
 
     columns: tuple[Column, ...]
     title: str = ""
     explanation: str = ""
     detail: bool = False
+    certificate: bool = False
 
     @staticmethod
     def of(columns: Mapping[str, Any], title: str = "") -> Table:

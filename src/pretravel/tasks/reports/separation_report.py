@@ -164,7 +164,9 @@ def _direction_table(result: Separation) -> Table:
             Column.of("u of variance", u_variance / _SQUARE, "µm²", decimals(4)),
         ),
         title="Errors and variances by direction",
+        explanation="u: standard uncertainty (k = 1).",
         detail=True,
+        certificate=True,
     )
 
 
