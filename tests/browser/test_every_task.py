@@ -16,6 +16,9 @@ def test_a_task_without_a_screen_of_its_own_runs_as_its_command(
 ) -> None:
     opened(page, f"{workbench.address}tasks")
     assert serious_problems(page) == []
+    # As somebody without a sphere, from the screen of the engineer.
+    page.get_by_role("link", name="Qualify a probe Engineer").click()
+    page.get_by_text("No sphere, several tips, a log alone").click()
     page.get_by_role("link", name="Reversal", exact=True).click()
     page.wait_for_url("**/task/reversal?*")
     log = example_folder() / "reversal_touches.csv"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pretravel.app.components.examples import example_button
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.layout import inputs_and_results, panel
+from pretravel.app.components.layout import folded, inputs_and_results, panel
 from pretravel.app.components.plot import load_plots_ahead
 from pretravel.app.project import ScreenState, SettingValue
 from pretravel.app.screens.engineer_control import control_panel
@@ -15,6 +15,7 @@ from pretravel.app.screens.engineer_next import next_step
 from pretravel.app.screens.engineer_results import results
 from pretravel.app.screens.engineer_settings import QUALIFICATION
 from pretravel.app.screens.engineer_work import load_ahead
+from pretravel.app.screens.every_task import task_links
 
 EXAMPLE: Mapping[str, SettingValue] = {
     **QUALIFICATION.defaults,
@@ -22,6 +23,15 @@ EXAMPLE: Mapping[str, SettingValue] = {
     "tip_diameter": 6.0,
 }
 """Settings that belong to the example data."""
+_OTHER_WAYS = {
+    "qualify": "A ring, a pin or a bore, a block, several references in one fit, a star stylus",
+    "plan-touches": "Which touches on a block, or for an old map",
+    "repeat": "A log alone: noise, drift and what the next touch will be",
+    "reversal": "Touches at 0° and 180° of the spindle: without run-out and odd lobes",
+    "orientation": "An indexing head in another orientation",
+    "verify": "Is the map of last week still true?",
+}
+"""Tasks with screens of their own, by what somebody has who has no sphere, or more than one tip."""
 
 
 def show(state: ScreenState) -> None:
@@ -43,5 +53,7 @@ def show(state: ScreenState) -> None:
                 no_touches_yet()
             reference_panel(state)
             control_panel(state)
+            with folded("No sphere, several tips, a log alone"):
+                task_links(_OTHER_WAYS)
         with right:
             results(state)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
 
@@ -186,9 +187,14 @@ def _write(work: Work, name: str, path: object) -> None:
 def tasks_page() -> None:
     """All tasks, by the people whom they serve."""
     for group, tasks in tasks_on_screens().items():
-        with panel(f"{group} ({PEOPLE.get(group, '')})"), ui.element("ul").classes("task-list"):
-            for name, kind in tasks.items():
-                with ui.element("li"):
-                    link = text("a", title_of(name))
-                    link.props["href"] = address_in(address_of(name))
-                    text("span", summary_of(kind))
+        with panel(f"{group} ({PEOPLE.get(group, '')})"):
+            task_links({name: summary_of(kind) for name, kind in tasks.items()})
+
+
+def task_links(words: Mapping[str, str]) -> None:
+    """A list of screens of tasks: the name of each, and what it is for."""
+    with ui.element("ul").classes("task-list"):
+        for name, summary in words.items():
+            with ui.element("li"):
+                text("a", title_of(name)).props["href"] = address_in(address_of(name))
+                text("span", summary)
