@@ -11,6 +11,8 @@ from pretravel.app.screens.metrologist_work import example_touches
 from tests.browser.screens import downloaded, drop, run_shown_lines, settled
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
+from tests.support.laboratory import filled_file
+from tests.support.pdf_text import pdf_pages
 from tests.support.results import data_of
 
 
@@ -50,7 +52,7 @@ def test_another_standard_has_other_limits_and_a_certificate_states_the_laborato
     page: Any, workbench: RunningWorkbench, tmp_path: Path
 ) -> None:
     opened(page, f"{workbench.address}metrologist")
-    page.get_by_label("Standard").click()
+    page.get_by_label("Standard", exact=True).click()
     page.get_by_role("option", name="ISO 230-10: 36 touches").click()
     page.get_by_label("Range of repeats [µm]").wait_for()
     page.get_by_role("button", name="Try it with example data").click()
@@ -61,3 +63,33 @@ def test_another_standard_has_other_limits_and_a_certificate_states_the_laborato
     assert "&lt;b&gt;North&lt;/b&gt; laboratory" in text
     assert "<b>North" not in text
     assert example_touches("iso230-10")[0] in text
+
+
+def test_the_laboratory_is_filled_in_once_and_prints_a_certificate(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    """A dropped file fills in the fields; another screen has them, and its certificate too."""
+    opened(page, f"{workbench.address}metrologist")
+    page.get_by_role("button", name="Try it with example data").click()
+    page.wait_for_selector(".verdict >> text=ISO 10360-5")
+    page.get_by_text("Laboratory, instrument, environment").first.click()
+    drop(page, "metrologist", "laboratory_file", filled_file(tmp_path))
+    compared = "text=states that it compared what is used here of ISO 10360-5"
+    page.wait_for_selector(compared, state="attached")  # in a detail of the report, too
+    settled(page)
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    mine = downloaded(page, "laboratory.toml", kept)
+    assert mine.read_text() == filled_file(tmp_path).read_text()
+    pages = pdf_pages(downloaded(page, "Certificate (PDF)", tmp_path))
+    assert len(pages) == 2
+    opened(page, f"{workbench.address}laboratory")
+    page.get_by_role("button", name="Try it with example data").click()
+    page.wait_for_selector(".verdict")
+    page.get_by_text("Laboratory, instrument, environment").first.click()
+    assert page.get_by_label("Operator").input_value() == "operator <of> measurement"
+    settled(page)
+    pages += pdf_pages(downloaded(page, "Certificate (PDF)", tmp_path))
+    for first in (pages[0], pages[2]):
+        assert "name<of>laboratory" in first
+        assert "Number:number<of>certificate" in first

@@ -20,6 +20,8 @@ UNTITLED = "Untitled"
 """Of a project that nobody named, and that has no file."""
 LARGEST_PROJECT = 500_000_000
 """Most bytes of all files of a project."""
+OF_ALL_SCREENS = ("statements",)
+"""Settings that all screens of a project have in common: what the laboratory states."""
 _MOST_SIGNS = 1_000_000
 """Of one setting as JSON."""
 _DEEPEST = 20
@@ -82,33 +84,47 @@ class Settings(MutableMapping[str, SettingValue]):
     (25.0, 6.0, ['changed'])
     """
 
-    def __init__(self, changed: Listener, values: Mapping[str, SettingValue] | None = None) -> None:
+    def __init__(
+        self,
+        changed: Listener,
+        values: Mapping[str, SettingValue] | None = None,
+        shared: Settings | None = None,
+    ) -> None:
         self._changed = changed
+        self._shared = shared
         self._values: dict[str, SettingValue] = {}
         for name, value in (values or {}).items():
             self._values[name] = _plain(name, value)
 
     def __getitem__(self, name: str) -> SettingValue:
+        if self._shared is not None and name in OF_ALL_SCREENS:
+            return self._shared[name]
         return copy.deepcopy(self._values[name])
 
     def __setitem__(self, name: str, value: SettingValue) -> None:
+        if self._shared is not None and name in OF_ALL_SCREENS:
+            self._shared[name] = value
+            return
         plain = _plain(name, value)
         if name not in self._values or not _same(self._values[name], plain):
             self._values[name] = plain
             self._changed()
 
     def __delitem__(self, name: str) -> None:
+        if self._shared is not None and name in OF_ALL_SCREENS:
+            del self._shared[name]
+            return
         del self._values[name]
         self._changed()
 
     def __iter__(self) -> Iterator[str]:
-        return iter(tuple(self._values))
+        return iter((*self._values, *(self._shared or ())))
 
     def __len__(self) -> int:
-        return len(self._values)
+        return sum(1 for _ in self)
 
     def plain(self) -> dict[str, SettingValue]:
-        """A copy of all values."""
+        """A copy of all values, without those that screens have in common."""
         return copy.deepcopy(self._values)
 
 
@@ -193,12 +209,14 @@ class ScreenState:
         Settings whose fields hold nothing valid now, with the labels of the fields. Not saved.
     """
 
-    def __init__(self, name: str, changed: Listener | None = None) -> None:
+    def __init__(
+        self, name: str, changed: Listener | None = None, shared: Settings | None = None
+    ) -> None:
         self.name = name
         self.unfinished: dict[str, str] = {}
         self._listeners: list[Listener] = []
         self._tell_project = changed
-        self.settings = Settings(self._changed)
+        self.settings = Settings(self._changed, shared=shared)
         self.files = ProjectFiles(self._changed)
 
     def listen(self, listener: Listener) -> Listener:
@@ -225,14 +243,15 @@ class ScreenState:
             self.unfinished[name] = unfinished
         else:
             del self.unfinished[name]
-        self._tell()
+        self.tell()
 
     def _changed(self) -> None:
         if self._tell_project is not None:
             self._tell_project()
-        self._tell()
+        self.tell()
 
-    def _tell(self) -> None:
+    def tell(self) -> None:
+        """Call the listeners."""
         for listener in tuple(self._listeners):
             listener()
 
@@ -245,11 +264,16 @@ class Project:
     name : str
     identity : str
         Random; its autosaved file has this name.
+    shared : Settings
+        What all screens have in common; see `OF_ALL_SCREENS`.
 
     >>> project = Project("Probe 7")
     >>> project.screen("engineer").settings["diameter"] = 25.0
     >>> project.screen("engineer").settings["diameter"]
     25.0
+    >>> project.screen("metrologist").settings["statements"] = {"laboratory.name": "North"}
+    >>> project.screen("laboratory").settings["statements"]
+    {'laboratory.name': 'North'}
     """
 
     def __init__(self, name: str = UNTITLED, identity: str | None = None) -> None:
@@ -257,6 +281,7 @@ class Project:
         self.identity = identity or secrets.token_hex(8)
         self._screens: dict[str, ScreenState] = {}
         self._listeners: list[Listener] = []
+        self.shared = Settings(self._shared_changed)
 
     @property
     def name(self) -> str:
@@ -273,7 +298,7 @@ class Project:
     def screen(self, name: str) -> ScreenState:
         """The state of a screen; empty at first."""
         if name not in self._screens:
-            self._screens[name] = ScreenState(name, self._changed)
+            self._screens[name] = ScreenState(name, self._changed, self.shared)
         return self._screens[name]
 
     @property
@@ -284,6 +309,7 @@ class Project:
     def snapshot(self) -> Project:
         """A copy that does not change any more, to be saved by a thread."""
         made = Project(self.name, self.identity)
+        made.shared.update(self.shared)
         for state in self.screens:
             screen = made.screen(state.name)
             screen.settings.update(state.settings.plain())
@@ -323,6 +349,11 @@ class Project:
         """Call a function after each change of any screen; the result ends it."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def _shared_changed(self) -> None:
+        self._changed()
+        for state in self.screens:
+            state.tell()
 
     def _changed(self) -> None:
         for listener in tuple(self._listeners):

@@ -19,6 +19,7 @@ from typing import Any
 
 from pretravel.app.project import (
     LARGEST_PROJECT,
+    OF_ALL_SCREENS,
     Project,
     SettingValue,
     StoredFile,
@@ -68,6 +69,7 @@ def project_bytes(project: Project) -> bytes:
             "pretravel": installed_version(),
             "name": project.name,
             "identity": project.identity,
+            "shared": project.shared.plain(),
             "screens": screens,
         }
         archive.writestr(_JSON, json.dumps(content, ensure_ascii=False, indent=1))
@@ -214,10 +216,17 @@ def _checked(stated: Mapping[str, Any], entries: _Entries) -> Project:
         raise PretravelError("its identity is not 16 hexadecimal digits")
     name = " ".join(str(stated["name"]).encode(errors="replace").decode().split())[:100]
     project = Project(name or "Untitled", identity)
+    for name in OF_ALL_SCREENS:
+        if name in stated.get("shared", {}):
+            project.shared[name] = stated["shared"][name]
     for name, content in stated["screens"].items():
         state = project.screen(_checked_name(name))
         settings: Mapping[str, SettingValue] = content["settings"]
         for setting, value in settings.items():
+            if setting in OF_ALL_SCREENS and isinstance(value, dict):
+                # In projects of earlier versions each screen had its own: they are put together.
+                stored = state.settings.get(setting)
+                value = value | (stored if isinstance(stored, dict) else {})
             state.settings[str(setting)] = value
         for purpose, files in content["files"].items():
             folder = f"files/{name}/{_checked_name(purpose)}"

@@ -114,7 +114,8 @@ async def receive_file(
         if session is None or slot.state is not session.project.screen(screen):
             raise PretravelError(f"the project was closed: load this page, and give {name} again")
         slot.store(name, content, session.project.size)
-        session.project.named_after(name)
+        if slot.state.files[purpose]:  # not one that only filled in fields
+            session.project.named_after(name)
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)
     except ClientDisconnect:

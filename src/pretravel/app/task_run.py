@@ -8,15 +8,17 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field
+from dataclasses import MISSING, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pretravel.app.components.statements import laboratory_file
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 from pretravel.tasks import GROUPS, task_named
+from pretravel.tasks.fields import LaboratoryReport, Reported
 from pretravel.tasks.task import (
     FOLDER,
     PAGES,
@@ -94,6 +96,8 @@ class TaskRun:
         The report of a page, which can contain more.
     text : str
         Printed as it is.
+    template : str
+        The form of the page.
     cautions : tuple of str
     files : mapping of str to bytes
         The other outputs, by their names.
@@ -104,6 +108,7 @@ class TaskRun:
     report: Document | None
     page: Document | None
     text: str = ""
+    template: str = "page.html"
     cautions: tuple[str, ...] = ()
     files: Mapping[str, bytes] = field(default_factory=dict)
 
@@ -127,6 +132,8 @@ def run_task(inputs: Inputs) -> TaskRun:
             stated[setting.name] = (typed,) if setting.several else typed
     _refuse_missing(kind, stated)
     with temporary_folder() as folder:
+        if issubclass(kind, LaboratoryReport) and "lab" not in stated:
+            stated["lab"] = laboratory_file(inputs.settings, folder)
         names = {
             setting.name: f"{kind.name.replace(' ', '-')}{ending}"
             for setting in settings_of(kind)
@@ -134,7 +141,9 @@ def run_task(inputs: Inputs) -> TaskRun:
             for ending in setting.field.writes[:1]
         }
         task = kind(**stated, **{name: folder / file for name, file in names.items()})
-        result = task.run()
+        # A screen shows the full report.
+        full = replace(task, verbose=True) if isinstance(task, Reported) else task
+        result = full.run()
         report = result.document()
         return TaskRun(
             command_line(with_file_names(task, **_shown(names))),
@@ -142,6 +151,7 @@ def run_task(inputs: Inputs) -> TaskRun:
             report,
             result.page() if report is not None else None,
             result.text,
+            result.template,
             tuple(result.cautions),
             _written(task, result, folder),
         )

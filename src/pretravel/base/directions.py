@@ -201,7 +201,7 @@ def sphere_pattern_25(*, cumulative: bool = False) -> FloatArray:
 
     Notes
     -----
-    The pattern is that of ISO 10360-5 as recalled; it was not checked against
+    The pattern is that of ISO 10360-5 from memory; it was not compared with
     the text of the standard.
 
     >>> sphere_pattern_25().shape

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from itertools import groupby
 from pathlib import Path
 
@@ -13,8 +14,16 @@ from pretravel.laboratory.laboratory_statements import (
 )
 
 
-def laboratory_template() -> str:
-    r"""A TOML text to fill in.
+def laboratory_template(statements: LaboratoryStatements = LaboratoryStatements()) -> str:
+    r"""A TOML text to fill in; with statements it is filled in.
+
+    Parameters
+    ----------
+    statements : LaboratoryStatements
+
+    Returns
+    -------
+    str
 
     >>> print("\n".join(laboratory_template().splitlines()[5:8]))
     [laboratory]                # every report and the certificate
@@ -22,10 +31,15 @@ def laboratory_template() -> str:
     place = ""                  # Place of calibration, if another
     """
     blocks = [_HEAD]
-    for table, statements in groupby(LaboratoryStatements().statements(), lambda s: s.table):
-        lines = [f'{s.key} = ""'.ljust(28) + f"# {s.meaning}" for s in statements]
+    for table, listed in groupby(statements.statements(), lambda s: s.table):
+        lines = [f"{s.key} = {_toml(s.text)}".ljust(28) + f"# {s.meaning}" for s in listed]
         blocks.append("\n".join([f"[{table}]".ljust(28) + f"# {_where(table)}", *lines]))
     return "\n\n".join(blocks) + "\n"
+
+
+def _toml(text: str) -> str:
+    """A text as a basic string of TOML, whose escapes are those of JSON."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 _HEAD = """\
@@ -39,6 +53,8 @@ def _where(table: str) -> str:
     """Where the statements of a table are shown, also where they are open."""
     if table in REPORT_TABLES:
         return "every report" + (" and the certificate" if table in CERTIFICATE_TABLES else "")
+    if table == "standards":
+        return "texts that you own and compared with the definitions of a report"
     return "certificate"
 
 

@@ -114,7 +114,7 @@ def check_iso10360_5(
 
     Notes
     -----
-    Recalled, not verified: form is the largest less the smallest distance from the centre of
+    From memory, not compared: form is the largest less the smallest distance from the centre of
     the least-squares sphere, size its diameter less the calibrated one. The uncertainty of the
     test value follows ISO/TS 23165 (unchecked): half the sphere's form error for the form, the
     calibration of the diameter for the size.

@@ -83,7 +83,7 @@ def check_iso230_10(
 
     Notes
     -----
-    Recalled, not verified: P_FTU,2D is the range of distances from the centre of the
+    From memory, not compared: P_FTU,2D is the range of distances from the centre of the
     least-squares circle through touches on the equator (36 in the standard), P_FTU,3D
     the same of a sphere over the hemisphere (25), and single-point repeatability the
     range of repeats in one direction (10). Tool location, and tests of the workpiece's

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 
@@ -110,12 +111,24 @@ class MeasurementRecord:
 
 
 @dataclass(frozen=True)
+class ComparedStandards:
+    """Standards whose text the laboratory compared with what is used here; a meaning begins with
+    the name of the standard.
+    """
+
+    iso_10360_5: str = _statement("ISO 10360-5: edition compared, by whom, when")
+    iso_230_10: str = _statement("ISO 230-10: edition compared, by whom, when")
+    iso_14253_1: str = _statement("ISO 14253-1: edition compared, by whom, when")
+    iso_iec_17025: str = _statement("ISO/IEC 17025: edition compared, by whom, when")
+
+
+@dataclass(frozen=True)
 class LaboratoryStatements:
     """Everything on a certificate or a report that the laboratory states, not the measurement.
 
-    The fields of a certificate are what ISO/IEC 17025:2017, 7.8.2 and 7.8.4 require (recalled, not
-    checked against the text). The other reports contain the tables of `REPORT_TABLES`. A file has
-    a table of the same name for each of them.
+    The fields of a certificate are what ISO/IEC 17025:2017, 7.8.2 and 7.8.4 require, from memory:
+    they were not compared with its text. The other reports contain the tables of `REPORT_TABLES`.
+    A file has a table of the same name for each of them.
 
     >>> statements = LaboratoryStatements(certificate=CertificateIdentity(number="C-17"))
     >>> statements.missing
@@ -133,6 +146,7 @@ class LaboratoryStatements:
     instrument: MeasuringInstrument = MeasuringInstrument()
     reference: ReferenceIdentity = ReferenceIdentity()
     measurement: MeasurementRecord = MeasurementRecord()
+    standards: ComparedStandards = ComparedStandards()
 
     @property
     def missing(self) -> int:
@@ -151,6 +165,29 @@ class LaboratoryStatements:
         """
         open_or_not = sorted(self.statements(), key=_place_in_report)
         return (s for s in open_or_not if s.table in REPORT_TABLES or s.text)
+
+    def compared(self, standard: str) -> str:
+        """What the laboratory states of its comparison with the text of a standard.
+
+        Parameters
+        ----------
+        standard : str
+            Its name, also with the part that is meant: ``ISO 10360-5, single stylus``.
+
+        Returns
+        -------
+        str
+            Empty where it compared nothing.
+
+        >>> stated = LaboratoryStatements(standards=ComparedStandards(iso_230_10="2016, A. Lee"))
+        >>> stated.compared("ISO 230-10, stylus-tip offset"), stated.compared("ISO 230-1")
+        ('2016, A. Lee', '')
+        """
+        for key in fields(self.standards):
+            name = key.metadata["meaning"].partition(":")[0]
+            if standard.partition(",")[0] == name:
+                return str(getattr(self.standards, key.name))
+        return ""
 
     def statements(self) -> Iterator[Statement]:
         """All statements in the order of the file."""
@@ -175,6 +212,42 @@ CERTIFICATE_TABLES = (
 """Tables of the file that a calibration certificate needs."""
 REPORT_TABLES = ("laboratory", "instrument", "reference", "conditions", "measurement")
 """Tables of the file that every other report states, in its order."""
+
+
+def comparison_sentence(standard: str, statements: LaboratoryStatements | None) -> str:
+    """Whether the definitions of a standard were compared with its text, for every reader.
+
+    Parameters
+    ----------
+    standard : str
+    statements : LaboratoryStatements or None
+
+    Returns
+    -------
+    str
+
+    >>> print(comparison_sentence("ISO 10360-5", None))
+    What is used here of ISO 10360-5 was written from memory and was not compared with its text.
+    >>> stated = LaboratoryStatements(
+    ...     LaboratoryIdentity("North Ltd, Aberdeen"),
+    ...     standards=ComparedStandards(iso_10360_5="edition 2020, A. Lee, 2026-03-02"),
+    ... )
+    >>> print(comparison_sentence("ISO 10360-5", stated))
+    North Ltd states that it compared what is used here of ISO 10360-5 with its text (edition \
+2020, A. Lee, 2026-03-02).
+    """
+    name = standard.partition(",")[0]
+    compared = "" if statements is None else statements.compared(standard)
+    if statements is None or not compared:
+        return (
+            f"What is used here of {name} was written from memory and was not compared with its "
+            "text."
+        )
+    laboratory = re.split(r"[,\n]", statements.laboratory.name)[0].strip() or "The laboratory"
+    return (
+        f"{laboratory} states that it compared what is used here of {name} with its text "
+        f"({compared})."
+    )
 
 
 def _place_in_report(statement: Statement) -> int:

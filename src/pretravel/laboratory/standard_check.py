@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Literal, Protocol
 
@@ -24,8 +24,9 @@ from pretravel.uncertainty.gum import COVERAGE_FACTOR, Budget, Component
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""
 
-UNCHECKED = "unchecked"
-"""The status of a definition that was not checked against the text of its standard."""
+UNCHECKED, COMPARED = "unchecked", "compared"
+"""The status of a definition that nobody compared with the text of its standard; and of one that a
+laboratory states to have compared."""
 FORM_OF_REFERENCE = "form error of the reference"
 DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
 """Sources of the uncertainty of test values."""
@@ -90,7 +91,7 @@ class StandardFigure:
     limit : float or None
         Maximum permissible error, where one was given. [mm]
     status : str
-        ``verified`` or ``unchecked``, of the definition used here.
+        ``verified``, ``unchecked`` or ``compared``, of the definition used here.
     u_source : str
         Where `u_test` comes from, in words; empty where the reference does not matter.
     components : tuple of Component
@@ -196,10 +197,20 @@ class StandardCheck:
         """Why this is no statement of conformity to the standard; empty where it is one."""
         reasons = []
         if any(figure.status == UNCHECKED for figure in self.figures):
-            reasons.append("its definitions here have not been checked against its text")
+            reasons.append(
+                "its definitions here are from memory and have not been checked against its text"
+            )
         if any(f.limit is not None and f.u_test is None for f in self.figures):
             reasons.append("the uncertainty of the reference is not stated")
         return tuple(reasons)
+
+    def compared(self) -> StandardCheck:
+        """The same where a laboratory states that it compared the definitions with the text."""
+        figures = (
+            replace(figure, status=COMPARED) if figure.status == UNCHECKED else figure
+            for figure in self.figures
+        )
+        return replace(self, figures=tuple(figures))
 
     @property
     def budgets(self) -> tuple[Budget, ...]:

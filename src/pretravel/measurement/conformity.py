@@ -155,7 +155,7 @@ def size_conformity(
 
     References
     ----------
-    ISO 14253-1:2017 (recalled, not checked against its text): conformity is proven where its
+    ISO 14253-1:2017 (from memory, not compared with its text): conformity is proven where its
     probability is at least 95 %. JCGM 106, section 7: this probability.
 
     >>> bore = size_conformity("diameter", 20.019, 0.001, (20.0, 20.021), 0.95)

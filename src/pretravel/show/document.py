@@ -90,6 +90,8 @@ class KeyFigure:
         What follows the number.
     detail : bool
         Whether it belongs to the full report only.
+    statement : str
+        Of what a laboratory states: the place in its file, ``laboratory.name``.
     """
 
     name: str
@@ -103,6 +105,7 @@ class KeyFigure:
     interval: Span | None = None
     remark: str = ""
     detail: bool = False
+    statement: str = ""
 
 
 @dataclass(frozen=True)
@@ -152,12 +155,15 @@ class Table:
         Of the columns; it belongs to the full report only.
     detail : bool
         Whether the table belongs to the full report only.
+    certificate : bool
+        Whether a printed certificate contains it, too, although it is a detail.
     """
 
     columns: tuple[Column, ...]
     title: str = ""
     explanation: str = ""
     detail: bool = False
+    certificate: bool = False
 
     @staticmethod
     def of(columns: Mapping[str, Any], title: str = "") -> Table:
@@ -255,6 +261,8 @@ class Section:
     tables : tuple of Table
     detail : bool
         Whether it belongs to the full report only.
+    certificate : bool
+        Whether a printed certificate contains it, too, although it is a detail.
     """
 
     heading: str = ""
@@ -262,6 +270,7 @@ class Section:
     figures: tuple[KeyFigure, ...] = ()
     tables: tuple[Table, ...] = ()
     detail: bool = False
+    certificate: bool = False
 
 
 @dataclass(frozen=True)

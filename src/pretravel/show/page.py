@@ -9,9 +9,10 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files as package_files
 from pathlib import Path
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING
 from pretravel.base.version import installed_version
 from pretravel.base.whole_file import whole_file
 from pretravel.show.chart_plotly import colour_names, plotly_script, plotly_script_gzip
-from pretravel.show.document import Column, Document, KeyFigure, Table
+from pretravel.show.document import Column, Document, KeyFigure, Section, Table
 from pretravel.show.formatting import (
     addition_text,
     cell_texts,
@@ -41,7 +42,13 @@ from pretravel.show.page_content import (
     picture_name,
 )
 from pretravel.show.page_pdf import write_pdf
-from pretravel.show.work_record import WorkRecord, inputs_table, record_figures, settings_table
+from pretravel.show.work_record import (
+    InputFile,
+    WorkRecord,
+    inputs_table,
+    record_figures,
+    settings_table,
+)
 from pretravel.uncertainty.gum import COVERAGE_FACTOR
 
 if TYPE_CHECKING:
@@ -50,6 +57,8 @@ if TYPE_CHECKING:
 
 LARGEST = 3_000_000
 """Most bytes of a page whose pictures can be turned; a larger page has still pictures."""
+_BLOCK, _COLUMNS_OF_A_PAGE = 40, 16
+"""Most rows of a block of a long table on a certificate; and columns of blocks side by side."""
 _MANY_COLUMNS, _MOST_COLUMNS = 8, 12
 """Columns of a table that is printed in small type; and in several parts, one below the other."""
 
@@ -125,8 +134,9 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
     str
     """
     charts = _charts(contents) if scripts else ""
+    reports = [_shown(index, content) for index, content in enumerate(contents)]
     values = {
-        "reports": [_shown(index, content) for index, content in enumerate(contents)],
+        "reports": reports,
         "words": words_used(content.document for content in contents),
         "title": title or contents[0].document.title,
         "content": content_values(contents),
@@ -134,7 +144,10 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
         "version": installed_version(),
         "coverage_factor": number_text(COVERAGE_FACTOR, significant(3)),
     }
-    page = page_environment().get_template("bound.html" if title else "page.html")
+    form = "bound.html" if title else "page.html"
+    if not (title or scripts) and reports[0].stated:
+        form = "printed.html"
+    page = page_environment().get_template(form)
     images = _images(contents)
     if charts:
         with_plotly = _assets(scripts=True, plotly=True)
@@ -169,6 +182,25 @@ class _ShownReport:
     inputs: Table | None = None
     settings: Table | None = None
     given: int = 0
+    input_files: tuple[InputFile, ...] = ()
+
+    @property
+    def stated(self) -> dict[str, str]:
+        """What a laboratory states, by the places in its file; empty: it is no certificate."""
+        figures = (figure for section in self.document.sections for figure in section.figures)
+        return {figure.statement: str(figure.value) for figure in figures if figure.statement}
+
+    @property
+    def certificate_title(self) -> str:
+        """What it is called on paper."""
+        of_calibration = self.template == "certificate.html"
+        return "Calibration certificate" if of_calibration else "Certificate"
+
+    @property
+    def certificate_number(self) -> str:
+        """Empty where it is not stated."""
+        number = self.stated.get("certificate.number", "")
+        return "" if number == "not stated" else number
 
 
 def _shown(index: int, content: PageContent) -> _ShownReport:
@@ -184,6 +216,7 @@ def _shown(index: int, content: PageContent) -> _ShownReport:
         inputs_table(record.inputs) if record.inputs else None,
         settings_table(record.settings) if record.settings else None,
         sum(setting.given for setting in record.settings),
+        record.inputs,
     )
 
 
@@ -261,13 +294,18 @@ def page_environment() -> Environment:
         "addition": addition_text,
         "charts_of": lambda picture: len(picture.charts),
         "expanded": expanded_text,
+        "file_name": lambda name: re.split(r"[/\\]", name)[-1],
         "heading": heading_text,
         "name_of": _name,
         "number": lambda figure: value_text(figure.value, "", figure.digits),
         "numeric": _is_numeric,
+        "printed_blocks": _printed_blocks,
         "printed_parts": _printed_parts,
+        "printed_sections": _printed_sections,
         "remark_of": remark_text,
         "rows": _rows,
+        "sentence": _sentence,
+        "style_text": _style_text,
         "width_class": lambda table: (
             "columns-many" if len(table.columns) >= _MANY_COLUMNS else "columns-few"
         ),
@@ -298,3 +336,44 @@ def _printed_parts(table: Table) -> list[tuple[Column, ...]]:
         return [columns]
     step = _MOST_COLUMNS - 1
     return [(columns[0], *columns[k : k + step]) for k in range(1, len(columns), step)]
+
+
+def _printed_blocks(table: Table) -> list[list[tuple[Column, ...]]]:
+    """The rows of a table on a certificate: blocks that stand side by side, one group below the
+    other.
+    """
+    columns, rows = table.columns, len(table.columns[0].values)
+    beside = max(1, min(3, _COLUMNS_OF_A_PAGE // len(columns)))
+    if beside == 1 or rows <= _BLOCK // 2:
+        return [[columns]]
+    groups = math.ceil(rows / (beside * _BLOCK))
+    step = math.ceil(rows / (beside * groups))
+    blocks = [
+        tuple(replace(column, values=column.values[start : start + step]) for column in columns)
+        for start in range(0, rows, step)
+    ]
+    return [blocks[start : start + beside] for start in range(0, len(blocks), beside)]
+
+
+def _printed_sections(sections: Sequence[Section]) -> list[Section]:
+    """The sections of a certificate, without the statements, which its first page has."""
+    kept = [section for section in sections if section.certificate or not section.detail]
+    own = [
+        replace(section, figures=tuple(f for f in section.figures if not f.statement))
+        for section in kept
+    ]
+    return [section for section in own if section.paragraphs or section.figures or section.tables]
+
+
+def _sentence(note: str) -> str:
+    """A note as a sentence; a name at its beginning stays as it is."""
+    first = note[:1].upper() if re.match("[a-z]+ ", note) else note[:1]
+    return first + note[1:] + ("" if note.endswith((".", "!", "?")) else ".")
+
+
+def _style_text(text: str) -> Markup:
+    """A text as a string of a style sheet; signs of the language are escaped."""
+    from markupsafe import Markup
+
+    signs = (c if c == " " or (c.isascii() and c.isalnum()) else f"\\{ord(c):x} " for c in text)
+    return Markup(f'"{"".join(signs)}"')

@@ -14,6 +14,17 @@ BROWSERS = (
     "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge",
     "microsoft-edge",
 )  # fmt: skip
+_FOLDERS = ("ProgramFiles", "ProgramFiles(x86)", "LocalAppData")
+"""Variables of Windows that name folders of programs, which are not in PATH."""
+_IN_FOLDERS = (
+    "Google/Chrome/Application/chrome.exe", "Microsoft/Edge/Application/msedge.exe",
+    "Chromium/Application/chrome.exe",
+)  # fmt: skip
+_ON_MACOS = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+)
 _LONGEST = 300.0
 """Time after which a browser that does not end is stopped. [s]"""
 
@@ -32,12 +43,12 @@ def write_pdf(path: str | Path, page: str) -> None:
     PretravelError
         Neither a browser nor WeasyPrint is there, or the browser failed.
     """
-    program = _program((*BROWSERS, "weasyprint"))
+    program = _program((*BROWSERS, "weasyprint")) or _installed_browser()
     if program is None:
         raise PretravelError(
             f"cannot write {path}: a PDF is printed by chromium, chrome, edge or weasyprint, and "
             "none of them was found in the folders of PATH. Install one, or write a page (.html) "
-            "and print it from any browser"
+            "and print it from any browser; a certificate has a button for it"
         )
     with temporary_folder() as folder:
         source, printed = folder / "page.html", folder / "page.pdf"
@@ -57,6 +68,16 @@ def _program(names: tuple[str, ...]) -> Path | None:
         if found is not None and Path(found).is_absolute() and Path(found).parent != Path.cwd():
             return Path(found)
     return None
+
+
+def _installed_browser() -> Path | None:
+    """A browser where Windows and macOS install it."""
+    folders = [Path(os.environ[name]) for name in _FOLDERS if os.environ.get(name)]
+    usual = [
+        *(folder / place for folder in folders for place in _IN_FOLDERS),
+        *map(Path, _ON_MACOS),
+    ]
+    return next((path for path in usual if path.is_absolute() and path.is_file()), None)
 
 
 def _browser_call(program: Path, source: Path, printed: Path, folder: Path) -> list[str]:

@@ -5,7 +5,7 @@ Also the touches of a standard, as targets.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -103,8 +103,9 @@ def _limit(label: str, text: str) -> Field:
 class Check(TouchFiles, LaboratoryReport):
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
-    The definitions here have not been checked against the texts of the standards: this is no
-    statement of conformity. Exit code 3: a figure exceeds its limit.
+    The definitions here were written from memory and were not compared with the texts of the
+    standards: this is no statement of conformity, unless the file of the laboratory (--lab) states
+    that it compared them. Exit code 3: a figure exceeds its limit.
     """
 
     name = "check"
@@ -307,6 +308,8 @@ iso230-10 does not use it
             axis=self.axis,
             limits=self.limits,
         )
+        if statements is not None and statements.compared(result.standard):
+            result = result.compared()
         warnings, sphere = list(readings.notes()), None
         if pretravel_map is not None:
             sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
@@ -399,9 +402,29 @@ class CheckedProbe(Result):
             self.result,
             touches_name=touches_name,
             sphere=self.sphere,
+            method=(*self._method(), *self._comparisons()),
             warnings=[*self.warnings, *warnings],
         )
         return with_laboratory(report, self.statements)
+
+    def _comparisons(self) -> Iterator[str]:
+        """Whether the definitions, and the rule of decisions, were compared with their texts."""
+        from pretravel.laboratory.laboratory_statements import comparison_sentence
+
+        yield comparison_sentence(self.result.standard, self.statements)
+        if any(figure.limit is not None for figure in self.result.figures):
+            yield comparison_sentence("ISO 14253-1", self.statements)
+
+    def _method(self) -> Iterator[str]:
+        """What was done, in sentences for a certificate."""
+        task, count = self.task, len(self.readings.touches)
+        what = "ring" if task.ring else "sphere"
+        text = f"{count} touches on a calibrated {what} of {task.diameter:g} mm were evaluated."
+        if task.map_file is not None:
+            text += f" They were compensated with the map {task.map_file.name}."
+        elif task.tip_diameter is not None:
+            text += f" The effective diameter of the tip is {task.tip_diameter:g} mm."
+        yield text
 
     def write(self, output: str, path: Path) -> None:
         """Write the figures."""
@@ -472,8 +495,8 @@ class Pattern(Task):
         count = len(columns["label"])  # type: ignore[arg-type]
         return PatternTargets(
             columns,
-            f"{count} targets on a sphere of {self.diameter:g} mm (the pattern has "
-            "not been checked against the standard)\n",
+            f"{count} targets on a sphere of {self.diameter:g} mm (the pattern was written from "
+            "memory and not compared with the text of the standard)\n",
         )
 
 

@@ -416,14 +416,16 @@ class MeasuredFeatures(Result):
                 "the note; a verdict on its size or position does not contain this"
             )
         warnings += [*self.left_out, *task.statements_left_out()]
+        statements = task.statements()
         report = features_document(
             self.features,
             self.relations,
             self.together,
             points_name=task.points.name,
+            statements=statements,
             warnings=warnings,
         )
-        return with_laboratory(report, task.statements())
+        return with_laboratory(report, statements)
 
     def in_brief(self, report: Document) -> Document:
         """Sizes and forms with their verdicts."""

@@ -210,3 +210,40 @@ def test_a_project_that_is_taken_can_always_be_saved() -> None:
     again = project_of(project_bytes(named.snapshot()))
     assert again.screen("part").settings["a"] == nested(20)
     assert again.name == "a?"
+
+
+NORTH = {"laboratory.name": "North"}
+
+
+class TestWhatAllScreensHaveInCommon:
+    def test_it_is_stored_once_and_told_to_every_screen(self) -> None:
+        project, told = Project("x", IDENTITY), []
+        project.screen("laboratory").listen(lambda: told.append("laboratory"))
+        project.screen("metrologist").settings["statements"] = NORTH
+        assert told == ["laboratory"]
+        assert dict(project.screen("laboratory").settings) == {"statements": NORTH}
+        packed = zipfile.ZipFile(io.BytesIO(project_bytes(project)))
+        assert packed.read("project.json").count(b"North") == 1
+        again = project_of(project_bytes(project))
+        assert again.screen("task-measure").settings["statements"] == NORTH
+        assert project.snapshot().screen("x").settings["statements"] == NORTH
+        del again.screen("laboratory").settings["statements"]
+        assert "statements" not in again.screen("metrologist").settings
+
+    def test_of_earlier_versions_the_screens_are_put_together(self) -> None:
+        """Where two differ, the one that comes first in the file holds."""
+        screens = {
+            "laboratory": {"settings": {"statements": NORTH}, "files": {}},
+            "metrologist": {
+                "settings": {"statements": {"laboratory.name": "South", "customer.name": "C"}},
+                "files": {},
+            },
+        }
+        project = project_of(archive(stated(screens=screens)))
+        together = {"laboratory.name": "North", "customer.name": "C"}
+        assert project.screen("laboratory").settings["statements"] == together
+
+    @pytest.mark.parametrize("wrong", ["statements", ["statements"], 3])
+    def test_what_is_no_mapping_is_refused(self, wrong: object) -> None:
+        with pytest.raises(InputError, match="not as pretravel writes it"):
+            project_of(archive(stated(shared=wrong)))

@@ -84,3 +84,15 @@ def test_what_is_missing_is_said_by_its_label() -> None:
 def test_a_probe_is_a_word_or_a_file() -> None:
     (setting,) = (s for s in file_settings(task_named("predict")) if s.name == "probe")
     assert typed_too(setting)
+
+
+def test_a_report_has_what_the_laboratory_states_in_the_project() -> None:
+    """All screens of a project share it; the command that is shown takes the file of it."""
+    settings = {"task": "qualify", "diameter": 24.9987, "kind": "mean",
+                "statements": {"laboratory.name": "North"}}  # fmt: skip
+    found = run_task(Inputs(settings, {"touches": (DATA / "sphere_touches.csv",)}))
+    assert found.command.endswith("--kind mean --lab laboratory.toml")
+    assert found.page is not None
+    stated = {figure.statement: figure.value for figure in found.page.sections[0].figures}
+    assert stated["laboratory.name"] == "North"
+    assert not [warning for warning in found.page.warnings if "laboratory.toml" in warning]

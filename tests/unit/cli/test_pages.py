@@ -56,10 +56,24 @@ class TestPdf:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setattr("pretravel.show.page_pdf._installed_browser", lambda: None)
         message = run("probes", "-o", tmp_path / "p.pdf", code=2)
         assert "none of them was found" in message
         assert ".html" in message
         assert not (tmp_path / "p.pdf").exists()
+
+    def test_a_browser_is_found_where_windows_installs_it(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """It is not in PATH there; this one says with which file it was called, and fails."""
+        edge = tmp_path / "Microsoft" / "Edge" / "Application" / "msedge.exe"
+        edge.parent.mkdir(parents=True)
+        edge.write_text(f"#!/bin/sh\necho \"$@\" > '{tmp_path / 'called'}'\nexit 1\n")
+        edge.chmod(0o755)
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setenv("ProgramFiles(x86)", str(tmp_path))
+        assert "msedge.exe ended with code 1" in run("probes", "-o", tmp_path / "p.pdf", code=2)
+        assert "--print-to-pdf=" in (tmp_path / "called").read_text()
 
     def test_a_browser_of_the_current_folder_is_not_run(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -477,10 +477,10 @@ class TestCertificates:
         assert rig_map(calibration, REN_BUDGET, 1.0).coefficients[0] == pytest.approx(-1.1 * UM)
 
     def test_statements_of_a_certificate_and_of_reports(self) -> None:
-        """Tables of a certificate: 3 + 3 + 1 + 6 + 3 + 2 + 1 + 1 statements."""
+        """Tables of a certificate: 3 + 3 + 1 + 6 + 3 + 2 + 1 + 1 statements; four standards."""
         empty = LaboratoryStatements()
         assert empty.missing == len(list(empty.of_certificate())) == 20
-        assert len(list(empty.statements())) == 20 + 6 + 3 + 2
+        assert len(list(empty.statements())) == 20 + 6 + 3 + 2 + 4
         stated = LaboratoryStatements(
             item=CalibratedItem(serial_number="17"),
             instrument=MeasuringInstrument(probe="T", stylus="M"),

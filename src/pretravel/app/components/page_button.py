@@ -11,9 +11,13 @@ from nicegui import ui
 
 from pretravel.app.components.downloads import prepared_button
 from pretravel.app.jobs import Finished, Job, Work
+from pretravel.app.project import OF_ALL_SCREENS
 from pretravel.show.document import Document
 from pretravel.show.result_file import write_report
 from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord, record_now
+
+CERTIFICATES = {"certificate.pdf": "Certificate (PDF)", "certificate.html": "Certificate (page)"}
+"""Files of a certificate, with the words on their buttons."""
 
 
 def page_button(
@@ -25,7 +29,7 @@ def page_button(
     label: str = "Page",
     template: str = "page.html",
 ) -> ui.button:
-    """A button that gives a report as a page, or its values (.json): to keep, print or send.
+    """A button that gives a report as a page, a PDF, or its values (.json): to keep or to send.
 
     Parameters
     ----------
@@ -61,6 +65,6 @@ def work_record(job: Job, finished: Finished, command: str) -> WorkRecord:
     settings = [
         StatedSetting(name.replace("_", " "), str(finished.settings[name]), given=True)
         for name in job.settings
-        if name in finished.settings
+        if name in finished.settings and name not in OF_ALL_SCREENS
     ]
     return record_now(command, inputs, settings)

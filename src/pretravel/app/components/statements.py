@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from functools import partial
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
-from pretravel.app.project import ScreenState, SettingValue
+from pretravel.app.jobs import without_folder
+from pretravel.app.project import OF_ALL_SCREENS, ScreenState, SettingValue
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 
-STATEMENTS = "statements"
+(STATEMENTS,) = OF_ALL_SCREENS
 """The setting: a mapping of table.key to text."""
+LABORATORY_FILE = "laboratory.toml"
+_DROPPED, _LARGEST = "laboratory_file", 100_000
+"""Purpose of a file that fills in the fields, and most of its bytes."""
 
 
 def stated(values: Mapping[str, SettingValue]) -> LaboratoryStatements:
@@ -42,20 +49,95 @@ def stated(values: Mapping[str, SettingValue]) -> LaboratoryStatements:
     return LaboratoryStatements(**tables)
 
 
-def statements_form(state: ScreenState, *, certificate: bool = False) -> None:
-    """Fields for what a report needs; with `certificate` for what a certificate needs."""
+def laboratory_file(settings: Mapping[str, SettingValue], folder: Path) -> Path | None:
+    """The file of the laboratory for a task, from the fields of the form.
+
+    Parameters
+    ----------
+    settings : mapping of str to value
+        Of a screen.
+    folder : Path
+        Where it is written.
+
+    Returns
+    -------
+    Path or None
+        None where nothing is stated.
+    """
+    from pretravel.files.laboratory_file import laboratory_template
+
+    given = settings.get(STATEMENTS)
+    if not given:
+        return None
+    path = folder / LABORATORY_FILE
+    path.write_text(laboratory_template(stated(given)), encoding="utf-8")
+    return path
+
+
+def statements_form(state: ScreenState) -> None:
+    """Fields for all that a laboratory states, which every screen of the project shows.
+
+    A file of the laboratory fills them in, and they give one, for commands.
+    """
     from nicegui import ui
 
-    from pretravel.app.components.layout import folded, note, text
+    from pretravel.app.components.downloads import download_button
+    from pretravel.app.components.file_drop import file_drop
+    from pretravel.app.components.layout import folded, here, note, text
 
-    empty = LaboratoryStatements()
-    listed = list(empty.of_certificate() if certificate else empty.of_report())
+    listed = LaboratoryStatements().statements()
     with folded("Laboratory, instrument, environment"):
-        note("A field that stays open is shown as not stated.")
+        note(
+            "You fill these fields in once: all screens of the project have them. A field that "
+            "a report needs and that stays open is shown as not stated."
+        )
+        file_drop(
+            state, _DROPPED, "File of the laboratory", endings=(".toml",), limit=_LARGEST,
+            hint="fills in the fields; the command laboratory prints one",
+        )  # fmt: skip
+        here([state.listen], lambda: _take_file(state))
+        with ui.element("div").classes("buttons"):
+            write = partial(_write_file, state)
+            download_button(LABORATORY_FILE, LABORATORY_FILE, write)
         for table, statements in groupby(listed, lambda one: one.table):
             text("h3", table.capitalize())
-            for one in statements:
-                _statement_field(state, f"{one.table}.{one.key}", one.meaning, ui)
+            if table == "standards":
+                note("Texts that you own and compared with what a report says of its definitions.")
+            with ui.element("div").classes("field-grid"):
+                for one in statements:
+                    _statement_field(state, f"{one.table}.{one.key}", one.meaning, ui)
+
+
+def _write_file(state: ScreenState, path: Path) -> None:
+    from pretravel.files.laboratory_file import laboratory_template
+
+    path.write_text(
+        laboratory_template(stated(state.settings.get(STATEMENTS, {}))), encoding="utf-8"
+    )
+
+
+def _take_file(state: ScreenState) -> None:
+    """Fill in the fields from a file that was dropped; its fields that are open change nothing."""
+    from nicegui import ui
+
+    from pretravel.base.whole_file import temporary_folder
+    from pretravel.files.laboratory_file import read_laboratory
+
+    dropped = state.files[_DROPPED]
+    if not dropped:
+        return
+    state.files[_DROPPED] = ()
+    with temporary_folder() as folder:
+        path = folder / dropped[0].name
+        path.write_bytes(dropped[0].content)
+        try:
+            found = read_laboratory(path)
+        except PretravelError as error:
+            problem = without_folder(str(error), folder)
+            ui.notify(problem, type="negative", multi_line=True, close_button="Close")
+            return
+    filled = {f"{one.table}.{one.key}": one.text for one in found.statements() if one.text}
+    state.settings[STATEMENTS] = {**state.settings.get(STATEMENTS, {}), **filled}
 
 
 def _statement_field(state: ScreenState, name: str, meaning: str, ui: Any) -> None:

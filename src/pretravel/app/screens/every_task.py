@@ -16,11 +16,12 @@ from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.from_project import from_project
 from pretravel.app.components.layout import folded, inputs_and_results, note, panel, text, warning
 from pretravel.app.components.outcome import kept, outcome
-from pretravel.app.components.page_button import page_button
+from pretravel.app.components.page_button import CERTIFICATES, page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
-from pretravel.app.project import ScreenState
+from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
 from pretravel.app.task_run import (
@@ -34,6 +35,7 @@ from pretravel.app.task_run import (
     typed_too,
 )
 from pretravel.tasks import task_named
+from pretravel.tasks.fields import LaboratoryReport
 from pretravel.tasks.task import Setting, Task
 
 _SHOWN_AT_FIRST = 8
@@ -91,11 +93,16 @@ def job_of(name: str) -> Job:
         "run",
         run_task,
         title_of(name),
-        settings=(NAME, *form_of(kind).stored, *files),
+        settings=(NAME, *form_of(kind).stored, *files, *_shared(kind)),
         files=files,
         automatic=False,
         own_process=True,
     )
+
+
+def _shared(kind: type[Task]) -> tuple[str, ...]:
+    """What a task takes of what all screens have in common."""
+    return OF_ALL_SCREENS if issubclass(kind, LaboratoryReport) else ()
 
 
 def show(name: str, state: ScreenState) -> None:
@@ -105,7 +112,7 @@ def show(name: str, state: ScreenState) -> None:
         state.settings[NAME] = name
     with inputs_and_results() as (left, right):
         with left:
-            files = file_settings(kind)
+            files = [s for s in file_settings(kind) if s.name != "lab" or state.files[s.name]]
             needed = [setting for setting in files if setting.default is MISSING] or files[:1]
             for setting in needed:
                 _file(state, setting)
@@ -116,9 +123,11 @@ def show(name: str, state: ScreenState) -> None:
                     for setting in others:
                         _file(state, setting)
             _fields(kind, state)
+            if _shared(kind):
+                statements_form(state)
         with right:
             work = outcome(state, job_of(name), _shown, button="Run")
-            kept(work, lambda: _to_keep(work), lambda made: tuple(made.files))
+            kept(work, lambda: _to_keep(work), lambda made: (*made.files, _states_laboratory(made)))
             if work.result is None:
                 note(f"For example: {kind.example}")
 
@@ -152,11 +161,21 @@ def _shown(made: TaskRun) -> None:
     same_elsewhere(made.task)
 
 
+def _states_laboratory(made: TaskRun) -> bool:
+    return isinstance(made.task, LaboratoryReport) and made.task.lab is not None
+
+
 def _to_keep(work: Work) -> None:
     made: TaskRun = work.result
     with panel("To keep"), ui.element("div").classes("buttons"):
         if made.page is not None:
             page_button(work, lambda result: result.page, lambda result: result.command)
+            if _states_laboratory(made):
+                page_button(
+                    work, lambda result: result.page, lambda result: result.command,
+                    name="certificate.pdf", label=CERTIFICATES["certificate.pdf"],
+                    template=made.template,
+                )  # fmt: skip
         for name in made.files:
             download_button(name, name, partial(_write, work, name))
 

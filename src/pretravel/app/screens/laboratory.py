@@ -22,7 +22,7 @@ from pretravel.app.components.layout import (
     panel,
 )
 from pretravel.app.components.outcome import kept, outcome
-from pretravel.app.components.page_button import page_button
+from pretravel.app.components.page_button import CERTIFICATES, page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
@@ -101,7 +101,7 @@ def _rig(state: ScreenState) -> None:
                 of_traces = ("exclude", "mark")  # stated in the panel of the trace
                 names = [name for name in RIG_FORM.names if name not in of_traces]
                 described_fields(state, RIG_FORM, names)
-            statements_form(state, certificate=True)
+            statements_form(state)
         with results:
             work = outcome(
                 state, RIG, partial(_show_rig, state),
@@ -128,10 +128,11 @@ def _show_rig(state: ScreenState, result: RigResult) -> None:
 
 def _rig_to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
-        page_button(
-            work, lambda result: result.certificate, lambda result: command_line(result.same),
-            name="certificate.html", label="Certificate (page)", template=CalibratedRig.template,
-        )  # fmt: skip
+        for name, label in CERTIFICATES.items():
+            page_button(
+                work, lambda result: result.certificate, lambda result: command_line(result.same),
+                name=name, label=label, template=CalibratedRig.template,
+            )  # fmt: skip
         result_button(
             work, "rig.csv", "rig.csv",
             lambda path, result: result.rig.write("output", path),

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.app.components.statements import STATEMENTS, stated
+from pretravel.app.components.statements import laboratory_file
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
+from pretravel.base.whole_file import temporary_folder
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_marks import MARKS
 from pretravel.show.document import Document
@@ -66,20 +66,17 @@ def calibrate_rig_traces(inputs: Inputs) -> RigResult:
     # Of traces that were taken away again nothing counts.
     given["exclude"] = [name for name in given.get("exclude", ()) if name in names]
     given["mark"] = [mark for mark in given.get("mark", ()) if trace_mark(mark).trace in names]
-    task = Rig(traces=tuple(paths), budget=budget, **given)
-    found = replace(task.run(), statements=_statements(inputs))
+    with temporary_folder() as folder:
+        lab = laboratory_file(inputs.settings, folder)
+        task = Rig(traces=tuple(paths), budget=budget, lab=lab, **given)
+        found = task.run()
+    warnings = [] if budget is not None else [_FOREIGN_BUDGET]
     return RigResult(
         found,
-        found.report([] if budget is not None else [_FOREIGN_BUDGET]),
-        found.certificate(),
+        found.report(warnings),
+        found.certificate(warnings),
         with_file_names(task, output=Path("rig.json")),
     )
-
-
-def _statements(inputs: Inputs) -> LaboratoryStatements | None:
-    """None where nothing is stated."""
-    given = inputs.settings.get(STATEMENTS, {})
-    return stated(given) if given else None
 
 
 def moved_marks(marks: Sequence[str], trace: str, event: str, place: float) -> list[str]:
@@ -122,7 +119,10 @@ def separate_readings(inputs: Inputs) -> SeparationResult:
     PretravelError
         What the file is refused for.
     """
-    task = Separate(readings=inputs.file("readings"), **SEPARATION_FORM.given(inputs.settings))
-    found = replace(task.run(), statements=_statements(inputs))
+    given = SEPARATION_FORM.given(inputs.settings)
+    with temporary_folder() as folder:
+        lab = laboratory_file(inputs.settings, folder)
+        task = Separate(readings=inputs.file("readings"), lab=lab, **given)
+        found = task.run()
     same = with_file_names(task, output=Path("separation.json"))
-    return SeparationResult(found, found.document(), same)
+    return SeparationResult(found, replace(found, task=same).document(), same)

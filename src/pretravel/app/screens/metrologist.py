@@ -20,7 +20,7 @@ from pretravel.app.components.layout import (
     panel,
 )
 from pretravel.app.components.outcome import kept, outcome
-from pretravel.app.components.page_button import page_button
+from pretravel.app.components.page_button import CERTIFICATES, page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field, described_fields
@@ -35,6 +35,7 @@ from pretravel.app.screens.metrologist_work import (
 )
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.standard_figures import standard_table
+from pretravel.laboratory.laboratory_statements import comparison_sentence
 from pretravel.tasks.check import applies
 from pretravel.tasks.task import command_line
 
@@ -117,10 +118,11 @@ def _show_result(result: CheckResult) -> None:
 
 def _to_keep(work: Work) -> None:
     with panel("To keep"), ui.element("div").classes("buttons"):
-        page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
-            name="certificate.html", label="Certificate (page)",
-        )  # fmt: skip
+        for name, label in CERTIFICATES.items():
+            page_button(
+                work, lambda result: result.document, lambda result: command_line(result.same),
+                name=name, label=label,
+            )  # fmt: skip
         page_button(
             work, lambda result: result.document, lambda result: command_line(result.same),
             name="check.json", label="check.json",
@@ -133,5 +135,6 @@ def _to_keep(work: Work) -> None:
 
 def _definitions(result: CheckResult | None) -> None:
     if result is not None:
-        note("The definitions here have not been checked against the texts of the standards.")
+        checked = result.checked
+        note(comparison_sentence(checked.result.standard, checked.statements))
         same_elsewhere(result.same)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.app.components.statements import stated
+from pretravel.app.components.statements import laboratory_file
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.arrays import FloatArray
@@ -17,6 +17,7 @@ from pretravel.base.units import MICROMETRE
 from pretravel.base.whole_file import temporary_folder
 from pretravel.files.touches_csv import write_touches
 from pretravel.laboratory.iso230_10 import plane_pattern_36
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements
 from pretravel.laboratory.standards import patterns
 from pretravel.probing.simulation import Latch, simulate
 from pretravel.probing.targets import Targets
@@ -59,15 +60,14 @@ def check_by_standard(inputs: Inputs) -> CheckResult:
     numbers = {
         name: value for name, value in FORM.given(settings).items() if applies(standard, name)
     }
-    task = Check(touches=(touches,), map_file=inputs.optional_file("map"), **numbers)
-    given = settings.get("statements", {})
-    checked = replace(task.run(), statements=stated(given))
-    document = checked.report(touches.name, not_stated(checked.result))
-    return CheckResult(
-        replace(checked, statements=stated(given) if given else None),
-        document,
-        with_file_names(task, output=Path("check.json")),
-    )
+    with temporary_folder() as folder:
+        lab = laboratory_file(settings, folder)
+        task = Check(touches=(touches,), map_file=inputs.optional_file("map"), lab=lab, **numbers)
+        checked = task.run()
+    # A certificate states what is open, too.
+    shown = replace(checked, statements=checked.statements or LaboratoryStatements())
+    document = shown.report(touches.name, not_stated(checked.result))
+    return CheckResult(checked, document, with_file_names(task, output=Path("check.json")))
 
 
 EXAMPLE_SETTINGS = {

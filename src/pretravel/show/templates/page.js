@@ -5,6 +5,27 @@
   document.querySelector(".tools").hidden = false;
   document.getElementById("print").addEventListener("click", () => window.print());
 
+  // The certificate alone, laid out for paper: it is in the page, and shown while it is printed.
+  const certificate = document.getElementById("certificate");
+  document.getElementById("print-certificate")?.addEventListener("click", async () => {
+    const sheet = document.createElement("div");
+    const rule = document.createElement("style");
+    rule.textContent = certificate.dataset.page;
+    sheet.id = "sheet";
+    sheet.append(rule, certificate.content.cloneNode(true));
+    const images = [...sheet.querySelectorAll("img")];
+    for (const image of images) image.src = document.getElementById(image.dataset.of).src;
+    await Promise.allSettled(images.map((image) => image.decode()));
+    document.body.append(sheet);
+    root.classList.add("certificate-only");
+    const printed = () => {
+      root.classList.remove("certificate-only");
+      sheet.remove();
+    };
+    window.addEventListener("afterprint", printed, { once: true });
+    window.print();
+  });
+
   // Light and dark: that of the system until the reader chooses.
   const system = window.matchMedia("(prefers-color-scheme: dark)");
   const dark = () => (root.dataset.theme ? root.dataset.theme === "dark" : system.matches);

@@ -123,7 +123,7 @@ def budget_section(budgets: Sequence[Budget]) -> tuple[Section, ...]:
     if not budgets:
         return ()
     tables = tuple(budget_table(budget, title=budget.result) for budget in budgets)
-    return (Section("Uncertainty budget", tables=tables, detail=True),)
+    return (Section("Uncertainty budget", tables=tables, detail=True, certificate=True),)
 
 
 def sphere_section(sphere: MeasuredSphere) -> Section:

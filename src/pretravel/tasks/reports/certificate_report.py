@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.base.version import installed_version
 from pretravel.laboratory.certificate import CalibrationCertificate
 from pretravel.laboratory.rig import RigTrace
 from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration
@@ -24,6 +23,16 @@ from pretravel.tasks.reports.rig_report import (
     rig_pictures,
 )
 
+_METHOD = (
+    "A push rod with a ruler moved the tip, a laser measured the displacement of the tip, and the "
+    "signals of contact and trigger were recorded. r0, r1, r2 and r3 are the readings of the ruler "
+    "at first contact, at the trigger, where the rod stopped, and where contact was lost on the "
+    "way back. Pretravel is r1 - r0, hysteresis r3 - r0; lengths are those at 20 °C."
+)
+_AZIMUTH = (
+    "Azimuth: direction of the push of the rod on the tip about the probe axis, from the names of "
+    "the traces."
+)
 _REPEATS_ALONE = (
     "U and u of this section are from the repeats alone. The uncertainties of the calibration are "
     "those of the results above."
@@ -51,20 +60,22 @@ def certificate_document(
     Document
     """
     calibration = certificate.calibration
-    number = certificate.statements.certificate.number
+    stated = certificate.statements
+    number = stated.certificate.number
     return Document(
         title="Calibration certificate" + (f" {number}" if number else ""),
         verdict="Touch-trigger probe, calibrated on a rig after the Abbé principle: "
         + _mean_pretravel(certificate),
         sections=(
-            _data_section(certificate),
+            Section("Data", figures=tuple(map(stated_figure, stated.of_certificate()))),
             Section("Results by direction", tables=(_results_table(certificate),)),
+            _method_section(certificate),
             Section(
                 "Performance",
                 figures=performance_figures(calibration),
-                tables=(direction_table(calibration),),
                 paragraphs=(_REPEATS_ALONE,),
             ),
+            Section(tables=(direction_table(calibration),), detail=True),
             _uncertainty_section(certificate),
             Section("Touches", tables=(_touches_table(calibration),)),
         ),
@@ -90,16 +101,16 @@ def _mean_pretravel(certificate: CalibrationCertificate) -> str:
     )
 
 
-def _data_section(certificate: CalibrationCertificate) -> Section:
-    """The statements of the laboratory, and the conditions of the traces."""
+def _method_section(certificate: CalibrationCertificate) -> Section:
+    """What was done, and the conditions of the traces."""
     slowest, fastest = certificate.feeds
     return Section(
-        "Data",
+        "Method",
+        (_METHOD, _AZIMUTH),
         figures=(
-            *map(stated_figure, certificate.statements.of_certificate()),
             KeyFigure(
                 "Feed of the push rod, from the traces",
-                Span(slowest, fastest),
+                slowest if round(slowest, 1) == round(fastest, 1) else Span(slowest, fastest),
                 "mm/min",
                 decimals(1),
             ),
@@ -109,7 +120,6 @@ def _data_section(certificate: CalibrationCertificate) -> Section:
                 "°C",
                 significant(6),
             ),
-            KeyFigure("Evaluated with", f"pretravel {installed_version()}"),
         ),
     )
 

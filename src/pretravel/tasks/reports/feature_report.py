@@ -12,6 +12,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.feature_results import features_table, residuals_table
+from pretravel.laboratory.laboratory_statements import LaboratoryStatements, comparison_sentence
 from pretravel.measurement.between_features import FeatureRelation, covariance_of_positions
 from pretravel.measurement.conformity import (
     AT_TOUCHED_POINTS,
@@ -59,6 +60,7 @@ def features_document(
     together: Sequence[Together] = (),
     *,
     points_name: str = "",
+    statements: LaboratoryStatements | None = None,
     warnings: Sequence[str] = (),
 ) -> Document:
     """The report of measured features.
@@ -72,6 +74,8 @@ def features_document(
         Decisions about several of them.
     points_name : str
         Of the file with the points.
+    statements : LaboratoryStatements or None
+        Of a laboratory that may have compared the rule of decisions with its standard.
     warnings : sequence of str
         Beside those that follow from the features.
 
@@ -103,7 +107,7 @@ def features_document(
             *(budget_picture(budget, budget.result) for budget in budgets[:_MOST_BUDGETS]),
         ),
         notes=(
-            *_notes(measured, [conformity for *_, conformity in decided]),
+            *_notes(measured, [conformity for *_, conformity in decided], statements),
             *_notes_on_datums(features, together),
         ),
         warnings=(*warnings, *_warnings(measured)),
@@ -545,10 +549,15 @@ def _budget_section(inspected: InspectedFeature) -> Section:
         ),
         tables=(table,),
         detail=True,
+        certificate=True,
     )  # fmt: skip
 
 
-def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformity]) -> list[str]:
+def _notes(
+    features: Sequence[MeasuredFeature],
+    conformities: Sequence[Conformity],
+    statements: LaboratoryStatements | None,
+) -> list[str]:
     notes = [_ASSOCIATION] if any(not f.is_extreme for f in features) else []
     notes += _extreme_notes([f for f in features if f.is_extreme])
     lost = [f for f in features if f.association.dof > 0 and f.form.measured <= f.form.most_noise]
@@ -569,9 +578,9 @@ def _notes(features: Sequence[MeasuredFeature], conformities: Sequence[Conformit
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
-            f"decisions by the default rule of ISO 14253-1:2017 (not checked against its text"
-            f"): proven with a probability of {100 * first.required:g} %, at one limit "
-            f"{first.coverage:.3f} u"
+            "decisions by the default rule of ISO 14253-1:2017: proven with a probability of "
+            f"{100 * first.required:g} %, at one limit {first.coverage:.3f} u. "
+            + comparison_sentence("ISO 14253-1", statements)
         )
     return notes
 

@@ -66,4 +66,8 @@ def laboratory_section(statements: LaboratoryStatements) -> Section:
 
 def stated_figure(statement: Statement) -> KeyFigure:
     """One statement; an open one is shown as not stated."""
-    return KeyFigure(statement.meaning, statement.text or NOT_STATED)
+    return KeyFigure(
+        statement.meaning,
+        statement.text or NOT_STATED,
+        statement=f"{statement.table}.{statement.key}",
+    )

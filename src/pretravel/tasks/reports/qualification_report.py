@@ -93,7 +93,11 @@ def qualification_document(
             KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
         ),
         tables=(_scores_table(scores),) if scores else (),
-        sections=(*_sections(result, scores), *budget_section(budgets)),
+        sections=(
+            *_sections(result, scores),
+            *budget_section(budgets),
+            Section("Method", (_method(result),), detail=True, certificate=True),
+        ),
         pictures=(
             Picture("Map, touches and residuals", lambda: qualification_view(result, title)),
             *(budget_picture(budget, budget.result) for budget in budgets),
@@ -101,6 +105,19 @@ def qualification_document(
         notes=(*(f"left out as requested: {name}" for name in excluded),),
         warnings=(*warnings, *result.warnings),
         budgets=budgets,
+    )
+
+
+def _method(result: Qualification) -> str:
+    """What was done, in sentences for a certificate."""
+    made = result.pretravel_map.provenance
+    return (
+        f"The probe was {made.source} ({made.touches}). The pretravel of a touch is the distance "
+        "of the machine's position at the trigger from that of a probe without pretravel. Centre, "
+        f"effective radius and a map of kind {result.pretravel_map.kind} were fitted to them; the "
+        "scatter of repeats and residuals, the reference and its temperature are in the "
+        "uncertainty. The U of a point on a part contains a single touch with the map, and no "
+        "errors of the machine."
     )
 
 

@@ -166,6 +166,7 @@ def _directions_table(fit: ReferenceFit) -> Table:
         "A direction alone is told from the place of the reference where opposite directions and "
         "the backlash of their axis are known.",
         detail=True,
+        certificate=True,
     )  # fmt: skip
 
 

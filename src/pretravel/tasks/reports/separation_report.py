@@ -15,7 +15,7 @@ from pretravel.laboratory.separation_plan import SeparationPlan
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import Colour
-from pretravel.show.document import Column, Document, KeyFigure, Picture, Span, Table
+from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Span, Table
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.show.whiskers import interval_lines
 
@@ -23,6 +23,14 @@ _SQUARE = MICROMETRE**2
 _SHOWN_SETUPS = 4
 _FEWEST_SHOWN = 4
 """Directions of the machine from which on a picture shows the model."""
+
+
+_METHOD = (
+    "After Nafi and Mayer: a reading is the error of the machine less that of the probe, with the "
+    "noise of both. Readings at several orientations of the probe determine the errors by least "
+    "squares (their sum over the machine's directions is zero), and the variances of all pairs of "
+    "directions from the residuals."
+)
 
 
 def separation_document(
@@ -62,6 +70,7 @@ def separation_document(
             *_excluded_figure(result),
         ),
         tables=(_direction_table(result),),
+        sections=(Section("Method", (_METHOD,), detail=True, certificate=True),),
         pictures=(
             Picture("Errors and variances", lambda: separation_view(result, title)),
             *_model_picture(result, title),
@@ -155,7 +164,9 @@ def _direction_table(result: Separation) -> Table:
             Column.of("u of variance", u_variance / _SQUARE, "µm²", decimals(4)),
         ),
         title="Errors and variances by direction",
+        explanation="u: standard uncertainty (k = 1).",
         detail=True,
+        certificate=True,
     )
 
 

@@ -12,6 +12,8 @@ from pretravel.base.directions import from_angles
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.files.standard_figures import standard_table
 from pretravel.laboratory.standard_check import (
+    COMPARED,
+    UNCHECKED,
     FittedSet,
     LimitOutcome,
     StandardCheck,
@@ -29,12 +31,16 @@ from pretravel.show.whiskers import magnification, whiskers
 from pretravel.tasks.reports.budget_report import budget_table, budgets_data, sphere_section
 from pretravel.tasks.reports.tip_offset_chart import tip_offset_chart
 
+_ORIGIN = {UNCHECKED: "from memory", COMPARED: "compared"}
+"""Where a definition comes from, by its status."""
+
 
 def standards_document(
     check: StandardCheck,
     *,
     touches_name: str = "",
     sphere: MeasuredSphere | None = None,
+    method: Sequence[str] = (),
     warnings: Sequence[str] = (),
 ) -> Document:
     """The report of the figures of a standard.
@@ -46,6 +52,8 @@ def standards_document(
         Of the file with the touches.
     sphere : MeasuredSphere, optional
         Through all touches, compensated.
+    method : sequence of str
+        What was done, and whether its definitions were compared with the text of the standard.
     warnings : sequence of str
 
     Returns
@@ -62,9 +70,11 @@ def standards_document(
             *(() if sphere is None else (sphere_section(sphere),)),
             *_test_values(check),
             Section(
-                "Definitions",
+                "Method and definitions",
+                tuple(method),
                 figures=tuple(KeyFigure(figure.name, figure.meaning) for figure in check.figures),
                 detail=True,
+                certificate=True,
             ),
         ),
         pictures=(
@@ -129,7 +139,8 @@ def _test_values(check: StandardCheck) -> tuple[Section, ...]:
     if not check.budgets:
         return ()
     tables = tuple(budget_table(budget, title=budget.result) for budget in check.budgets)
-    return (Section("Uncertainty of the test values", tables=tables, detail=True),)
+    heading = "Uncertainty of the test values"
+    return (Section(heading, tables=tables, detail=True, certificate=True),)
 
 
 def _figures_table(check: StandardCheck) -> Table:
@@ -146,7 +157,7 @@ def _figures_table(check: StandardCheck) -> Table:
             Column.of("u of test", micrometres(u), "µm", digits),
             Column.of("limit", micrometres(limits), "µm", digits),
             Column.of("verdict", [figure.verdict for figure in figures]),
-            Column.of("definition", [figure.status for figure in figures]),
+            Column.of("definition", [_ORIGIN.get(f.status, f.status) for f in figures]),
         ),
         explanation="u of test: standard uncertainty of the test value from the calibration of the "
         "reference (of an offset: from the touches); empty where that is not stated. verdict: "
