@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import logging
 import sys
 import tracemalloc
 from collections.abc import Iterator
@@ -285,8 +286,11 @@ def test_the_command_reads_long_tables(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_memory_does_not_grow_with_the_table(tmp_path: Path, made: PretravelMap) -> None:
+def test_memory_does_not_grow_with_the_table(
+    tmp_path: Path, made: PretravelMap, caplog: pytest.LogCaptureFixture
+) -> None:
     """Four times as many touches: what is kept are 50 points for pictures, and numbers."""
+    caplog.set_level(logging.WARNING, "pretravel")  # each part is a message, which pytest keeps
     peaks = []
     for count in (5000, 5000, 20_000):
         path = tmp_path / f"{count}.csv"
