@@ -8,6 +8,7 @@ import re
 from collections import defaultdict
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pretravel
@@ -47,13 +48,16 @@ def _functions() -> Iterator[tuple[str, str, Function]]:
                 yield name, text, node
 
 
+_lines = cache(str.splitlines)
+
+
 def _lines_of_code(text: str, function: Function) -> int:
     """Without signature, docstring, comments and empty lines."""
     body = function.body
     first = body[0].lineno
     if ast.get_docstring(function, clean=False) is not None:
         first = body[1].lineno if len(body) > 1 else (function.end_lineno or first) + 1
-    lines = text.splitlines()[first - 1 : function.end_lineno]
+    lines = _lines(text)[first - 1 : function.end_lineno]
     return sum(1 for line in lines if line.strip() and not line.strip().startswith("#"))
 
 
@@ -80,6 +84,34 @@ def test_functions_have_few_parameters() -> None:
         if not module.startswith("cli/") and _parameters(function) > MOST_PARAMETERS
     }
     assert found == set()
+
+
+def test_no_file_imports_itself_through_others() -> None:
+    """Imports inside functions and for types alone too: what a file needs lies below it."""
+    needed = {
+        module: sorted(set(_imported(tree)) - {module, "__init__.py"})
+        for module, (_, tree) in _modules().items()
+    }
+    assert sum(map(len, needed.values())) > 1000
+    TopologicalSorter(needed).prepare()  # a circle is a CycleError, which names its files
+
+
+def _imported(tree: ast.Module) -> Iterator[str]:
+    """Modules of the package that are imported, by their paths."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pretravel"):
+            assert node.module is not None
+            for name in (f"{node.module}.{alias.name}" for alias in node.names):
+                yield _path_of(name) or _path_of(node.module) or "__init__.py"
+        if isinstance(node, ast.Import):
+            yield from filter(None, (_path_of(alias.name) for alias in node.names))
+
+
+def _path_of(name: str) -> str | None:
+    """The path of a module of the package, None for any other name."""
+    parts = "/".join(name.split(".")[1:])
+    paths = (f"{parts}.py", f"{parts}/__init__.py") if parts else ("__init__.py",)
+    return next((path for path in paths if path in _modules()), None)
 
 
 def _public_names(tree: ast.Module) -> Iterator[str]:

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER
 from pretravel.base.units import MICROMETRE
@@ -16,6 +14,7 @@ from pretravel.tasks.qualify import Qualify
 from pretravel.tasks.task import ANSWER, PAGES, SILENT, Field, Progress, Result, Task
 
 if TYPE_CHECKING:
+    from pretravel.base.arrays import FloatArray
     from pretravel.files.file_format import FileReadings
     from pretravel.measurement.budget_check import BudgetCheck, Coverage
     from pretravel.qualification.qualification import Qualification
@@ -106,6 +105,8 @@ class CheckBudget(Qualify):
         """
         from dataclasses import replace
 
+        import numpy as np
+
         from pretravel.measurement.budget_check import ActingErrors, check_budget
 
         others = {"block": self.on_references, "tip": self.tip, "prior": self.prior}
@@ -163,13 +164,18 @@ class CheckedBudget(Result):
 
     def document(self) -> Document:
         """The report."""
-        from pretravel.show.document import Document, KeyFigure, Picture
+        from pretravel.show.document import Document, Judgement, KeyFigure, Picture
         from pretravel.show.formatting import decimals
 
         found, acting = self.check, self.check.acting
         return Document(
             title=f"{self.task.touches_name}: is U honest?",
             verdict=_WORDS[found.verdict],
+            judgement=Judgement(
+                "good" if found.verdict == "honest" else "caution" if found.verdict == "too large"
+                else "bad",
+                found.verdict.capitalize(),
+            ),
             figures=(
                 *(_figure(each) for each in found.coverages),
                 KeyFigure("simulated qualifications", found.sets, "", decimals(0)),
@@ -199,6 +205,8 @@ class CheckedBudget(Result):
     def write(self, output: str, path: Path) -> None:
         """Write the table."""
         del output
+        import numpy as np
+
         from pretravel.files.csv_table import write_csv_table
 
         found = self.check.coverages
@@ -215,7 +223,9 @@ class CheckedBudget(Result):
         })  # fmt: skip
 
 
-def _rms(values: np.ndarray) -> float:
+def _rms(values: FloatArray) -> float:
+    import numpy as np
+
     return float(np.sqrt(np.mean(values**2))) / MICROMETRE
 
 
@@ -262,6 +272,8 @@ def _table(found: BudgetCheck) -> Table:
 
 
 def _view(found: BudgetCheck) -> View:
+    import numpy as np
+
     from pretravel.show.chart import Axis, PlaneChart, View
     from pretravel.show.chart_marks import Dots, LineMark, Rule
     from pretravel.uncertainty.gum import EXPANDED_COVERAGE

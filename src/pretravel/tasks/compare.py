@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.measurement.comparison import Comparison, Correction
-    from pretravel.show.document import Document
+    from pretravel.show.document import Document, KeyFigure
     from pretravel.tasks.compare_designs import DesignComparison
 
 
@@ -208,6 +208,12 @@ class ComparedMap(Result):
         from pretravel.tasks.reports.lobes_report import lobes_sentence
 
         return lobes_sentence(self.pretravel_map, self.comparison)
+
+    def headline(self) -> tuple[KeyFigure, ...]:
+        """The numbers of the sentence that a machinist looks for first."""
+        from pretravel.tasks.reports.lobes_report import lobes_figures
+
+        return lobes_figures(self.pretravel_map, self.comparison)
 
 
 @dataclass(frozen=True, eq=False)

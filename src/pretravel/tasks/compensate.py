@@ -19,7 +19,7 @@ from pretravel.tasks.fields import (
     surface_files,
     with_reading,
 )
-from pretravel.tasks.several_tips import CompensatedTips, compensated_tips
+from pretravel.tasks.several_tips import CompensatedTips
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
 
         self.placement()
         if is_star_file(self.map_file):
-            return compensated_tips(self, progress)
+            return self._of_several_tips(progress)
         pretravel_map, nominal = self.pretravel_map(), self.nominal_surface()
         long = self._long_table_compensated(pretravel_map, nominal, progress)
         if long is not None:
@@ -137,6 +137,23 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         readings = self.read_on(nominal, pretravel_map, progress)
         with progress.working(f"compensating {len(readings.touches)} touches"):
             return self.compensated(readings, pretravel_map, nominal)
+
+    def _of_several_tips(self, progress: Progress) -> CompensatedTips:
+        """Each touch with the map of its tip, and the tip's offset."""
+        from pretravel.files.star_file import read_star
+        from pretravel.measurement.star_stylus import apply_star
+
+        self.refuse_stated(
+            ("place", "machine", "tip_diameter", "feature"),
+            "not taken for the maps of several tips",
+        )
+        star = read_star(self.map_file)
+        readings = self.read_touches(progress).in_machine_axes()
+        with progress.working(f"compensating {len(readings.touches)} touches"):
+            points = apply_star(
+                readings.touches, star, nominal=self.nominal_surface(), extrapolate=self.extrapolate
+            )
+        return CompensatedTips(self.touches_name, readings, star, points)
 
     def read_on(
         self, nominal: Surface | Part | None, pretravel_map: PretravelMap, progress: Progress

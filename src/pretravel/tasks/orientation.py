@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-
 from pretravel.base.quantities import ANGLE
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.tasks.fields import Reported, existing, models, output
@@ -116,6 +114,8 @@ class TurnedProbe(Result):
 
     def document(self) -> Document:
         """The report."""
+        import numpy as np
+
         from pretravel.identification.orientation import SHARE
         from pretravel.show.document import Document, KeyFigure, Picture
         from pretravel.show.formatting import decimals

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks import several_tips
 from pretravel.tasks.fields import (
     DIAMETER,
     SPHERE_FORM,
@@ -28,12 +27,11 @@ from pretravel.tasks.qualify_references import (
     TERM_ENDINGS,
     OnReferences,
     QualifiedReferences,
-    as_round_reference,
-    qualified_references,
+    fitted_references,
     references_of,
     size_warnings,
 )
-from pretravel.tasks.several_tips import OfSeveralTips
+from pretravel.tasks.several_tips import TIP_ENDINGS, OfSeveralTips, QualifiedTips
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import Length, length_or_none
 
@@ -41,7 +39,7 @@ if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings
     from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.pretravel_map import PretravelMap
-    from pretravel.maps.provenance import QualificationSetup
+    from pretravel.maps.provenance import QualificationSetup, SetupOptions
     from pretravel.qualification.prior_update import MapUpdate
     from pretravel.qualification.qualification import Qualification
     from pretravel.show.document import Document
@@ -124,6 +122,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             range=ANGLE,
             label="Azimuth of the largest pretravel",
             hint="Empty: determined from the touches",
+            of_kind="wozniak",
         ),
     ] = None
     transducer: Annotated[
@@ -131,6 +130,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         Field(
             help="Kind wozniak: contact (the map has lobes) or piezo (it has none).",
             words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
+            of_kind="wozniak",
         ),
     ] = "contact"
     axis: ProbeAxis = UPRIGHT
@@ -151,12 +151,12 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
     def endings(self, output: str) -> tuple[str, ...]:
         """On blocks and several references a table or a page, and no map."""
         if output == "output" and (self.on_references or self.tip):
-            return several_tips.TIP_ENDINGS if self.tip else TERM_ENDINGS
+            return TIP_ENDINGS if self.tip else TERM_ENDINGS
         return super().endings(output)
 
     def run(
         self, progress: Progress = SILENT
-    ) -> QualifiedProbe | UpdatedProbe | QualifiedReferences | several_tips.QualifiedTips:
+    ) -> QualifiedProbe | UpdatedProbe | QualifiedReferences | QualifiedTips:
         """Read the touches and determine the map.
 
         Returns
@@ -164,14 +164,11 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         QualifiedProbe
             Or `UpdatedProbe`, with an old map; `QualifiedReferences`, on blocks or several.
         """
-        if not self.on_references:
-            self.refuse_settings_of_references()
-        elif self.tip:
-            references_of(self)
-        if self.tip:
-            return several_tips.qualified_tips(self, progress)
         if self.on_references:
-            return qualified_references(self, progress)
+            return self._on_references(progress)
+        self.refuse_settings_of_references()
+        if self.tip:
+            return self._of_several_tips(progress)
         if self.prior is not None:
             return self._update(self.prior, progress)
         self.wozniak()
@@ -187,7 +184,29 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             reference_diameter=self.reference_diameter(),
             ring=self.in_plane,
         ).in_machine_axes()
-        return as_round_reference(self, readings)
+        return self._as_round(readings) if self.in_plane else readings
+
+    def _as_round(self, readings: FileReadings) -> FileReadings:
+        """Touches on a pin as those in a ring, and heights as if the axis were upright."""
+        from pretravel.qualification.round_references import (
+            as_upright_ring,
+            unknown_diameter,
+            without_tilt,
+        )
+
+        if self.ring and self.pin:
+            raise PretravelError(
+                "a reference is touched inside (ring) or outside (pin), not both",
+                inputs=("ring", "pin"),
+            )
+        diameter = self.reference_diameter()
+        if self.pin and diameter is None:
+            # The circle is that of the pin: outside, the tip is added.
+            upright = without_tilt(readings.touches, ring=False)
+            found = unknown_diameter(upright, 0.0, ring=True)
+            diameter = found - (self.tip_diameter or 0.0)
+        touches = as_upright_ring(readings.touches, diameter or 0.0, pin=self.pin)
+        return replace(readings, touches=touches)
 
     @property
     def in_plane(self) -> bool:
@@ -231,6 +250,65 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         setup = self.setup(readings)
         found = qualified(readings.touches, setup, wished or kind_named(self.kind))
         return QualifiedProbe(self, readings, found)
+
+    def _on_references(self, progress: Progress) -> QualifiedReferences:
+        """On blocks or several references, of which a round one gives the map."""
+        self.refuse_stated(
+            ("diameter", "ring", "pin", "unknown_size", "prior", "kind", "tip"),
+            "stated, and also a block or several references; they state their shapes and sizes "
+            "themselves, and their map is of the kind auto",
+            "block",
+            "reference",
+        )
+        form = self.sphere_form_um * MICROMETRE
+        references = references_of(
+            self,
+            u_usual=(0.2 if self.u_diameter_um is None else self.u_diameter_um) * MICROMETRE,
+            u_temperature=self.u_temperature,
+            form=form if self.stated("sphere_form_um") else None,
+        )
+        readings = self.read_touches(progress, tip_diameter=self.tip_diameter).in_machine_axes()
+        setup: SetupOptions = {
+            "tip_diameter": self.tip_diameter,
+            "sphere_form": form,
+            "axial_pretravel": self.axial_pretravel_um.millimetres,
+        }
+        fit, made = fitted_references(self, readings.touches, references, setup, progress)
+        if made is None and self.output is not None and self.output.suffix.lower() == ".json":
+            raise PretravelError(
+                f"{self.output.name}: touches on blocks give terms of the machine and pretravel "
+                "in their directions (.csv, or a page), not a map; a sphere, a ring or a pin of "
+                "known size beside them gives one",
+                inputs=("output",),
+            )
+        name = self.touches_name
+        return QualifiedReferences(self, name, readings, tuple(references), fit, made)
+
+    def _of_several_tips(self, progress: Progress) -> QualifiedTips:
+        """Each tip on its touches of the sphere."""
+        from pretravel.maps.kinds import AUTO
+        from pretravel.measurement.star_stylus import rows_of_tips, star_stylus
+        from pretravel.qualification.qualify import qualified
+
+        self.refuse_stated(
+            ("tip_diameter", "ring", "pin", "unknown_size", "prior", "axis"),
+            "stated, and also several tips: a tip states its diameter and its axis itself, and "
+            "all touch one sphere",
+            "tip",
+        )
+        parts = [one.parts for one in self.tip]
+        readings = self.read(progress)
+        rows = rows_of_tips(readings.touches, [one.name for one in parts])
+        kind = "harmonic" if self.kind == AUTO else self.kind
+        made: dict[str, Qualification] = {}
+        for one in parts:
+            if one.name not in rows:
+                raise PretravelError(f"no touch was made with the tip {one.name}", inputs=("tip",))
+            with progress.working(f"qualifying the tip {one.name}"):
+                own = replace(self, tip=(), tip_diameter=one.diameter, axis=one.axis, output=None)
+                made[one.name] = qualified(readings.touches.take(rows[one.name]), own.setup(), kind)
+        with progress.working("offsets of the tips"):
+            return QualifiedTips(self, self.touches_name, readings, made, star_stylus(made))
 
     def wozniak(self) -> WozniakKind:
         """The kind wozniak with its settings, which no other kind has.

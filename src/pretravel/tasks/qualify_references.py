@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from pretravel.qualification.qualification import Qualification
     from pretravel.qualification.reference_fit import Reference, ReferenceFit
     from pretravel.show.document import Document
-    from pretravel.tasks.qualify import Qualify
+    from pretravel.tasks.fields import LaboratoryReport
+    from pretravel.touches import Touches
 
 _PPM = 1e-6
 _USUAL_FORM = 1.0 * MICROMETRE
@@ -166,54 +167,32 @@ def size_warnings(task: OnReferences) -> list[str]:
     ]
 
 
-def as_round_reference(task: Qualify, readings: FileReadings) -> FileReadings:
-    """Touches on a pin as those in a ring, and heights as if the axis were upright."""
-    from pretravel.qualification.round_references import (
-        as_upright_ring,
-        unknown_diameter,
-        without_tilt,
-    )
-
-    if not task.in_plane:
-        return readings
-    if task.ring and task.pin:
-        raise PretravelError(
-            "a reference is touched inside (ring) or outside (pin), not both",
-            inputs=("ring", "pin"),
-        )
-    diameter = task.reference_diameter()
-    if task.pin and diameter is None:
-        # The circle is that of the pin: outside, the tip is added.
-        upright = without_tilt(readings.touches, ring=False)
-        found = unknown_diameter(upright, 0.0, ring=True)
-        diameter = found - (task.tip_diameter or 0.0)
-    touches = as_upright_ring(readings.touches, diameter or 0.0, pin=task.pin)
-    return replace(readings, touches=touches)
-
-
-def references_of(task: Qualify) -> list[Reference]:
+def references_of(
+    task: OnReferences, *, u_usual: float, u_temperature: float, form: float | None
+) -> list[Reference]:
     """The references that are stated.
+
+    Parameters
+    ----------
+    task : OnReferences
+    u_usual : float
+        Standard uncertainty of a size whose own is not stated. [mm]
+    u_temperature : float
+        [K]
+    form : float or None
+        Deviation of form; None for that of a usual block. [mm]
 
     Raises
     ------
     PretravelError
-        Two of one name; a diameter beside them; settings of maps.
+        Two of one name.
     """
     from pretravel.qualification.reference_fit import Reference
 
-    for name in ("diameter", "ring", "pin", "unknown_size", "prior", "kind", "tip"):
-        if task.stated(name) and (name != "diameter" or task.diameter is not None):
-            raise PretravelError(
-                f"{name.replace('_', ' ')} is stated, and also a block or several references; they "
-                "state their shapes and sizes themselves, and their map is of the kind auto",
-                inputs=(name, "block", "reference"),
-            )
-    form = task.sphere_form_um * MICROMETRE if task.stated("sphere_form_um") else _USUAL_FORM
-    common = {"u_temperature": task.u_temperature, "form": form}
-    u_usual = 0.2 if task.u_diameter_um is None else task.u_diameter_um
+    common = {"u_temperature": u_temperature, "form": _USUAL_FORM if form is None else form}
     found = []
     if task.block is not None:
-        found.append(Reference("block", "block", tuple(task.block), u_usual * MICROMETRE, **common))
+        found.append(Reference("block", "block", tuple(task.block), u_usual, **common))
     for text in task.reference:
         match = _REFERENCE.fullmatch(text)
         assert match is not None  # checked where it was typed
@@ -221,7 +200,7 @@ def references_of(task: Qualify) -> list[Reference]:
         sizes: Sequence[float] = ()
         if size not in (None, "unknown"):
             sizes = block_lengths(size)
-        u_size = (u_usual if u is None else float(u)) * MICROMETRE
+        u_size = u_usual if u is None else float(u) * MICROMETRE
         found.append(Reference(name, shape, tuple(sizes), u_size, **common))
     names = [one.name for one in found]
     double = [name for name in names if names.count(name) > 1]
@@ -232,52 +211,46 @@ def references_of(task: Qualify) -> list[Reference]:
     return found
 
 
-def qualified_references(task: Qualify, progress: Progress) -> QualifiedReferences:
+def fitted_references(
+    task: OnReferences,
+    touches: Touches,
+    references: Sequence[Reference],
+    setup: SetupOptions,
+    progress: Progress,
+) -> tuple[ReferenceFit, tuple[Reference, Qualification] | None]:
     """Fit touches on blocks or several references; a round one among them gives the map.
 
     Parameters
     ----------
-    task : Qualify
+    task : OnReferences
+    touches : Touches
+        In the axes of the machine.
+    references : sequence of Reference
+    setup : SetupOptions
+        Of the map.
     progress : Progress
 
-    Raises
-    ------
-    PretravelError
-        A map is asked for, and no reference is round and of known size.
+    Returns
+    -------
+    fit : ReferenceFit
+    qualified : tuple of Reference and Qualification, or None
     """
     from pretravel.maps.machine_terms import priors_of
     from pretravel.qualification.reference_fit import fit_references
     from pretravel.qualification.round_references import qualified_beside_others
 
-    references = references_of(task)
     backlash = task.u_backlash_um
     priors = priors_of(
         u_scale=None if task.u_scale_ppm is None else task.u_scale_ppm * _PPM,
         u_squareness=None if task.u_squareness_ppm is None else task.u_squareness_ppm * _PPM,
         u_backlash=None if backlash is None else backlash * MICROMETRE,
     )
-    readings = task.read_touches(progress, tip_diameter=task.tip_diameter).in_machine_axes()
-    with progress.working(
-        f"fitting {len(readings.touches)} touches on {len(references)} references"
-    ):
+    with progress.working(f"fitting {len(touches)} touches on {len(references)} references"):
         found = fit_references(
-            readings.touches, references, tip_diameter=task.tip_diameter, priors=priors
+            touches, references, tip_diameter=setup["tip_diameter"], priors=priors
         )
     with progress.working("qualifying on the round reference"):
-        setup: SetupOptions = {
-            "tip_diameter": task.tip_diameter,
-            "sphere_form": task.sphere_form_um * MICROMETRE,
-            "axial_pretravel": task.axial_pretravel_um.millimetres,
-        }
-        made = qualified_beside_others(readings.touches, references, found, setup)
-    if made is None and task.output is not None and task.output.suffix.lower() == ".json":
-        raise PretravelError(
-            f"{task.output.name}: touches on blocks give terms of the machine and pretravel in "
-            "their directions (.csv, or a page), not a map; a sphere, a ring or a pin of known "
-            "size beside them gives one",
-            inputs=("output",),
-        )
-    return QualifiedReferences(task, readings, tuple(references), found, made)
+        return found, qualified_beside_others(touches, references, found, setup)
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +259,9 @@ class QualifiedReferences(Result):
 
     Attributes
     ----------
-    task : Qualify
+    task : LaboratoryReport
+    touches_name : str
+        Of the touches, in titles.
     readings : FileReadings
     references : tuple of Reference
     fit : ReferenceFit
@@ -294,7 +269,8 @@ class QualifiedReferences(Result):
         The map of the touches on a round reference, without the terms of the machine.
     """
 
-    task: Qualify
+    task: LaboratoryReport
+    touches_name: str
     readings: FileReadings
     references: tuple[Reference, ...]
     fit: ReferenceFit
@@ -308,7 +284,7 @@ class QualifiedReferences(Result):
         report = reference_document(
             self.fit,
             self.references,
-            touches_name=self.task.touches_name,
+            touches_name=self.touches_name,
             qualified=self.qualified,
             warnings=[*self.readings.notes(), *self.task.statements_left_out()],
         )

@@ -33,6 +33,12 @@ def _traces_meant(places: Sequence[Path]) -> list[Path]:
     return rig_traces(places)
 
 
+FOREIGN_BUDGET = (
+    "the budget is that of Ren 2020, Table 2, of another laboratory; give your own as a file"
+)
+"""A warning where none was given."""
+
+
 class Rig(LaboratoryReport):
     """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty."""
 
@@ -421,10 +427,7 @@ class CalibratedRig(Result):
 
         task = self.task
         if task.budget is None:
-            yield (
-                "the budget is that of Ren 2020, Table 2, of another laboratory; give your own "
-                "with --budget"
-            )
+            yield FOREIGN_BUDGET
         if task.output is None or not by_name(Rig)["output"].is_report(task.output):
             return
         if fields := (self.statements or LaboratoryStatements()).missing:

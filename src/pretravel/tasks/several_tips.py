@@ -1,4 +1,4 @@
-"""Qualify the tips of a star stylus on one sphere, and compensate touches of several tips."""
+"""The tips of a star stylus as they are stated, and what comes of them."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-import numpy as np
-
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import TIP_BALL, checked
 from pretravel.base.units import MICROMETRE
 from pretravel.tasks.fields import with_reading
-from pretravel.tasks.task import PAGES, Field, Progress, Result, Task
+from pretravel.tasks.task import PAGES, Field, Result, Task
 from pretravel.tasks.values import Vector, unit_vector
 
 if TYPE_CHECKING:
@@ -24,8 +22,7 @@ if TYPE_CHECKING:
     from pretravel.measurement.star_stylus import StarStylus
     from pretravel.qualification.qualification import Qualification
     from pretravel.show.document import Document
-    from pretravel.tasks.compensate import Compensate
-    from pretravel.tasks.qualify import Qualify
+    from pretravel.tasks.fields import LaboratoryReport
 
 TIP_ENDINGS = (".json", *PAGES)
 """Of the output of several tips."""
@@ -84,64 +81,30 @@ class OfSeveralTips(Task):
     ] = ()
 
 
-def qualified_tips(task: Qualify, progress: Progress) -> QualifiedTips:
-    """Qualify each tip on its touches of the sphere.
-
-    Parameters
-    ----------
-    task : Qualify
-    progress : Progress
-
-    Raises
-    ------
-    PretravelError
-        Settings of one tip; a tip without touches.
-    """
-    from pretravel.maps.kinds import AUTO
-    from pretravel.measurement.star_stylus import rows_of_tips, star_stylus
-    from pretravel.qualification.qualify import qualified
-
-    for name in ("tip_diameter", "ring", "pin", "unknown_size", "prior", "axis"):
-        if task.stated(name):
-            raise PretravelError(
-                f"{name.replace('_', ' ')} is stated, and also several tips: a tip states its "
-                "diameter and its axis itself, and all touch one sphere",
-                inputs=(name, "tip"),
-            )
-    parts = [one.parts for one in task.tip]
-    readings = task.read(progress)
-    rows = rows_of_tips(readings.touches, [one.name for one in parts])
-    kind = "harmonic" if task.kind == AUTO else task.kind
-    made: dict[str, Qualification] = {}
-    for one in parts:
-        if one.name not in rows:
-            raise PretravelError(f"no touch was made with the tip {one.name}", inputs=("tip",))
-        with progress.working(f"qualifying the tip {one.name}"):
-            own = replace(task, tip=(), tip_diameter=one.diameter, axis=one.axis, output=None)
-            made[one.name] = qualified(readings.touches.take(rows[one.name]), own.setup(), kind)
-    with progress.working("offsets of the tips"):
-        return QualifiedTips(task, readings, made, star_stylus(made))
-
-
 @dataclass(frozen=True, eq=False)
 class QualifiedTips(Result):
     """The tips of a star stylus, each with its qualification.
 
     Attributes
     ----------
-    task : Qualify
+    task : LaboratoryReport
+    touches_name : str
+        Of the touches, in titles.
     readings : FileReadings
     qualifications : mapping of str to Qualification
     star : StarStylus
     """
 
-    task: Qualify
+    task: LaboratoryReport
+    touches_name: str
     readings: FileReadings
     qualifications: Mapping[str, Qualification]
     star: StarStylus
 
     def document(self) -> Document:
         """The report."""
+        import numpy as np
+
         from pretravel.show.document import Column, Digits, Document, KeyFigure, Table
         from pretravel.show.formatting import decimals
 
@@ -169,7 +132,7 @@ class QualifiedTips(Result):
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
         return Document(
-            title=f"{self.task.touches_name}: {len(made)} tips on one sphere",
+            title=f"{self.touches_name}: {len(made)} tips on one sphere",
             verdict=f"{len(made)} tips have a map each, and their offsets from {star.names[0]}",
             figures=tuple(
                 KeyFigure(f"effective radius, {name}", q.effective_radius, "mm", decimals(5),
@@ -192,51 +155,21 @@ class QualifiedTips(Result):
         write_star(path, self.star)
 
 
-def compensated_tips(task: Compensate, progress: Progress) -> CompensatedTips:
-    """Compensate touches of several tips, each with its map and its offset.
-
-    Parameters
-    ----------
-    task : Compensate
-    progress : Progress
-
-    Raises
-    ------
-    PretravelError
-        Settings that hold for one map only.
-    """
-    from pretravel.files.star_file import read_star
-    from pretravel.measurement.star_stylus import apply_star
-
-    for name in ("place", "machine", "tip_diameter", "feature"):
-        if task.stated(name):
-            raise PretravelError(
-                f"{name.replace('_', ' ')} is not taken for the maps of several tips",
-                inputs=(name,),
-            )
-    star = read_star(task.map_file)
-    readings = task.read_touches(progress).in_machine_axes()
-    with progress.working(f"compensating {len(readings.touches)} touches"):
-        points = apply_star(
-            readings.touches, star, nominal=task.nominal_surface(), extrapolate=task.extrapolate
-        )
-    return CompensatedTips(task, readings, star, points)
-
-
 @dataclass(frozen=True, eq=False)
 class CompensatedTips(Result):
     """Surface points of several tips.
 
     Attributes
     ----------
-    task : Compensate
+    touches_name : str
+        Of the touches, in titles.
     readings : FileReadings
     star : StarStylus
     points : Points
         In the frame of the first tip.
     """
 
-    task: Compensate
+    touches_name: str
     readings: FileReadings
     star: StarStylus
     points: Points
@@ -246,7 +179,7 @@ class CompensatedTips(Result):
         from pretravel.tasks.reports.points_report import points_document
 
         document = points_document(
-            self.points, touches_name=self.task.touches_name, warnings=self.readings.notes()
+            self.points, touches_name=self.touches_name, warnings=self.readings.notes()
         )
         note = f"Points are in the frame of the tip {self.star.names[0]}."
         return replace(document, notes=(*document.notes, note))
@@ -261,5 +194,5 @@ class CompensatedTips(Result):
         from pretravel.files.point_files import write_points
 
         touches = self.readings.touches
-        note = f"{self.task.touches_name} compensated with the tips {', '.join(self.star.names)}"
+        note = f"{self.touches_name} compensated with the tips {', '.join(self.star.names)}"
         write_points(path, self.points, note, nominal_points=touches.nominal_points)

@@ -109,6 +109,8 @@ class Field:
         Whether .json among them is the report as values, as `show.result_file` writes it.
     in_run : bool
         The run itself writes it, not the result afterwards.
+    of_kind : str
+        The only kind of map with this setting; empty: every kind has it.
     """
 
     help: str
@@ -127,6 +129,7 @@ class Field:
     writes: tuple[str, ...] = ()
     report_json: bool = False
     in_run: bool = False
+    of_kind: str = ""
 
 
 class Setting(NamedTuple):
@@ -409,6 +412,28 @@ class Task:
         if setting.default is MISSING:
             return True
         return bool(getattr(self, name) != setting.checked(setting.default))
+
+    def refuse_stated(self, names: Sequence[str], reason: str, *beside: str) -> None:
+        """Refuse settings that do not go with others.
+
+        Parameters
+        ----------
+        names : sequence of str
+        reason : str
+            What follows "the setting is".
+        beside : str
+            Settings with which they do not go.
+
+        Raises
+        ------
+        PretravelError
+            One of them is stated.
+        """
+        for name in names:
+            if self.stated(name):
+                raise PretravelError(
+                    f"{name.replace('_', ' ')} is {reason}", inputs=(name, *beside)
+                )
 
 
 _DESCRIBED: dict[Any, dict[str, Setting]] = {}
