@@ -11,7 +11,7 @@ import numpy as np
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.base.directions import azimuth_angle
-from pretravel.controls.lookup import Band, MapSamples, supported_band
+from pretravel.controls.lookup import FEW, Band, MapSamples, supported_band
 from pretravel.maps.basis import CondensedProbe, SeriesForm, SixSeatForm
 from pretravel.maps.pretravel_map import PretravelMap
 
@@ -175,7 +175,7 @@ def exact_lookup(pretravel_map: PretravelMap) -> LookupSeries | LookupSeats | No
         return None
     band = supported_band(pretravel_map)
     lookup = _series(form, band) if isinstance(form, SeriesForm) else _seats(form, band)
-    return replace(lookup, largest_error=MapSamples(pretravel_map, band).largest_error(lookup))
+    return replace(lookup, largest_error=MapSamples(pretravel_map, band, FEW).largest_error(lookup))
 
 
 def _seats(form: SixSeatForm, band: Band) -> LookupSeats:

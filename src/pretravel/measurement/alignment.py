@@ -689,7 +689,7 @@ def touching(
     >>> x = np.array([-1.0, 0.0, 1.0])
     >>> slopes = np.c_[-np.ones(3), x]
     >>> amounts, rests = touching(np.array([0.1, 0.0, 0.1]), slopes, np.zeros(3), False)
-    >>> (amounts.round(9) + 0.0).tolist(), rests[0].round(9).tolist()
+    >>> (amounts.round(9) + 0.0).tolist(), (rests[0].round(9) + 0.0).tolist()
     ([0.1, 0.0], [0.5, 0.0, 0.5])
     """
     from scipy.optimize import linprog

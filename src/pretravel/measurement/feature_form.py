@@ -35,6 +35,11 @@ class FormResult:
         Mean range that the errors of the points produce on a perfect feature. [mm]
     most_noise : float
         Range that they exceed in 5 of 100 cases. [mm]
+
+    >>> equal_steps = np.linspace(1e-3, 2e-3, 1001)
+    >>> form = FormResult(2.2e-3, 1.8e-3, equal_steps, 3e-4, 5e-4)
+    >>> [round(end, 6) for end in form.interval], round(form.expanded_u, 6)
+    ([0.001022, 0.001978], 0.000778)
     """
 
     measured: float

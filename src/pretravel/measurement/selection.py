@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import frozen
 from pretravel.base.errors import PretravelError
-from pretravel.measurement.association import label_prefix
+from pretravel.measurement.association import ASSOCIATIONS, label_prefix
 from pretravel.measurement.points import Points
 
 _SHOWN = 8
@@ -96,6 +96,16 @@ def points_of_features(
             place_of[name] = min(place, place_of.get(name, place))
     _refuse_labels(points.labels, patterns, matched, by_prefix=by_prefix)
     return {name: points_at(points, rows[name]) for name in sorted(rows, key=place_of.__getitem__)}
+
+
+def named_feature(name: str) -> str | None:
+    """The feature whose word a name of points begins with; None where there is none.
+
+    >>> named_feature("bore1"), named_feature("Plane_top"), named_feature("top")
+    ('bore', 'plane', None)
+    """
+    found = [kind for kind in ASSOCIATIONS if name.lower().startswith(kind)]
+    return max(found, key=len, default=None)
 
 
 def _refuse_labels(

@@ -174,7 +174,9 @@ def without_machine(
     >>> from pretravel.qualification.observe import observe
     >>> n = sphere_pattern_25()
     >>> touches, setup = Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0)
-    >>> without_machine(touches, observe(touches, setup), setup, np.eye(3))[0].positions.shape
+    >>> upright = np.eye(3)
+    >>> seen = observe(touches, setup, upright)
+    >>> without_machine(touches, seen, setup, upright)[0].positions.shape
     (25, 3)
     """
     positions = touches.positions if latched is None else latched

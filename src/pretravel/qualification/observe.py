@@ -9,7 +9,6 @@ import numpy as np
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import describe
 from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.maps.observation import Observation
 from pretravel.maps.plausibility import (
@@ -34,17 +33,15 @@ _FEW_FALSE = 0.1  # share of touches that can be false trips: more of them are a
 _WRONG_RADIUS = 0.1  # mm: two readings of a diameter closer than this are the same
 
 
-def observe(
-    touches: Touches, setup: QualificationSetup, rotation: FloatArray | None = None
-) -> Observation:
+def observe(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -> Observation:
     """Touches about their least-squares centre, after a check that everything fits together.
 
     Parameters
     ----------
     touches : Touches
     setup : QualificationSetup
-    rotation : (3, 3) float, optional
-        Probe to machine frame; that of the setup's axis when not given.
+    rotation : (3, 3) float
+        Probe to machine frame.
 
     Returns
     -------
@@ -57,8 +54,6 @@ def observe(
         fit.
     """
     source = f"{touches.source}: " if touches.source else ""
-    if rotation is None:
-        rotation = probe_rotation(setup.axis)
     groups = _repeats(touches.normals)
     _refuse_few(len(touches), int(groups.max()) + 1, setup.reference, source)
     _refuse_strays(touches, 0.5 * setup.diameter, source)

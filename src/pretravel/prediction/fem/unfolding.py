@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
+from pretravel.base.extras import needed
 from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.prediction.fem.mesh import frozen_integers, six_nodes
 from pretravel.prediction.fem.regions import seat_face
@@ -48,6 +49,7 @@ def unfolded_mesh(sixth: FiniteElementMesh, symmetry: ThreefoldSymmetry) -> Unfo
     -------
     Unfolded
     """
+    needed("skfem", "fem")  # the sixth may come from the cache
     from skfem import MeshTet
 
     numbers, corner_points = _corner_images(sixth, symmetry)
