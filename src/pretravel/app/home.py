@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from pretravel.app.components.from_project import made_map
+from pretravel.app.components.from_project import made_map, measure_with_map
 from pretravel.app.components.layout import live, note, panel, text
 from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState
@@ -42,8 +42,7 @@ def _build() -> None:
         if made_map() is not None and not SESSION.project.screen("part").files["map"]:
             with ui.element("li"):
                 text("span", "The map of the probe is there.", "file-name")
-                link = text("a", "Measure a part with this map", "button-link")
-                link.props["href"] = address_in("/part")
+                measure_with_map()
 
 
 def _rows() -> list[tuple[str, str, str, str]]:

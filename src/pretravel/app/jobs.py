@@ -25,7 +25,9 @@ LARGE = 2_000_000
 """Bytes of files above which work is done in a process of its own: it can be ended, and its memory
 is given back."""
 _PAUSE = 0.15
-"""Time without a change before automatic work starts. [s]"""
+"""Time from the last change of a setting, which may go on, to the start of automatic work. [s]"""
+_UNTIL_AHEAD = 0.3
+"""Time from the request of a page, which is built first, to the start of `do_ahead`. [s]"""
 
 
 @dataclass(frozen=True)
@@ -210,6 +212,7 @@ class Work:
             return
         begun = self.running or self._timer is not None or self._done is not None
         only_seen = wanted == self._wanted and begun
+        typed = self._wanted is not None and wanted[0] != self._wanted[0]
         self._wanted, self._seen = wanted, seen
         self.stale = self._done is not None and wanted != self._done
         if not self.ready():
@@ -229,7 +232,8 @@ class Work:
         elif self.job.automatic:
             if self._timer is not None:
                 self._timer.cancel()
-            self._timer = asyncio.get_running_loop().call_later(_PAUSE, self.start)
+            pause = _PAUSE if typed else 0.0
+            self._timer = asyncio.get_running_loop().call_later(pause, self.start)
         self._tell()
 
     def start(self) -> None:
@@ -374,6 +378,44 @@ def listen_to_library() -> None:
             told.warning(str(message))
 
     warnings.showwarning = show
+
+
+_ahead: set[tuple[Job, ...]] = set()
+"""What was done ahead."""
+
+
+def do_ahead(
+    jobs: tuple[Job, ...],
+    settings: Mapping[str, SettingValue],
+    files: Mapping[str, tuple[Path, ...]],
+) -> None:
+    """Do jobs once with an example, in the background.
+
+    This loads what they need, so that the first file of the user is computed sooner.
+
+    Parameters
+    ----------
+    jobs : tuple of Job
+        In their order; each job gets the results of the jobs before it.
+    settings : mapping of str to value
+    files : mapping of str to tuple of Path
+        By purpose.
+    """
+    if not jobs or jobs in _ahead:
+        return
+    _ahead.add(jobs)
+
+    def work() -> None:
+        _told.set(_Told(lambda _: None, lambda _: None, lambda: True))
+        results: dict[str, Any] = {}
+        with suppress(PretravelError):
+            for job in jobs:
+                with _lane:
+                    results[job.name] = job.compute(Inputs(settings, files, results))
+
+    timer = threading.Timer(_UNTIL_AHEAD, work)
+    timer.daemon = True
+    timer.start()
 
 
 def _run_job(

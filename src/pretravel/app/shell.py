@@ -16,6 +16,7 @@ from pretravel.app.project import ScreenState
 from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.base.version import installed_version
+from pretravel.show.glossary import glossary, word_anchor
 
 _NOT_CONNECTED = "Not connected: what you type is kept, and sent when the connection is back"
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
@@ -118,7 +119,7 @@ def _navigation(current: str) -> Element:
 
 def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:
     with ui.element("li"), ui.element("a") as link:
-        link.props["href"] = address_in(address)
+        link.props["href"], link.props["title"] = address_in(address), title
         if chosen:
             link.props["aria-current"] = "page"
         ui.icon(icon).props('aria-hidden="true"')
@@ -208,6 +209,11 @@ def help_page() -> None:
         for heading, paragraph in HELP.items():
             text("h2", heading)
             text("p", paragraph.format(place=place))
+        text("h2", "Words").props('id="words"')
+        with ui.element("dl").classes("words"):
+            for entry in glossary():
+                text("dt", entry.term).props["id"] = word_anchor(entry)
+                text("dd", f"{entry.meaning} [{entry.unit}]" if entry.unit else entry.meaning)
 
 
 HELP = {

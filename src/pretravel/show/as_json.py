@@ -17,6 +17,7 @@ from pretravel.show.document import (
     Digits,
     Document,
     FigureValue,
+    Judgement,
     KeyFigure,
     Picture,
     Section,
@@ -32,6 +33,7 @@ _MOST_DIGITS = 30
 _LARGEST_WHOLE = 10**15
 _TYPES = (
     Document,
+    Judgement,
     Section,
     Table,
     Column,

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -274,6 +274,21 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Judgement:
+    """What a report decides, in a word.
+
+    Attributes
+    ----------
+    level : str
+        ``good``, ``caution`` or ``bad``: its colour and its sign where it is shown.
+    word : str
+    """
+
+    level: Literal["good", "caution", "bad"]
+    word: str
+
+
+@dataclass(frozen=True)
 class Document(ShownInNotebooks):
     """A report of one result.
 
@@ -296,6 +311,8 @@ class Document(ShownInNotebooks):
         Uncertainty budgets of results in mm, the main one first.
     data : tuple of Table
         Values for programs: a file of results contains them, a page and a terminal do not.
+    judgement : Judgement or None
+        What it decides; None where nothing is decided.
     """
 
     title: str
@@ -308,6 +325,7 @@ class Document(ShownInNotebooks):
     warnings: tuple[str, ...] = ()
     budgets: tuple[Budget, ...] = ()
     data: tuple[Table, ...] = ()
+    judgement: Judgement | None = None
 
     def __repr__(self) -> str:
         return (

@@ -56,6 +56,15 @@ def glossary() -> tuple[GlossaryEntry, ...]:
     return TomlStructure().make(parse_toml(text, "glossary.toml"), _Glossary).word
 
 
+def word_anchor(entry: GlossaryEntry) -> str:
+    """The name of the place of an entry in a page.
+
+    >>> word_anchor(GlossaryEntry("sector, vector radius", "of a table"))
+    'word-sector-vector-radius'
+    """
+    return f"word-{re.sub(r'[^a-z0-9]+', '-', entry.term.lower()).strip('-')}"
+
+
 def words_used(documents: Iterable[Document]) -> tuple[GlossaryEntry, ...]:
     """The entries whose words occur in documents.
 

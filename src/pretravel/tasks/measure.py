@@ -17,6 +17,7 @@ from pretravel.tasks.values import ToleranceText, Vector, tolerance, unit_vector
 if TYPE_CHECKING:
     from pretravel.files.features_file import Drawing
     from pretravel.measurement.between_features import FeatureRelation
+    from pretravel.measurement.measured_feature import MeasuredFeature
     from pretravel.measurement.points import Points
     from pretravel.measurement.tolerance_frame import PlacedFeature
     from pretravel.measurement.tolerances import FeatureTolerances, InspectedFeature, Together
@@ -24,10 +25,14 @@ if TYPE_CHECKING:
     from pretravel.surface.cad.part import Part
 
 
+BY_LABEL = "by-label"
+"""Instead of a feature: that which the label of the points begins with, as in bore1-1, plane2-1."""
+
+
 def _features() -> list[str]:
     from pretravel.measurement.association import ASSOCIATIONS
 
-    return list(ASSOCIATIONS)
+    return [*ASSOCIATIONS, BY_LABEL]
 
 
 Criterion: TypeAlias = Literal["gaussian", "minimum-zone", "inscribed", "circumscribed", "tangent"]
@@ -58,7 +63,10 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot.",
+            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot; or "
+            "by-label: each group of labels is the feature with which they begin, as bore1-1 (a "
+            "bore or boss at several heights: a cylinder).",
+            words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
         ),
@@ -340,13 +348,17 @@ class Measure(LaboratoryReport):
         from pretravel.measurement.selection import points_of_features
 
         wanted = wanted or self.wanted()
-        found = []
+        found: list[InspectedFeature] = []
+        left_out: list[str] = []
         for name, task in wanted.tasks.items():
-            chosen = points_of_features(points, task.select, by_prefix=task.by_prefix)
+            by_label = task.feature == BY_LABEL
+            chosen = points_of_features(points, task.select, by_prefix=task.by_prefix or by_label)
+            if by_label:
+                chosen, left_out = _with_names_of_features(chosen)
             _refuse_one_place_for_many(task, list(chosen))
             found += [_measured(name or label, mine, task) for label, mine in chosen.items()]
         if wanted.drawing is None:
-            return _result(self, tuple(found), ())
+            return replace(_result(self, tuple(found), ()), left_out=tuple(left_out))
         inspected, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
         return replace(_result(self, inspected, together), left_out=wanted.left_out)
 
@@ -408,7 +420,7 @@ class MeasuredFeatures(Result):
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
                 "u contains the errors of probing alone; a verdict also needs those of the "
-                "machine's geometry, of temperature and clamping: --u-machine"
+                "machine's geometry, of temperature and clamping: state u of the machine"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(
@@ -562,6 +574,22 @@ def _between(
     )
 
 
+def _with_names_of_features(chosen: Mapping[str, Points]) -> tuple[dict[str, Points], list[str]]:
+    """The groups whose labels name a feature, and what is said of the others."""
+    from pretravel.measurement.selection import named_feature
+
+    named = {label: mine for label, mine in chosen.items() if named_feature(label)}
+    if not named:
+        raise PretravelError(
+            f"no label begins with a feature: {', '.join(chosen)}. State the feature, or choose "
+            "points by their labels",
+            inputs=("feature", "select"),
+        )
+    others = [label for label in chosen if label not in named]
+    said = [f"not measured, because the labels name no feature: {', '.join(others)}"]
+    return named, said if others else []
+
+
 def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:
     if task.at is not None and len(names) > 1:
         raise PretravelError(
@@ -573,24 +601,48 @@ def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:
 
 def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
     """One feature, inspected."""
-    from pretravel.measurement.measured_feature import measure_feature
     from pretravel.measurement.tolerances import inspect_feature
 
     try:
-        measured = measure_feature(
-            points,
-            str(task.feature),
-            axis=task.axis,
-            at=task.at,
-            u_machine=task.u_machine_um * MICROMETRE,
-            label=label,
-            association=task.association,
-        )
-        return inspect_feature(measured, task.tolerances())
+        if task.feature != BY_LABEL:
+            feature = _feature(label, points, str(task.feature), task)
+            return inspect_feature(feature, task.tolerances())
+        feature = _feature_of_label(label, points, task)
+        tolerances = task.tolerances()
+        if feature.size_name not in [each.name for each in feature.quantities]:
+            tolerances = replace(tolerances, size=None)  # a plane among bores has no size
+        return inspect_feature(feature, tolerances)
     except PretravelError as error:
         if not label:
             raise _with_choice(error, len(points)) from None
         raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
+
+
+def _feature(label: str, points: Points, kind: str, task: Measure) -> MeasuredFeature:
+    from pretravel.measurement.measured_feature import measure_feature
+
+    return measure_feature(
+        points,
+        kind,
+        axis=task.axis,
+        at=task.at,
+        u_machine=task.u_machine_um * MICROMETRE,
+        label=label,
+        association=task.association,
+    )
+
+
+def _feature_of_label(label: str, points: Points, task: Measure) -> MeasuredFeature:
+    """The feature that the label names; a bore or boss at several heights is a cylinder."""
+    from pretravel.measurement.selection import named_feature
+
+    kind = str(named_feature(label))
+    try:
+        return _feature(label, points, kind, task)
+    except PretravelError as error:
+        if kind not in ("bore", "boss") or error.inputs != ("axis",):
+            raise
+        return _feature(label, points, "cylinder", task)
 
 
 def _with_choice(error: PretravelError, count: int) -> PretravelError:

@@ -4,24 +4,32 @@ from __future__ import annotations
 
 import asyncio
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 from nicegui import background_tasks, ui
 from nicegui.element import Element
 
-from pretravel.app.components.layout import folded, text, warning
+from pretravel.app.components.layout import (
+    ScreenPlaces,
+    empty_state,
+    folded,
+    note,
+    text,
+    warning,
+)
+from pretravel.app.components.outcome import result_place
 from pretravel.app.components.plot import plot
+from pretravel.app.jobs import Work
 from pretravel.show.chart import Chart
 from pretravel.show.chart_plotly import plotly_figure
-from pretravel.show.document import Document, KeyFigure, Picture, Table
+from pretravel.show.document import Document, Judgement, KeyFigure, Picture, Section, Table
 from pretravel.show.formatting import addition_text, cell_texts, heading_text, value_text
 from pretravel.show.plotly_parts import PlotlyFigure
 
-__all__ = ["document_view", "key_figures", "picture_view", "plot", "table_view"]
-
 
 def document_view(document: Document, *, pictures: bool = True) -> None:
-    """Show a report: verdict, warnings, key figures, pictures, tables, sections, notes.
+    """Show a report in one place: verdict, key figures, pictures, tables, notes, details.
 
     Parameters
     ----------
@@ -30,39 +38,151 @@ def document_view(document: Document, *, pictures: bool = True) -> None:
         Whether its pictures are shown; a screen with pictures of its own leaves them out.
     """
     with ui.element("article").classes("document"):
-        if document.verdict:
-            text("p", document.verdict, "verdict")
-        for content in document.warnings:
-            warning(content)
-        key_figures(figure for figure in document.figures if not figure.detail)
+        _head(document)
         if pictures:
             for picture in document.pictures:
                 picture_view(picture)
-        for table in document.tables:
-            if not table.detail:
-                table_view(table)
-        for content in document.notes:
-            text("p", content, "note")
+        _tables(document)
         _details(document)
 
 
-def _details(document: Document) -> None:
+def document_verdict(document: Document) -> None:
+    """The part of a report that answers: verdict, warnings, key figures, main tables, notes."""
+    with ui.element("article").classes("document"):
+        _head(document)
+        _tables(document)
+
+
+def document_picture(document: Document) -> None:
+    """The main picture of a report, for the place that stays in view."""
+    for picture in document.pictures[:1]:
+        picture_view(picture)
+
+
+def document_details(document: Document) -> None:
+    """The rest of a report: more pictures, and all figures and tables."""
+    with ui.element("article").classes("document"):
+        for picture in document.pictures[1:]:
+            picture_view(picture)
+        _details(document, opened=len(document.pictures) < 2)
+
+
+def document_screen(
+    places: ScreenPlaces, work: Work, document_of: Callable[[Any], Document], *, empty: str
+) -> None:
+    """The picture and the tabs Verdict and Details of a screen whose result is a report.
+
+    Parameters
+    ----------
+    places : ScreenPlaces
+    work : Work
+    document_of : callable
+        Takes a result and returns its report.
+    empty : str
+        What will be seen in the place of the picture.
+    """
+    with places.picture:
+        result_place(
+            work, lambda result: document_picture(document_of(result)),
+            empty=lambda: empty_state("insert_chart_outlined", empty), says_warnings=False,
+        )  # fmt: skip
+    with places.tab("Verdict"):
+        result_place(work, lambda result: document_verdict(document_of(result)), empty=no_result)
+    with places.tab("Details"):
+        result_place(
+            work, lambda result: document_details(document_of(result)), empty=no_result,
+            says_warnings=False,
+        )  # fmt: skip
+
+
+def no_result() -> None:
+    """Of a tab, before the first result."""
+    note("Nothing yet: what comes out stands here.")
+
+
+def _head(document: Document) -> None:
+    if document.verdict:
+        verdict_card(document.verdict, document.judgement)
+    for content in document.warnings:
+        warning(content)
+    key_figures(figure for figure in document.figures if not figure.detail)
+
+
+def _tables(document: Document) -> None:
+    for table in document.tables:
+        if not table.detail:
+            table_view(table)
+    for content in document.notes:
+        text("p", content, "note")
+
+
+_SIGNS = {"good": "check_circle", "caution": "warning", "bad": "cancel"}
+
+
+def verdict_card(
+    sentence: str,
+    judgement: Judgement | None = None,
+    *,
+    figures: Sequence[KeyFigure] = (),
+    prose: Sequence[str] = (),
+) -> None:
+    """The answer: colour with a sign and a word, some large numbers, and a sentence.
+
+    Parameters
+    ----------
+    sentence : str
+    judgement : Judgement, optional
+    figures : sequence of KeyFigure
+        That are shown large.
+    prose : sequence of str
+        Below.
+    """
+    level = judgement.level if judgement is not None else "neutral"
+    with ui.element("div").classes(f"verdict-card {level}"):
+        if judgement is not None:
+            with text("p", "", "judgement"):
+                sign_and_word(judgement, "strong")
+        if figures:
+            with ui.element("dl").classes("large-figures"):
+                for figure in figures:
+                    with ui.element("div"):
+                        text("dt", figure.name)
+                        text("dd", value_text(figure.value, figure.unit, figure.digits), "value")
+                        if figure.remark:
+                            text("dd", figure.remark, "addition")
+        text("p", sentence, "verdict")
+        for words in prose:
+            text("p", words)
+
+
+def sign_and_word(judgement: Judgement, tag: str) -> None:
+    """The sign of a judgement, and its word in an HTML element."""
+    ui.icon(_SIGNS[judgement.level]).props('aria-hidden="true"')
+    text(tag, judgement.word)
+
+
+def _details(document: Document, *, opened: bool = False) -> None:
     figures = [figure for figure in document.figures if figure.detail]
     tables = [table for table in document.tables if table.detail]
     if not (figures or tables or document.sections):
         return
-    with folded("All figures and tables"):
+    with folded("All figures and tables", opened=opened):
         key_figures(figures)
         for table in tables:
             table_view(table)
         for section in document.sections:
             if section.heading:
                 text("h3", section.heading)
-            for paragraph in section.paragraphs:
-                text("p", paragraph)
-            key_figures(section.figures)
-            for table in section.tables:
-                table_view(table)
+            section_view(section)
+
+
+def section_view(section: Section) -> None:
+    """A part of a report, without its heading."""
+    for paragraph in section.paragraphs:
+        text("p", paragraph)
+    key_figures(section.figures)
+    for table in section.tables:
+        table_view(table)
 
 
 def key_figures(figures: Iterable[KeyFigure]) -> None:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
 
 from nicegui import ui
 
+from pretravel.app.jobs import Job, do_ahead
 from pretravel.app.project import ScreenState, SettingValue, StoredFile
+from pretravel.base.errors import PretravelError
 from pretravel.tasks.example_data import example_folder
 
 
@@ -16,6 +20,7 @@ def example_button(
     settings: Mapping[str, SettingValue],
     *,
     label: str = "Try it with example data",
+    ahead: tuple[Job, ...] = (),
 ) -> ui.button:
     """A button that takes files of the example data, and the settings that belong to them.
 
@@ -26,15 +31,21 @@ def example_button(
         By purpose, names below examples/data.
     settings : mapping of str to value
     label : str
+    ahead : tuple of Job
+        Jobs that are done with the example while the user looks for a file: `jobs.do_ahead`.
     """
 
-    def fill() -> None:
+    def paths() -> dict[str, tuple[Path, ...]]:
         folder = example_folder()
+        return {purpose: tuple(folder / name for name in names) for purpose, names in files.items()}
+
+    def fill() -> None:
         for name, value in settings.items():
             state.settings[name] = value
-        for purpose, names in files.items():
-            state.files[purpose] = tuple(
-                StoredFile((folder / name).name, (folder / name).read_bytes()) for name in names
-            )
+        for purpose, found in paths().items():
+            state.files[purpose] = tuple(StoredFile(path.name, path.read_bytes()) for path in found)
+
+    with suppress(PretravelError):  # the package can be installed without the example
+        do_ahead(ahead, settings, paths())
 
     return ui.button(label, icon="school", on_click=fill).props("no-caps flat")

@@ -162,7 +162,8 @@ def choice_field(
         field.props["hint"] = hint
 
     def commit() -> None:
-        state.settings[name] = field.value
+        if field.value != state.settings.get(name, default):  # a default is shown, not stored
+            state.settings[name] = field.value
 
     field.on_value_change(commit)
     _follow(state, name, default, field)
@@ -174,7 +175,8 @@ def switch_field(state: ScreenState, name: str, label: str, *, default: bool = F
     field = ui.switch(label, value=bool(state.settings.get(name, default))).classes("field")
 
     def commit() -> None:
-        state.settings[name] = bool(field.value)
+        if bool(field.value) != bool(state.settings.get(name, default)):
+            state.settings[name] = bool(field.value)
 
     field.on_value_change(commit)
     _follow(state, name, default, field)

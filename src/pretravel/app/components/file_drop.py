@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
-from pretravel.app.components.layout import live, text
+from pretravel.app.components.layout import folded_until_opened, live, text
 from pretravel.app.project import ScreenState
 from pretravel.app.session import SESSION
 from pretravel.app.uploads import UPLOADS, Slot
@@ -64,7 +64,27 @@ def _allowed(endings: Sequence[str], limit: int) -> str:
     return f"Drop or choose a file ({kinds}up to {_size_text(limit)})"
 
 
+_MOST_LINES = 4
+"""Files that are listed; more are a line that opens."""
+
+
 def _list(state: ScreenState, purpose: str) -> None:
+    files = state.files[purpose]
+    if len(files) <= _MOST_LINES:
+        _lines(state, purpose)
+        return
+    size = _size_text(sum(len(file.content) for file in files))
+
+    def remove_all() -> None:
+        state.files[purpose] = ()
+
+    with ui.element("div").classes("many-files"):
+        folded_until_opened(f"{len(files)} files, {size}", lambda: _lines(state, purpose))
+        button = ui.button(icon="close", on_click=remove_all).props("flat round")
+        button.props["aria-label"] = "Remove all files"
+
+
+def _lines(state: ScreenState, purpose: str) -> None:
     with ui.element("ul").classes("file-list"):
         for file in state.files[purpose]:
             with ui.element("li"):

@@ -9,10 +9,10 @@ from pathlib import Path
 from nicegui import ui
 
 from pretravel.app.components.downloads import written_file
-from pretravel.app.components.layout import live, text
+from pretravel.app.components.layout import live, note, text
 from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState, StoredFile
-from pretravel.app.session import SESSION
+from pretravel.app.session import SESSION, address_in
 
 _MOST = 6
 """Files that are offered."""
@@ -38,6 +38,19 @@ async def give_map(state: ScreenState, purpose: str) -> None:
 
     content = await asyncio.to_thread(written_file, _MAP_FILE, write)
     state.files[purpose] = (StoredFile(_MAP_FILE, content),)
+
+
+def measure_with_map() -> None:
+    """A button that gives the map of the engineer's screen to the part's, and shows that."""
+
+    async def go() -> None:
+        client, address = ui.context.client, address_in("/part")  # the button may be gone after it
+        await give_map(SESSION.project.screen("part"), "map")
+        with client:
+            ui.navigate.to(address)
+
+    button = ui.button("Measure a part with this map", icon="view_in_ar", on_click=go)
+    button.props("no-caps flat")
 
 
 def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -> None:
@@ -92,6 +105,26 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
 
     fit = WORKS.of(project.screen("engineer"), FIT)
     live([project.listen, fit.listen], build, key)
+
+
+_REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")
+"""Of the reference and the tip; called alike by all tasks that ask for a reference."""
+
+
+def take_reference(state: ScreenState) -> None:
+    """Fill in reference and tip as another screen of the project has them, and say so.
+
+    What stands on this screen already is not changed.
+    """
+    if any(name in state.settings for name in _REFERENCE):
+        return
+    for other in SESSION.project.screens:
+        if other is not state and other.settings.get("diameter") is not None:
+            for name in _REFERENCE:
+                if name in other.settings:
+                    state.settings[name] = other.settings[name]
+            note("Reference and tip are those that this project has. Is it another one? Change it.")
+            return
 
 
 _ALIKE = {

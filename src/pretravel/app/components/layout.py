@@ -1,9 +1,10 @@
-"""Places of a screen: what goes in on the left, what comes out on the right; below on a phone."""
+"""Places of a screen: steps on the left, the picture and its tabs on the right."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from nicegui import ui
 from nicegui.element import Element
@@ -13,17 +14,63 @@ from nicegui.slot import Slot
 from pretravel.app.project import Listener
 
 
-@contextmanager
-def inputs_and_results() -> Iterator[tuple[Element, Element]]:
-    """Two columns: ``with inputs_and_results() as (inputs, results)``, then ``with inputs:``."""
-    with ui.element("div").classes("two-columns"):
+@dataclass(frozen=True)
+class ScreenPlaces:
+    """The places of a screen; all screens have the same ones.
+
+    Attributes
+    ----------
+    inputs : Element
+        Steps, on the left.
+    picture : Element
+        On the right; it stays in view while the steps and the tabs are scrolled.
+    status : Element
+        Below the picture: progress and errors, in view whatever tab is chosen.
+    """
+
+    inputs: Element
+    picture: Element
+    status: Element
+    _tabs: ui.tabs
+    _panels: ui.tab_panels
+
+    @contextmanager
+    def tab(self, name: str) -> Iterator[Element]:
+        """The content of a tab below the picture; the first one is chosen."""
+        with self._tabs:
+            ui.tab(name).props("no-caps")
+        if self._tabs.value is None:
+            self._tabs.set_value(name)
+        with self._panels, ui.tab_panel(name) as content:
+            yield content
+
+
+def screen_places(name: str = "") -> ScreenPlaces:
+    """The places of a screen: steps, the picture that stays, its status, and tabs.
+
+    Parameters
+    ----------
+    name : str
+        By which the style sheet knows a screen with rules of its own.
+    """
+    with ui.element("div").classes(f"two-columns {name}"):
         inputs = ui.element("section").classes("inputs").props('aria-label="What goes in"')
-        results = (
-            ui.element("section")
-            .classes("results")
-            .props('aria-label="What comes out" tabindex="0"')
-        )
-    yield inputs, results
+        with ui.element("section").classes("results").props('aria-label="What comes out"'):
+            picture = ui.element("div").classes("screen-picture")
+            with ui.element("div").classes("screen-tabs"):
+                status = ui.element("div").classes("screen-status")
+                tabs = ui.tabs().props("dense align=left inline-label")
+                panels = ui.tab_panels(tabs, animated=False).props('tabindex="0" role="region"')
+                panels.props["aria-label"] = "Results"
+    return ScreenPlaces(inputs, picture, status, tabs, panels)
+
+
+def empty_state(icon: str, words: str) -> Element:
+    """What will stand in a place, while nothing does."""
+    with ui.element("div").classes("empty-state") as made:
+        ui.icon(icon).props('aria-hidden="true"')
+        text("p", words)
+    return made
 
 
 @contextmanager

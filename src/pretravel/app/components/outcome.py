@@ -22,7 +22,7 @@ def outcome(
     missing: str = "",
     button: str = "Compute",
 ) -> Work:
-    """Show the work of a job, and its result when it is there.
+    """Show the work of a job, and its result when it is there, in one place.
 
     Parameters
     ----------
@@ -39,17 +39,23 @@ def outcome(
     -------
     Work
     """
+    work = work_status(state, job, missing=missing, button=button)
+    result_place(work, show)
+    return work
+
+
+def work_status(
+    state: ScreenState, job: Job, *, missing: str = "", button: str = "Compute"
+) -> Work:
+    """Show what is missing for a job, its progress with Cancel, and its error; see `outcome`."""
     work = WORKS.of(state, job)
     if not job.automatic:
         # Above the status, whose height changes: a click that ends the typing must not miss it.
         _start_button(work, button)
     status = ui.element("div").classes("work-status").props('role="status" aria-live="polite"')
-    place = ui.element("div").classes("live")
-    shown: list[Any] = []
     said: list[object] = []
 
     def refresh() -> None:
-        _mark(place, work)
         now = (
             work.running, work.started, work.error, work.cancelled, work.stale, work.held,
             work.ready(), work.lacking,
@@ -59,23 +65,55 @@ def outcome(
             status.clear()
             with status:
                 _show_status(work, missing)
-        if not shown or shown[0] is not work.result:
-            shown[:] = [work.result]
-            place.clear()
-            if work.result is not None:
-                with place:
-                    for said_by_library in work.warnings:
-                        warning(said_by_library)
-                    show(work.result)
 
     refresh()
     here([work.listen], refresh)
     return work
 
 
+def result_place(
+    work: Work,
+    show: Callable[[Any], None],
+    *,
+    empty: Callable[[], object] | None = None,
+    says_warnings: bool = True,
+) -> None:
+    """A place for a result, pale where it is not that of the page; one of several of a job.
+
+    Parameters
+    ----------
+    work : Work
+    show : callable
+        Builds the content for a result, in an empty place.
+    empty : callable, optional
+        Builds what is shown before the first result.
+    says_warnings : bool
+        Whether this place shows the warnings of the library.
+    """
+    place = ui.element("div").classes("live")
+    shown: list[Any] = []
+
+    def refresh() -> None:
+        _mark(place, work)
+        if shown and shown[0] is work.result:
+            return
+        shown[:] = [work.result]
+        place.clear()
+        with place:
+            if work.result is not None:
+                for said_by_library in work.warnings if says_warnings else ():
+                    warning(said_by_library)
+                show(work.result)
+            elif empty is not None:
+                empty()
+
+    refresh()
+    here([work.listen], refresh)
+
+
 def _mark(place: Element, *works: Work) -> None:
-    """Show on a place with results whether they are those of the fields."""
-    outdated = any(work.outdated for work in works)
+    """Show on a place with results whether they are old: not those of the fields."""
+    outdated = any(work.outdated and work.result is not None for work in works)
     place.classes(add="stale" if outdated else "", remove="" if outdated else "stale")
     # The files of an old result are not those of the fields: they cannot be taken.
     wrong = any(work.error or work.held for work in works)

@@ -3,6 +3,8 @@
 const EVENTS = ["plotly_click", "plotly_hover", "plotly_unhover", "plotly_relayout", "plotly_relayouting",
   "plotly_selected", "plotly_doubleclick", "plotly_afterplot"];
 
+const NARROW = 450; // pixels; in a narrower picture the camera is farther away: the titles of the axes fit
+
 export default {
   template: "<div></div>",
   props: { options: Object, colours: Object },
@@ -11,6 +13,8 @@ export default {
     if (!this.options.data) return; // only loaded ahead
     this.Plotly = Plotly;
     await this.draw();
+    this.$el.on("plotly_relayouting", (event) => this.turnOthers(event));
+    this.$el.on("plotly_relayout", (event) => this.turnOthers(event));
     for (const name of EVENTS) this.$el.on(name, (event) => this.$emit(name, this.plain(event)));
     this.$watch(() => this.$q.dark.isActive, () => this.draw());
     // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
@@ -29,6 +33,8 @@ export default {
     },
     draw() {
       const { data, layout, config } = this.coloured(this.options);
+      const eye = layout.scene?.camera?.eye;
+      if (eye && this.$el.clientWidth < NARROW) for (const axis of "xyz") eye[axis] *= 1.2;
       return this.Plotly.react(this.$el, data, layout, config);
     },
     coloured(value) {
@@ -43,6 +49,16 @@ export default {
       if (!found || !percent) return found ?? name;
       const [red, green, blue] = [1, 3, 5].map((place) => parseInt(found.slice(place, place + 2), 16));
       return `rgba(${red},${green},${blue},${percent / 100})`;
+    },
+    // Scenes in a place "turned-together" have one camera: what the reader turns, the others follow.
+    turnOthers(event) {
+      const camera = event?.["scene.camera"];
+      if (!camera) return;
+      const seen = JSON.stringify(camera);
+      for (const other of this.$el.closest(".turned-together")?.querySelectorAll(".js-plotly-plot") ?? []) {
+        if (other === this.$el || JSON.stringify(other.layout?.scene?.camera) === seen) continue;
+        this.Plotly.relayout(other, { "scene.camera": camera });
+      }
     },
     // What the server needs of an event: elements of the page cannot be sent.
     plain(event) {

@@ -8,13 +8,19 @@ from typing import Any
 from nicegui import ui
 
 from pretravel.app.components.fields import choice_field, number_field, switch_field, text_field
+from pretravel.app.components.layout import text
 from pretravel.app.project import ScreenState
+from pretravel.app.session import address_in
 from pretravel.app.task_form import TaskForm
-from pretravel.tasks.task import by_name
+from pretravel.show.document import Document
+from pretravel.show.glossary import word_anchor, words_used
+from pretravel.tasks.task import Setting, by_name
 from pretravel.tasks.values import Length
 
 _LENGTHS = (0.0, 100.0)
 """Of a setting that is a length or none. [µm]"""
+_MOST_WORDS = 4
+"""Of the glossary, in the help of a field."""
 
 
 def described_fields(state: ScreenState, form: TaskForm, names: Iterable[str]) -> None:
@@ -42,8 +48,23 @@ def described_field(
         The values that the form offers, with their words.
     """
     setting = by_name(form.task)[name]
-    label, hint, default = setting.label, setting.field.hint, form.default(name)
-    stored = form.stored_name(name)
+    if setting.kind is bool:
+        with ui.element("div").classes("switch-with-help"):
+            stored, default = form.stored_name(name), bool(form.default(name))
+            switch = switch_field(state, stored, setting.label, default=default)
+            _help_button(setting)
+        return switch
+    field = _field(state, form, setting, choices)
+    with field.add_slot("append"):
+        _help_button(setting)
+    return field
+
+
+def _field(
+    state: ScreenState, form: TaskForm, setting: Setting, choices: Mapping[Any, str] | None
+) -> ui.element:
+    name, label, hint = setting.name, setting.label, setting.field.hint
+    stored, default = form.stored_name(name), form.default(name)
     if choices is not None or setting.choices:
         words = setting.field.words or {}
         options: dict[Any, str] = {None: words.get("", "not stated")} if default is None else {}
@@ -52,8 +73,6 @@ def described_field(
         )
         options |= choices or {choice: words.get(choice, choice) for choice in ordered}
         return choice_field(state, stored, label, options, default=default, hint=hint)
-    if setting.kind is bool:
-        return switch_field(state, stored, label, default=bool(default))
     if setting.kind in (float, int, Length):
         return number_field(
             state,
@@ -65,3 +84,26 @@ def described_field(
             hint=hint,
         )
     return text_field(state, stored, label, default=default or "", hint=hint)
+
+
+def _help_button(setting: Setting) -> None:
+    """Opens what the description of the task says, with links to the words in it."""
+    sentence = setting.field.help
+    if not sentence:
+        return
+    button = ui.button(icon="help_outline").props("flat round dense")
+    button.props["aria-label"] = "Help"
+    button.props["aria-description"] = setting.label
+    typed = "" if setting.field.positional else f" On the command line: {setting.option}."
+    with button, ui.menu().props("no-focus"), ui.element("div").classes("field-help"):
+        text("p", f"{sentence}{typed}")
+        with ui.element("p"):
+            text("span", "Words: ")
+            for entry in words_used([Document(f"{setting.label}. {sentence}")])[:_MOST_WORDS]:
+                _help_link(entry.term, word_anchor(entry))
+            _help_link("all", "words")
+
+
+def _help_link(words: str, anchor: str) -> None:
+    link = text("a", words).props('target="_blank" rel="noopener"')
+    link.props["href"] = f"{address_in('/help')}#{anchor}"

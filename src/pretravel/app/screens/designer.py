@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.document_view import plot, table_view
+from pretravel.app.components.document_view import table_view, verdict_card
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.fields import (
     bare_slider,
@@ -27,13 +28,18 @@ from pretravel.app.components.layout import (
     live,
     note,
     panel,
+    screen_places,
     text,
 )
 from pretravel.app.components.outcome import error_view
-from pretravel.app.components.plot import ColouredPlot
-from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.components.plot import ColouredPlot, plot
 from pretravel.app.jobs import WORKS, Work, without_folder
 from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.screens.designer_description import (
+    description_button,
+    is_saved,
+    same_of_design,
+)
 from pretravel.app.screens.designer_elements import elements_view, one_at_a_time
 from pretravel.app.screens.designer_form import (
     DesignField,
@@ -50,13 +56,14 @@ from pretravel.app.screens.designer_work import (
     FIRST_START,
     THE_START,
     ComparedDesigns,
-    FiniteElementDesign,
+    FiniteElementDesigns,
     digest_of,
     probe_figure,
     start_text,
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
+from pretravel.show.work_record import InputFile, input_file, record_now
 from pretravel.tasks.compare import Compare
 from pretravel.tasks.task import command_line
 
@@ -80,14 +87,45 @@ _PICTURES = {
 def show(state: ScreenState) -> None:
     """Build the screen."""
     work = WORKS.of(state, DESIGNS)
-    with ui.element("div").classes("two-columns designer"):
-        with ui.element("section").classes("inputs").props('aria-label="The design"'):
-            _start_panel(state)
-            live([state.listen], lambda: _form(state, work), lambda: _start_of(state))
-            with ui.element("div").classes("design-strip"):  # where the pictures are out of sight
-                live([work.listen], lambda: _strip(work), lambda: id(work.result))
-        with ui.element("section").classes("results").props('aria-label="What comes out"'):
-            _results(state, work)
+    places = screen_places("designer")
+    with places.inputs:
+        _start_panel(state)
+        live([state.listen], lambda: _form(state, work), lambda: _start_of(state))
+        with ui.element("div").classes("design-strip"):  # where the pictures are out of sight
+            live([work.listen], lambda: _strip(work), lambda: id(work.result))
+    with places.status:
+        live([work.listen], lambda: _show_error(work), lambda: work.error)
+    plots: dict[str, ColouredPlot] = {}
+    with places.picture, _pale_with_error(work), ui.element("div").classes("charts"):
+        plots |= _empty_plots("probe", "pretravel")
+    with places.tab("Comparison"), _pale_with_error(work):
+        _comparison(state, work)
+    with places.tab("Force and parts"), _pale_with_error(work), ui.element("div").classes("charts"):
+        plots |= _empty_plots("force", "parts")
+    with places.tab("Finite elements"):
+        elements_view(state)
+    with places.tab("Step by step"):
+        folded_until_opened("How the tip slides until the trigger", lambda: slide_panel(state))
+    with places.tab("Files"):
+        _downloads(state, work)
+    _follow_work(state, work, plots)
+
+
+@contextmanager
+def _pale_with_error(work: Work) -> Iterator[None]:
+    """A place that shows the last design that was possible."""
+    with ui.element("div").classes("live") as place:
+        yield
+
+    def grey() -> None:
+        place.classes(add="stale" if work.error else "", remove="" if work.error else "stale")
+
+    grey()
+    here([work.listen], grey)
+
+
+def _empty_plots(*names: str) -> dict[str, ColouredPlot]:
+    return {name: plot({"data": [], "layout": {}}, _PICTURES[name]) for name in names}
 
 
 def _catalogue() -> dict[str, str]:
@@ -213,24 +251,6 @@ def _words(field: DesignField) -> dict[str, str]:
     }
 
 
-def _results(state: ScreenState, work: Work) -> None:
-    live([work.listen], lambda: _show_error(work), lambda: work.error)
-    with ui.element("div").classes("live") as place, panel("3. Compare"):
-        _comparison(state, work)
-    with panel("4. Take it with you"):
-        _downloads(state, work)
-    with panel("Finite elements"):
-        elements_view(state)
-    with panel("A touch step by step"):
-        folded_until_opened("How the tip slides until the trigger", lambda: slide_panel(state))
-
-    def grey() -> None:
-        place.classes(add="stale" if work.error else "", remove="" if work.error else "stale")
-
-    grey()
-    here([work.listen], grey)
-
-
 def _show_error(work: Work) -> None:
     if work.error:
         error_view(work.error)
@@ -255,9 +275,11 @@ def _comparison(state: ScreenState, work: Work) -> None:
             default=90.0,
         )
     live([work.listen], lambda: _verdict(work), lambda: id(work.result))
-    with ui.element("div").classes("charts"):
-        plots = {name: plot({"data": [], "layout": {}}, words) for name, words in _PICTURES.items()}
     live([work.listen], lambda: _tables(work), lambda: id(work.result))
+
+
+def _follow_work(state: ScreenState, work: Work, plots: Mapping[str, ColouredPlot]) -> None:
+    """Change the pictures in place with each design."""
     last: list[Any] = []
 
     def redraw() -> None:
@@ -312,11 +334,11 @@ def _figures(state: ScreenState, work: Work) -> dict[str, Any]:
 
     result: ComparedDesigns = work.result
     elements = WORKS.of(state, FINITE_ELEMENTS)
-    model: FiniteElementDesign | None = None if elements.stale else elements.result
+    models: FiniteElementDesigns | None = None if elements.stale else elements.result
     polar = float(state.settings.get("polar", 90.0))
     against = state.settings.get("against", THE_START)
     other = "A: the start" if against == THE_START else "A: compared with"
-    predicted = model.predicted if model else None
+    predicted = (models.other.predicted, models.design.predicted) if models else None
     return dict(design_figures((other, result.other), result.design, predicted, polar))
 
 
@@ -333,7 +355,7 @@ def _verdict(work: Work) -> None:
     if result is None:
         note("Predicting …")
     elif result.changes or result.other.probe != result.design.probe:
-        text("p", result.document().verdict, "verdict")
+        verdict_card(result.document().verdict)
     else:
         note("B is still the start: move a slider, and B follows.")
 
@@ -352,40 +374,58 @@ def _tables(work: Work) -> None:
 def _downloads(state: ScreenState, work: Work) -> None:
     text_field(state, "name", "Name of the design", hint="Empty: the name of the start, changed")
     with ui.element("div").classes("button-row"):
-        result_button(
-            work,
-            "Description (.toml)",
-            DESIGN_FILE,
-            lambda path, result: path.write_text(result.text(), encoding="utf-8"),
-        )
+        description_button(state, work)
         for ending in ("nc", "csv"):
             result_button(work, f"Map (.{ending})", f"design-map.{ending}", _write_map)
-        result_button(work, "Page (.html)", "design.html", _write_page)
-    live([work.listen], lambda: _same(work.result), lambda: work.result and work.result.other_name)
+        result_button(
+            work,
+            "Page (.html)",
+            "design.html",
+            lambda path, result: _write_page(path, result, _has_file(state, result)),
+        )
+
+    def of_files() -> object:
+        result: ComparedDesigns | None = work.result
+        return result and (result.other_name, result.source, _has_file(state, result))
+
+    live([work.listen, state.listen], lambda: _same(state, work.result), of_files)
 
 
-def _same(result: ComparedDesigns | None) -> None:
+def _has_file(state: ScreenState, result: ComparedDesigns) -> bool:
+    return is_saved(state, digest_of(result.text()))
+
+
+def _same(state: ScreenState, result: ComparedDesigns | None) -> None:
     from pretravel.tasks.predict import Predict
 
-    predict = Predict(probe=DESIGN_FILE, output=Path("design-map.csv"))
-    same_elsewhere(_comparing(result.other_name if result else FIRST_START), predict)
+    if result is not None:
+        predict = Predict(probe=result.source, output=Path("design-map.csv"))
+        same_of_design(state, result.source, digest_of(result.text()), _comparing(result), predict)
 
 
-def _comparing(other: str) -> Compare:
-    return Compare(map_file=other, other=DESIGN_FILE, output=Path("design.html"))
+def _comparing(result: ComparedDesigns) -> Compare:
+    return Compare(map_file=result.other_name, other=result.source, output=Path("design.html"))
 
 
 def _write_map(path: Path, result: ComparedDesigns) -> None:
     result.design.write("output", path)
 
 
-def _write_page(path: Path, result: ComparedDesigns) -> None:
+def _write_page(path: Path, result: ComparedDesigns, saved: bool) -> None:
+    """The command and the file are stated where they are: a design can be without a file."""
     from pretravel.show.page import write_page
-    from pretravel.show.work_record import input_file, record_now
 
+    there = saved or result.source != DESIGN_FILE
+    command = command_line(_comparing(result)) if there else ""
+    write_page(path, result.document(), record=record_now(command, _read_by_page(result, there)))
+
+
+def _read_by_page(result: ComparedDesigns, there: bool) -> list[InputFile]:
+    """The description with its checksum; a probe of the catalogue is no file."""
+    if not result.source.endswith(".toml"):
+        return []
     with temporary_folder() as folder:
         description = folder / DESIGN_FILE
         description.write_text(result.text(), encoding="utf-8")
-        read = replace(input_file(description, "PROBE"), name=description.name)
-    command = command_line(_comparing(result.other_name))
-    write_page(path, result.document(), record=record_now(command, [read]))
+        name = result.source if there else "the design, not saved as a file"
+        return [replace(input_file(description, "PROBE"), name=name)]

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from pretravel.app.components.document_view import key_figures, plot
-from pretravel.app.components.fields import slider_field
-from pretravel.app.components.layout import here, note, text
+from pretravel.app.components.document_view import key_figures, table_view, verdict_card
+from pretravel.app.components.fields import choice_field, slider_field
+from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.components.outcome import outcome
+from pretravel.app.components.plot import plot
+from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState
-from pretravel.app.screens.designer_work import FINITE_ELEMENTS, FiniteElementDesign
+from pretravel.app.screens.designer_description import is_saved, same_of_design
+from pretravel.app.screens.designer_work import (
+    DESIGNS,
+    FINITE_ELEMENTS,
+    ComparedDesigns,
+    FiniteElementDesign,
+    FiniteElementDesigns,
+)
 from pretravel.base.errors import PretravelError
+from pretravel.tasks.compare import Compare
 
 if TYPE_CHECKING:
     from pretravel.show.document import KeyFigure
 
-_AZIMUTH, _POLAR = "stress_azimuth", "stress_polar"
+_AZIMUTH, _POLAR, _OF = "stress_azimuth", "stress_polar", "stress_of"
+_OTHER, _DESIGN = "A", "B"
 
 
 def elements_view(state: ScreenState) -> None:
@@ -30,23 +42,70 @@ def elements_view(state: ScreenState) -> None:
     state : ScreenState
     """
     note(
-        "The pictures above are of the model analytic: the stylus as a beam, the seats as elastic "
-        "contacts. Finite elements also bend the hub and the rods, and give the stress. They take "
-        "about half a minute for a new shape."
+        "The pictures of force and pretravel are of the model analytic: the stylus as a beam, the "
+        "seats as elastic contacts. Finite elements also bend the hub and the rods, and give the "
+        "stress. Both designs are computed; a new shape takes up to half a minute."
     )
-    outcome(
+    designs = WORKS.of(state, DESIGNS)
+    work = outcome(
         state,
         FINITE_ELEMENTS,
         lambda result: _show(state, result),
         button="Compute with finite elements",
     )
+    live(
+        [designs.listen, work.listen],
+        lambda: _expected(designs, work),
+        lambda: (id(designs.result), work.result is None),
+    )
 
 
-def _show(state: ScreenState, result: FiniteElementDesign) -> None:
-    key_figures(result.predicted.document().figures)
-    note("Rings in the pictures of force and pretravel above are these values.")
+def _expected(designs: Work, work: Work) -> None:
+    """What will be there, before the first result."""
+    from pretravel.tasks.reports.design_comparison_report import elements_comparison_table
+
+    compared: ComparedDesigns | None = designs.result
+    if work.result is not None or compared is None:
+        return
+    note(
+        "The empty columns of this table get the values of finite elements, with the highest "
+        "stress; the pictures of force and pretravel get their rings. The bent probe with its "
+        "stress at the trigger is here then, in the direction that you choose."
+    )
+    table_view(elements_comparison_table((compared.other.trigger, compared.design.trigger)))
+
+
+def _show(state: ScreenState, result: FiniteElementDesigns) -> None:
+    document = result.document()
+    verdict_card(document.verdict)
+    for table in document.tables:
+        table_view(table)
+    for remark in document.notes:
+        note(remark)
+    note("Rings in the pictures of force and pretravel are the values of finite elements.")
+    live([state.listen], lambda: _same(state, result.compared), lambda: _has_file(state, result))
+    _stress(state, result)
+
+
+def _has_file(state: ScreenState, result: FiniteElementDesigns) -> bool:
+    return is_saved(state, result.compared.digest())
+
+
+def _same(state: ScreenState, compared: ComparedDesigns) -> None:
+    task = Compare(
+        map_file=compared.other_name,
+        other=compared.source,
+        model="fem",
+        output=Path("design-elements.html"),
+    )
+    same_of_design(state, compared.source, compared.digest(), task)
+
+
+def _stress(state: ScreenState, result: FiniteElementDesigns) -> None:
+    """The stress of one of the designs in a direction that the user chooses."""
     text("h3", "Stress at the trigger")
     with ui.element("div").classes("field-row"):
+        choice_field(state, _OF, "Design", {_OTHER: "A", _DESIGN: "B"}, default=_DESIGN)
         slider_field(state, _AZIMUTH, "Azimuth of the push on the tip (0° = to +X)", unit="°",
                      limits=(0.0, 355.0), step=5.0, default=0.0)  # fmt: skip
         slider_field(state, _POLAR, "Polar angle of the push (90° = from a wall)", unit="°",
@@ -57,13 +116,15 @@ def _show(state: ScreenState, result: FiniteElementDesign) -> None:
     picture.parent_slot.parent.classes("tall")  # type: ignore[union-attr]
     shown: list[Any] = []
 
-    def direction() -> list[float]:
-        return [float(state.settings.get(_POLAR, 90.0)), float(state.settings.get(_AZIMUTH, 0.0))]
+    def wanted() -> list[Any]:
+        angles = (float(state.settings.get(*each)) for each in ((_POLAR, 90.0), (_AZIMUTH, 0.0)))
+        return [state.settings.get(_OF, _DESIGN), *angles]
 
     async def draw() -> None:
-        polar, azimuth = shown[:] = direction()
+        of, polar, azimuth = shown[:] = wanted()
+        design = result.other if of == _OTHER else result.design
         try:
-            found = await asyncio.to_thread(stress_figures, result, polar, azimuth)
+            found = await asyncio.to_thread(stress_figures, design, polar, azimuth)
         except PretravelError as error:
             remark.set_text(str(error))
             return
@@ -78,7 +139,7 @@ def _show(state: ScreenState, result: FiniteElementDesign) -> None:
 
     request = one_at_a_time(draw)
     request()
-    here([state.listen], lambda: request() if shown != direction() else None)
+    here([state.listen], lambda: request() if shown != wanted() else None)
 
 
 def one_at_a_time(work: Callable[[], Any]) -> Callable[[], None]:

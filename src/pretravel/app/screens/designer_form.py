@@ -283,7 +283,7 @@ def setting_names() -> tuple[str, ...]:
     """The names of all settings that a form can have."""
     keys = {"stylus": ("length_mm", "diameter_mm", "material")}
     fixed = ["tip.radius_mm", "tip.material", "spring.preload_N"]
-    fixed += [f"trigger.{key}" for key in ("criterion", "threshold_N")]
+    fixed += [f"trigger.{key}" for key in ("criterion", "threshold_N", "opening_um")]
     fixed += [f"tripod.{key}" for key in ("radius_mm", "rod_radius_mm", "material")]
     fixed += [f"tripod.rod_azimuths_deg.{i}" for i in range(3)]
     fixed += [f"seats.{k}" for k in ("support_angle_deg", "ball_radius_mm", "material", "contact")]

@@ -22,7 +22,7 @@ from pretravel.show.plotly_parts import PlotlyFigure
 from pretravel.tasks.predict import PredictedProbe
 from pretravel.tasks.reports.design_comparison_report import A, B, results_of
 
-DESIGN, ELEMENTS = "B: your design", "B by finite elements"
+DESIGN = "B: your design"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +31,14 @@ class _Shown:
     predicted: PredictedProbe
     colour: Colour
     dashed: bool = False
-    dots: bool = False
+    first_ring: int | None = None
+    """Of every second direction, where there are rings instead of a line."""
 
 
 def design_figures(
     other: tuple[str, PredictedProbe],
     design: PredictedProbe,
-    elements: PredictedProbe | None = None,
+    elements: tuple[PredictedProbe, PredictedProbe] | None = None,
     polar_deg: float = 90.0,
 ) -> Mapping[str, PlotlyFigure]:
     """Force and pretravel around, and the parts of the pretravel, as Plotly's figures.
@@ -47,8 +48,8 @@ def design_figures(
     other : (str, PredictedProbe)
         With its name for legends.
     design : PredictedProbe
-    elements : PredictedProbe or None
-        The design by finite elements.
+    elements : two PredictedProbes or None
+        The other one and the design by finite elements.
     polar_deg : float
         Of the wish of all predictions.
 
@@ -62,7 +63,13 @@ def design_figures(
         _Shown(DESIGN, design, B, dashed=True),
     ]
     if elements is not None:
-        shown.append(_Shown(ELEMENTS, elements, "series3", dots=True))
+        # In turns: where both designs are the same, the rings of both are seen.
+        shown += [
+            _Shown(f"{letter} by finite elements", predicted, colour, first_ring=first)
+            for first, (letter, predicted, colour) in enumerate(
+                zip("AB", elements, (A, B), strict=True)
+            )
+        ]
     return {
         "force": plotly_figure(_around("Trigger force", "N", shown, polar_deg)),
         "pretravel": plotly_figure(_around("Pretravel", "µm", shown, polar_deg)),
@@ -87,8 +94,9 @@ def _around(name: str, unit: str, shown: Sequence[_Shown], polar_deg: float) -> 
     for one in shown:
         azimuth = np.radians(np.asarray(one.predicted.task.azimuth.degrees))
         values = _values(one.predicted.trigger, unit)[_rows(one.predicted, polar_deg)]
-        if one.dots:
-            marks.append(Dots(azimuth[::2], values[::2], one.name, one.colour, symbol="ring"))
+        if one.first_ring is not None:
+            rings = slice(one.first_ring, None, 2)
+            marks.append(Dots(azimuth[rings], values[rings], one.name, one.colour, symbol="ring"))
             continue
         closed = np.append(azimuth, azimuth[0]), np.append(values, values[0])
         marks.append(LineMark(*closed, one.name, one.colour, width=2.0, dashed=one.dashed))

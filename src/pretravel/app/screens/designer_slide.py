@@ -8,15 +8,15 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.document_view import key_figures, plot
+from pretravel.app.components.document_view import key_figures, verdict_card
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.fields import choice_field, slider_field
 from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.components.outcome import kept, outcome
-from pretravel.app.components.plot import ColouredPlot
-from pretravel.app.components.same_elsewhere import same_elsewhere
+from pretravel.app.components.plot import ColouredPlot, plot
 from pretravel.app.components.task_fields import described_fields
 from pretravel.app.project import ScreenState
+from pretravel.app.screens.designer_description import is_saved, same_of_design
 from pretravel.app.screens.designer_elements import one_at_a_time
 from pretravel.app.screens.designer_work import (
     SLIDE,
@@ -56,12 +56,18 @@ def slide_panel(state: ScreenState) -> None:
             )
 
     kept(work, files)
-    live([work.listen], lambda: _same(work.result), lambda: id(work.result))
+
+    def of_files() -> object:
+        result: SlideOfDesign | None = work.result
+        return result and (id(result), is_saved(state, result.digest))
+
+    live([work.listen, state.listen], lambda: _same(state, work.result), of_files)
 
 
-def _same(result: SlideOfDesign | None) -> None:
+def _same(state: ScreenState, result: SlideOfDesign | None) -> None:
     if result is not None:
-        same_elsewhere(with_file_names(result.made.task, output=Path("slide.csv")))
+        task = with_file_names(result.made.task, output=Path("slide.csv"))
+        same_of_design(state, result.made.task.probe, result.digest, task)
 
 
 def shown_step(stored: Any, steps: int) -> int:
@@ -78,7 +84,7 @@ def _show(state: ScreenState, result: SlideOfDesign) -> None:
 
     history, surface = result.made.history, result.made.shape
     steps, radius = len(history), result.made.tip.radius
-    text("p", result.document.verdict, "verdict")
+    verdict_card(result.document.verdict)
     key_figures(result.document.figures)
     for remark in result.document.notes:
         note(remark)

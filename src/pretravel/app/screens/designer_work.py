@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,15 +25,20 @@ from pretravel.tasks.slide import Slide
 
 if TYPE_CHECKING:
     from pretravel.prediction.description import Probe
+    from pretravel.prediction.elastic_field import StressByDirection
     from pretravel.prediction.fem.condensation import ReducedModel
     from pretravel.show.document import Document
     from pretravel.tasks.predict import PredictedProbe
     from pretravel.tasks.slide import FollowedSlide
 
+_log = logging.getLogger(__name__)
+
 FIRST_START = "omp40-2"
 DESIGN_FILE = "design.toml"
 THE_START = "start"
 """The other design is the unchanged start."""
+_AZIMUTHS = range(0, 360, 30)
+"""At which the stress on walls is computed. [deg]"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +52,9 @@ class ComparedDesigns:
         The description from which the design starts.
     changes : mapping of str to value
     name : str
-    other_name : str
-        Of the other design: in the catalogue, or of a file.
+        That the user gave the design; empty without one.
+    start_name, other_name : str
+        Of the start and of the other design: in the catalogue, or of a file.
     """
 
     other: PredictedProbe
@@ -54,18 +62,34 @@ class ComparedDesigns:
     start: str
     changes: Mapping[str, float | str]
     name: str
+    start_name: str
     other_name: str
+
+    @property
+    def source(self) -> str:
+        """The probe in a command: that of the start while it is unchanged, else a file to save."""
+        return DESIGN_FILE if self.changes or self.name else self.start_name
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Of both designs in reports; a file that nobody has saved is none of them."""
+        changed = f"{self.start_name} (changed)" if self.changes else self.start_name
+        return self.other_name, self.name or changed
 
     def text(self) -> str:
         """The description of the design."""
         return designed_text(self.start, self.changes, self.name)
 
+    def digest(self) -> str:
+        """Of the design, whatever name the user gave it."""
+        return digest_of(designed_text(self.start, self.changes))
+
     def document(self) -> Document:
-        """The report that ``pretravel compare A design.toml`` makes."""
+        """The report that ``pretravel compare A B`` makes."""
         from pretravel.tasks.compare_designs import DesignComparison
 
         pair = (self.other.probe, self.design.probe), (self.other.trigger, self.design.trigger)
-        return DesignComparison(*pair).document((self.other_name, DESIGN_FILE))
+        return DesignComparison(*pair).document(self.names)
 
 
 SLIDE_FORM = TaskForm(
@@ -95,10 +119,13 @@ class SlideOfDesign:
     made : FollowedSlide
     document : Document
         Its report, which takes longer than a page may wait.
+    digest : str
+        As that of `ComparedDesigns`.
     """
 
     made: FollowedSlide
     document: Document
+    digest: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +137,60 @@ class FiniteElementDesign:
     predicted : PredictedProbe
     reduced : ReducedModel
         With its mesh.
+    stresses : StressByDirection
+        On walls.
     """
 
     predicted: PredictedProbe
     reduced: ReducedModel
+    stresses: StressByDirection
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteElementDesigns:
+    """Two designs by finite elements.
+
+    Attributes
+    ----------
+    compared : ComparedDesigns
+        The same designs by the model analytic.
+    other, design : FiniteElementDesign
+    """
+
+    compared: ComparedDesigns
+    other: FiniteElementDesign
+    design: FiniteElementDesign
+
+    def document(self) -> Document:
+        """The report: the verdict of finite elements, and both models beside each other."""
+        from pretravel.tasks.compare_designs import DesignComparison
+        from pretravel.tasks.reports.design_comparison_report import elements_comparison_table
+
+        compared = self.compared
+        triggers = self.other.predicted.trigger, self.design.predicted.trigger
+        probes = compared.other.probe, compared.design.probe
+        report = DesignComparison(probes, triggers).document(compared.names)
+        table = elements_comparison_table(
+            (compared.other.trigger, compared.design.trigger),
+            triggers,
+            (self.other.stresses, self.design.stresses),
+        )
+        meshes = "; ".join(
+            f"{letter}: {one.reduced.summary['unknowns']}"
+            for letter, one in zip("AB", (self.other, self.design), strict=True)
+        )
+        remark = (
+            f"Unknowns of the meshes: {meshes}. The stress is that of von Mises, preload included, "
+            f"every {_AZIMUTHS.step}° on walls; it is the mean over an element, so that at edges "
+            "and seats it depends on the mesh."
+        )
+        return replace(
+            report,
+            title=f"By finite elements, {report.title}",
+            verdict=f"By finite elements, {report.verdict}",
+            tables=(table,),
+            notes=(*report.notes, remark),
+        )
 
 
 def start_text(name: str, file: Path | None) -> str:
@@ -171,7 +248,8 @@ def compare_designs(inputs: Inputs) -> ComparedDesigns:
     settings = inputs.settings
     file = inputs.optional_file("description")
     start, changes = start_and_changes(settings, file)
-    other, other_name = start, settings.get("start", FIRST_START) if file is None else file.name
+    start_name = _start_name(settings, file)
+    other, other_name = start, start_name
     if settings.get("against", THE_START) != THE_START:
         other_name = settings["against"]
         other = start_text(other_name, None)
@@ -182,8 +260,13 @@ def compare_designs(inputs: Inputs) -> ComparedDesigns:
         start=start,
         changes=changes,
         name=name,
+        start_name=start_name,
         other_name=other_name,
     )
+
+
+def _start_name(settings: Mapping[str, Any], file: Path | None) -> str:
+    return str(settings.get("start", FIRST_START)) if file is None else file.name
 
 
 def probe_figure(probe: Probe) -> dict[str, Any]:
@@ -194,15 +277,57 @@ def probe_figure(probe: Probe) -> dict[str, Any]:
     return plotly_figure(space_chart(probe, "Your design"))
 
 
-def compute_finite_elements(inputs: Inputs) -> FiniteElementDesign:
-    """Build the finite-element model of a design, and predict with it; in a process of its own."""
+def compute_finite_elements(inputs: Inputs) -> FiniteElementDesigns:
+    """Finite elements of both designs; in a process of its own.
+
+    What was computed before is in the cache of reduced models, and equal designs are computed once.
+    """
+    compared = compare_designs(inputs)
+    (a, b), probes = compared.names, (compared.other.probe, compared.design.probe)
+    other = _by_finite_elements(f"A, {a}", probes[0])
+    same = probes[0] == probes[1]
+    design = other if same else _by_finite_elements(f"B, {b}", probes[1])
+    return FiniteElementDesigns(compared, other, design)
+
+
+def _by_finite_elements(name: str, probe: Probe) -> FiniteElementDesign:
+    """Build the model of a design, and predict with it; progress and errors say which one it is."""
+    import numpy as np
+
+    from pretravel.base.directions import grid
+    from pretravel.prediction.elastic_field import stress_by_direction
     from pretravel.prediction.fem.reduction_cache import model_in_memory
     from pretravel.tasks.predict import Predict
 
-    start, changes = start_and_changes(inputs.settings, inputs.optional_file("description"))
-    probe = designed_probe(start, changes)
-    reduced = model_in_memory(probe)
-    return FiniteElementDesign(Predict(probe=DESIGN_FILE, model="fem").predicted(probe), reduced)
+    walls = grid([0.5 * np.pi], np.radians(np.array(_AZIMUTHS, dtype=np.float64)))
+    with _said_of(name):
+        _log.info("reduced model")
+        try:
+            reduced = model_in_memory(probe)
+            predicted = Predict(probe=DESIGN_FILE, model="fem").predicted(probe)
+            stresses = stress_by_direction(probe, walls, reduced)
+        except PretravelError as error:
+            raise PretravelError(f"{name}: {error}", inputs=error.inputs) from error
+    return FiniteElementDesign(predicted, reduced, stresses)
+
+
+@contextmanager
+def _said_of(name: str) -> Iterator[None]:
+    """What the library says meanwhile is said of one design."""
+
+    def name_it(record: logging.LogRecord) -> bool:
+        if not record.getMessage().startswith(f"{name}: "):  # another handler has done it
+            record.msg, record.args = f"{name}: {record.getMessage()}", ()
+        return True
+
+    handlers = tuple(logging.getLogger("pretravel").handlers)
+    for handler in handlers:
+        handler.addFilter(name_it)
+    try:
+        yield
+    finally:
+        for handler in handlers:
+            handler.removeFilter(name_it)
 
 
 def follow_slide(inputs: Inputs) -> SlideOfDesign:
@@ -211,10 +336,12 @@ def follow_slide(inputs: Inputs) -> SlideOfDesign:
     surface = settings.get(SURFACE, "convex")
     if surface not in SURFACES:  # a project that was sent can state anything, such as a script
         raise PretravelError("choose a surface of the list", inputs=(SURFACE,))
-    start, changes = start_and_changes(settings, inputs.optional_file("description"))
-    task = Slide(probe=DESIGN_FILE, surface=surface, **SLIDE_FORM.given(settings))
+    file = inputs.optional_file("description")
+    start, changes = start_and_changes(settings, file)
+    source = DESIGN_FILE if changes else _start_name(settings, file)
+    task = Slide(probe=source, surface=surface, **SLIDE_FORM.given(settings))
     made = task.followed(designed_probe(start, changes))
-    return SlideOfDesign(made, made.document())
+    return SlideOfDesign(made, made.document(), digest_of(designed_text(start, changes)))
 
 
 _SETTINGS = ("start", "form_of", *setting_names())
@@ -229,8 +356,8 @@ DESIGNS = Job(
 FINITE_ELEMENTS = Job(
     "finite elements",
     compute_finite_elements,
-    "Finite elements",
-    settings=_SETTINGS,
+    "Finite elements of both designs",
+    settings=(*_SETTINGS, "against"),
     files=("description",),
     automatic=False,
     own_process=True,

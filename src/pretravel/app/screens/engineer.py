@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pretravel.app.components.examples import example_button
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.layout import folded, inputs_and_results, panel
+from pretravel.app.components.layout import folded, panel, screen_places
 from pretravel.app.components.plot import load_plots_ahead
 from pretravel.app.project import ScreenState, SettingValue
 from pretravel.app.screens.engineer_control import control_panel
@@ -14,7 +14,7 @@ from pretravel.app.screens.engineer_inputs import no_touches_yet, reference_pane
 from pretravel.app.screens.engineer_next import next_step
 from pretravel.app.screens.engineer_results import results
 from pretravel.app.screens.engineer_settings import QUALIFICATION
-from pretravel.app.screens.engineer_work import load_ahead
+from pretravel.app.screens.engineer_work import FIT, LOOK
 from pretravel.app.screens.every_task import task_links
 
 EXAMPLE: Mapping[str, SettingValue] = {
@@ -36,24 +36,22 @@ _OTHER_WAYS = {
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    load_ahead()
     load_plots_ahead()
     next_step(state)
-    with inputs_and_results() as (left, right):
-        with left:
-            with panel("1 Touches"):
-                file_drop(
-                    state,
-                    "touches",
-                    "Touches on the reference sphere",
-                    hint="Drop or choose a table (CSV, TXT …) or a log of the control",
-                )
-                example_button(state, {"touches": ["sphere_touches.csv"]}, EXAMPLE)
-                understood(state)
-                no_touches_yet()
-            reference_panel(state)
-            control_panel(state)
-            with folded("No sphere, several tips, a log alone"):
-                task_links(_OTHER_WAYS)
-        with right:
-            results(state)
+    places = screen_places()
+    with places.inputs:
+        with panel("1 Touches"):
+            file_drop(
+                state,
+                "touches",
+                "Touches on the reference sphere",
+                hint="Drop or choose a table (CSV, TXT …) or a log of the control",
+            )
+            example_button(state, {"touches": ["sphere_touches.csv"]}, EXAMPLE, ahead=(LOOK, FIT))
+            understood(state)
+            no_touches_yet()
+        reference_panel(state)
+        control_panel(state)
+        with folded("No sphere, several tips, a log alone"):
+            task_links(_OTHER_WAYS)
+    results(state, places)

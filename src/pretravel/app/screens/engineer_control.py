@@ -7,7 +7,7 @@ from pathlib import Path
 from nicegui import ui
 
 from pretravel.app.components.downloads import result_button, result_folder_button
-from pretravel.app.components.from_project import give_map
+from pretravel.app.components.from_project import measure_with_map
 from pretravel.app.components.layout import folded, live, note, panel, text, warning
 from pretravel.app.components.outcome import kept, outcome
 from pretravel.app.components.task_fields import described_field, described_fields
@@ -16,7 +16,6 @@ from pretravel.app.project import ScreenState
 from pretravel.app.screens.control_steps import control_steps
 from pretravel.app.screens.engineer_settings import CONTROL, export_name
 from pretravel.app.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
-from pretravel.app.session import SESSION, address_in
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.export import applies, makes_folder
 
@@ -32,7 +31,7 @@ def control_panel(state: ScreenState) -> None:
         fit = WORKS.of(state, FIT)
         live([fit.listen], lambda: _nothing_yet(fit), lambda: fit.result is None)
         kept(fit, lambda: _map_files(fit))
-        kept(fit, lambda: _go_on())
+        kept(fit, measure_with_map)
 
 
 def _chosen(state: ScreenState) -> str | None:
@@ -79,17 +78,6 @@ def _steps(result: ExportResult | None) -> None:
     with ui.element("ol").classes("steps"):
         for step in control_steps(result.to, result.files.texts):
             text("li", step)
-
-
-def _go_on() -> None:
-    """The next job of a project: a part, with the map that stands here."""
-
-    async def measure() -> None:
-        await give_map(SESSION.project.screen("part"), "map")
-        ui.navigate.to(address_in("/part"))
-
-    button = ui.button("Measure a part with this map", icon="view_in_ar", on_click=measure)
-    button.props("no-caps flat")
 
 
 def _nothing_yet(work: Work) -> None:

@@ -9,6 +9,7 @@ from nicegui import ui
 
 from pretravel.app.components.document_view import table_view
 from pretravel.app.components.downloads import download_button
+from pretravel.app.components.from_project import take_reference
 from pretravel.app.components.layout import (
     folded,
     folded_until_opened,
@@ -22,9 +23,8 @@ from pretravel.app.components.outcome import outcome
 from pretravel.app.components.task_fields import described_field, described_fields
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.engineer_settings import (
-    OF_WOZNIAK,
+    OF_KINDS,
     QUALIFICATION,
-    WOZNIAK,
     EngineerSettings,
     file_mark,
 )
@@ -131,18 +131,21 @@ def _column_choices(state: ScreenState, result: LookResult) -> None:
 def reference_panel(state: ScreenState) -> None:
     """Diameters first; what usually stays as it is, folded."""
     with panel("2 Reference and tip"):
+        take_reference(state)
         described_fields(state, QUALIFICATION, _FIRST)
         with folded("More settings"):
             for name in QUALIFICATION.names:
-                if name not in (*_FIRST, *OF_WOZNIAK):
+                if name not in (*_FIRST, *OF_KINDS):
                     axes = _AXES if name == "axis" else None
                     described_field(state, QUALIFICATION, name, choices=axes)
-            live([state.listen], lambda: _of_wozniak(state), lambda: state.settings.get("kind"))
+            live([state.listen], lambda: _of_kind(state), lambda: state.settings.get("kind"))
 
 
-def _of_wozniak(state: ScreenState) -> None:
-    if state.settings.get("kind") == WOZNIAK:
-        described_fields(state, QUALIFICATION, OF_WOZNIAK)
+def _of_kind(state: ScreenState) -> None:
+    chosen = state.settings.get("kind")
+    described_fields(
+        state, QUALIFICATION, [name for name, kind in OF_KINDS.items() if kind == chosen]
+    )
 
 
 def no_touches_yet() -> None:

@@ -8,20 +8,27 @@ from pathlib import Path
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
-from pretravel.app.components.document_view import document_view
+from pretravel.app.components.document_view import document_view, no_result, verdict_card
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.layout import (
+    ScreenPlaces,
+    empty_state,
     folded,
     folded_until_opened,
     here,
     live,
     note,
-    panel,
     text,
     warning,
 )
-from pretravel.app.components.outcome import belonging_to, kept, outcome
+from pretravel.app.components.outcome import (
+    belonging_to,
+    kept,
+    outcome,
+    result_place,
+    work_status,
+)
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.jobs import WORKS, Work
@@ -42,37 +49,56 @@ from pretravel.app.screens.engineer_work import (
 from pretravel.show.chart import PolarChart, SpaceChart
 from pretravel.show.chart_plotly import plotly_figure
 
-_MISSING = "Here you see your touches on the sphere, a verdict on the probe, and what it costs."
+_MISSING = "Here comes a verdict on the probe, and what it costs to correct it more simply."
+_EMPTY = "Your touches on the reference, as soon as their file is dropped"
 _LONGEST_TEXT = 20_000
+_MOST_OUTLIERS = 5
+"""That are described one by one; the report has all."""
 
 
-def results(state: ScreenState) -> None:
-    """Everything on the right."""
-    outcome(state, FIT, lambda result: _verdict(result), missing=_MISSING)
-    _touches_in_space(state)
+def results(state: ScreenState, places: ScreenPlaces) -> None:
+    """The picture and the tabs."""
     fit, export = WORKS.of(state, FIT), WORKS.of(state, EXPORT)
-    with belonging_to(export):
-        live([export.listen], lambda: _control_files(export.result), lambda: export.result)
-    with belonging_to(fit):
-        live([fit.listen], lambda: _costs(fit.result), lambda: fit.result)
-    live([fit.listen], lambda: _part(state), lambda: fit.result is None)
-    with belonging_to(fit, export):
-        live([fit.listen, export.listen], lambda: _same(state), lambda: (fit.result, export.result))
+    with places.status:
+        work_status(state, FIT)
+    with places.picture:
+        _touches_in_space(state)
+    with places.tab("Verdict"):
+        result_place(fit, _verdict, empty=lambda: note(_MISSING))
+    with places.tab("Touches"), belonging_to(WORKS.of(state, LOOK), fit):
+        touches_table(state)
+    with places.tab("Lobes"):
+        result_place(fit, _lobes, empty=no_result, says_warnings=False)
+    with places.tab("Corrections"):
+        result_place(fit, _corrections, empty=no_result, says_warnings=False)
+    with places.tab("Files"):
+        with belonging_to(export):
+            live([export.listen], lambda: _control_files(export.result), lambda: export.result)
+        live([fit.listen], lambda: _part(state), lambda: fit.result is None)
+        with belonging_to(fit, export):
+            live([fit.listen, export.listen], lambda: _same(state),
+                 lambda: (fit.result, export.result))  # fmt: skip
 
 
-def _verdict(result: FitResult | None) -> None:
-    if result is None:
-        return
-    report = result.report
-    with panel("Verdict"):
-        sentence = result.compared.sentence() if result.compared is not None else ""
-        text("p", f"{sentence or report.verdict}.", "verdict")
-        if sentence:
-            text("p", f"{report.verdict}.")
+def _verdict(result: FitResult) -> None:
+    report, compared = result.report, result.compared
+    with ui.element("article").classes("document"):
+        if compared is None:
+            verdict_card(f"{report.verdict}.", report.judgement)
+        else:
+            verdict_card(
+                f"{compared.sentence()}.", report.judgement, figures=compared.headline(),
+                prose=(f"{report.verdict}.",),
+            )  # fmt: skip
+        for outlier in result.qualified.qualification.outliers[:_MOST_OUTLIERS]:
+            warning(f"Outlier: {outlier.message}. {outlier.outcome}.")
         if result.problem:
             note(f"Corrections of controls cannot be compared: {result.problem}")
         for words in report.warnings:
             warning(words[0].upper() + words[1:])
+        folded_until_opened(
+            "Full report of the qualification", lambda: document_view(result.report)
+        )
 
 
 def _touches_in_space(state: ScreenState) -> None:
@@ -84,9 +110,9 @@ def _touches_in_space(state: ScreenState) -> None:
 
     def build() -> None:
         if there():
-            with panel("Touches"):
-                _picture(state)
-                touches_table(state)
+            _picture(state)
+        else:
+            empty_state("radar", _EMPTY)
 
     with belonging_to(look, fit):
         live([look.listen, fit.listen], build, there)
@@ -140,36 +166,38 @@ def toggle_point(state: ScreenState, result: FitResult, trace: int, point: int) 
         set_used(state, result.names[row], used=bool(result.touches.left_out[row]))
 
 
-def _costs(result: FitResult | None) -> None:
-    if result is None:
-        return
-    with panel("The lobes of the probe"), ui.element("div").classes("charts"):
+def _lobes(result: FitResult) -> None:
+    with ui.element("div").classes("charts"):
         for chart in result.report.pictures[0].charts:
             if isinstance(chart, PolarChart | SpaceChart) and chart.title.startswith("pretravel"):
                 plot(plotly_figure(chart), chart.title)
-    if result.costs is not None:
-        with panel("What a simpler correction leaves"):
-            for chart in result.costs.pictures[0].charts[1:2]:
-                plot(plotly_figure(chart), chart.title)
-            costs = result.costs
-            folded_until_opened(
-                "All corrections, over the azimuth and in a table", lambda: document_view(costs)
-            )
-    folded_until_opened("Full report of the qualification", lambda: document_view(result.report))
+
+
+def _corrections(result: FitResult) -> None:
+    """What simpler corrections leave."""
+    costs = result.costs
+    if costs is None:
+        note(f"Corrections of controls cannot be compared: {result.problem}")
+        return
+    for chart in costs.pictures[0].charts[1:2]:
+        plot(plotly_figure(chart), chart.title)
+    folded_until_opened(
+        "All corrections, over the azimuth and in a table", lambda: document_view(costs)
+    )
 
 
 def _control_files(result: ExportResult | None) -> None:
     if result is None:
+        note("The files for your control stand here when it is chosen in step 3.")
         return
-    with panel("Files for the control"):
-        head = [words for words in result.files.remarks if words.startswith(("(", ";"))]
-        for words in result.files.remarks:
-            if words not in head:
-                text("p", words)
-        if head:
-            text("pre", "\n".join(head), "file-text").props('tabindex="0"')
-        for name, content in result.files.texts.items():
-            folded_until_opened(name or "Text of the file", partial(_file_text, content))
+    head = [words for words in result.files.remarks if words.startswith(("(", ";"))]
+    for words in result.files.remarks:
+        if words not in head:
+            text("p", words)
+    if head:
+        text("pre", "\n".join(head), "file-text").props('tabindex="0"')
+    for name, content in result.files.texts.items():
+        folded_until_opened(name or "Text of the file", partial(_file_text, content))
 
 
 def _file_text(content: str) -> None:

@@ -25,8 +25,8 @@ OF_FILE: Mapping[str, Any] = {"units": None, "decimal": None, "columns": {}, "le
 """What is stated about one file, and does not hold for the next one."""
 _USUAL = {**QUALIFICATION.defaults, **CONTROL.defaults}
 MAP_NAME = "map.json"
-WOZNIAK = "wozniak"
-OF_WOZNIAK = ("lobe_azimuth_deg", "transducer")
+OF_KINDS = {each.name: each.field.of_kind for each in QUALIFICATION.settings if each.field.of_kind}
+"""Settings that one kind of map has, and that kind."""
 
 
 def file_mark(content: bytes) -> str:
@@ -99,9 +99,12 @@ class EngineerSettings:
         exclude : sequence of str
             Names of touches that are left out.
         """
-        stated = QUALIFICATION.given(self.values)
-        if self["kind"] != WOZNIAK:  # no other kind has these settings
-            stated = {name: value for name, value in stated.items() if name not in OF_WOZNIAK}
+        kind = self["kind"]
+        stated = {
+            name: value
+            for name, value in QUALIFICATION.given(self.values).items()
+            if OF_KINDS.get(name, kind) == kind
+        }
         return Qualify(
             touches=(path,),
             units=self["units"],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from nicegui import ui
 
-from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.engineer_settings import EngineerSettings, file_mark
@@ -15,8 +15,6 @@ from pretravel.show.formatting import number_text, signed_decimals
 
 MOST_ROWS = 150
 """Of the table; of more touches those with the largest residuals."""
-_MOST_OUTLIERS = 5
-"""That are described one by one; the report has all."""
 
 
 def set_used(state: ScreenState, name: str, *, used: bool) -> None:
@@ -82,8 +80,6 @@ def _left_out(state: ScreenState, result: FitResult | None) -> None:
         note("State the diameter of the reference: then a bad touch can be unticked.")
         return
     count = int(result.touches.left_out.sum())
-    for outlier in result.qualified.qualification.outliers[:_MOST_OUTLIERS]:
-        warning(f"Outlier: {outlier.message}. {outlier.outcome}.")
     if not count:
         note("A bad touch? Untick it below, or click it in the picture.")
         return

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -127,15 +124,6 @@ class FitResult:
     def touches(self) -> TouchesInSpace:
         """All touches of the file."""
         return self.picture.touches
-
-
-@cache
-def load_ahead() -> None:
-    """Load what the first file needs, once and beside, while the user looks for the file."""
-    names = ("look", "qualify", "compare", "export", "compensate")
-    threading.Thread(
-        target=lambda: [import_module(f"pretravel.tasks.{name}") for name in names], daemon=True
-    ).start()
 
 
 def _settings_of(inputs: Inputs) -> EngineerSettings:

@@ -9,13 +9,26 @@ from functools import partial
 
 from nicegui import ui
 
-from pretravel.app.components.document_view import document_view
+from pretravel.app.components.document_view import (
+    document_details,
+    document_picture,
+    document_verdict,
+    no_result,
+)
 from pretravel.app.components.downloads import download_button
 from pretravel.app.components.fields import text_field
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.from_project import from_project
-from pretravel.app.components.layout import folded, inputs_and_results, note, panel, text, warning
-from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.from_project import from_project, take_reference
+from pretravel.app.components.layout import (
+    empty_state,
+    folded,
+    live,
+    panel,
+    screen_places,
+    text,
+    warning,
+)
+from pretravel.app.components.outcome import kept, result_place, work_status
 from pretravel.app.components.page_button import CERTIFICATES, page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
@@ -36,7 +49,7 @@ from pretravel.app.task_run import (
 )
 from pretravel.tasks import task_named
 from pretravel.tasks.fields import LaboratoryReport
-from pretravel.tasks.task import Setting, Task
+from pretravel.tasks.task import Setting, Task, by_name
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
@@ -110,26 +123,37 @@ def show(name: str, state: ScreenState) -> None:
     kind = task_named(name)
     if state.settings.get(NAME) != name:
         state.settings[NAME] = name
-    with inputs_and_results() as (left, right):
-        with left:
-            files = [s for s in file_settings(kind) if s.name != "lab" or state.files[s.name]]
-            needed = [setting for setting in files if setting.default is MISSING] or files[:1]
-            for setting in needed:
-                _file(state, setting)
-            others = [setting for setting in files if setting not in needed]
-            if others:
-                given = any(state.files[setting.name] for setting in others)
-                with folded("More files", opened=given):
-                    for setting in others:
-                        _file(state, setting)
-            _fields(kind, state)
-            if _shared(kind):
-                statements_form(state)
-        with right:
-            work = outcome(state, job_of(name), _shown, button="Run")
-            kept(work, lambda: _to_keep(work), lambda made: (*made.files, _states_laboratory(made)))
-            if work.result is None:
-                note(f"For example: {kind.example}")
+    places = screen_places()
+    with places.inputs:
+        if "diameter" in by_name(kind):
+            take_reference(state)
+        files = [s for s in file_settings(kind) if s.name != "lab" or state.files[s.name]]
+        needed = [setting for setting in files if setting.default is MISSING] or files[:1]
+        for setting in needed:
+            _file(state, setting)
+        others = [setting for setting in files if setting not in needed]
+        if others:
+            given = any(state.files[setting.name] for setting in others)
+            with folded("More files", opened=given):
+                for setting in others:
+                    _file(state, setting)
+        _fields(kind, state)
+        if _shared(kind):
+            statements_form(state)
+    with places.status:
+        work = work_status(state, job_of(name), button="Run")
+    with places.picture:
+        result_place(
+            work, _picture, says_warnings=False,
+            empty=lambda: empty_state("terminal", f"For example: {kind.example}"),
+        )  # fmt: skip
+    with places.tab("Verdict"):
+        result_place(work, _verdict, empty=no_result)
+    with places.tab("Details"):
+        result_place(work, _details, empty=no_result, says_warnings=False)
+    with places.tab("Files"):
+        kept(work, lambda: _to_keep(work), lambda made: (*made.files, _states_laboratory(made)))
+        live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
 def _file(state: ScreenState, setting: Setting) -> None:
@@ -151,14 +175,30 @@ def _fields(kind: type[Task], state: ScreenState) -> None:
                 described_field(state, form, name)
 
 
-def _shown(made: TaskRun) -> None:
+def _picture(made: TaskRun) -> None:
+    if made.report is not None and made.report.pictures:
+        document_picture(made.report)
+    else:
+        empty_state("terminal", "This task has no picture: its answer stands below")
+
+
+def _verdict(made: TaskRun) -> None:
     for caution in made.cautions:
         warning(caution)
     if made.report is not None:
-        document_view(made.report)
+        document_verdict(made.report)
     if made.text:
         text("pre", made.text, "file-text").props('tabindex="0"')
-    same_elsewhere(made.task)
+
+
+def _details(made: TaskRun) -> None:
+    if made.report is not None:
+        document_details(made.report)
+
+
+def _same(made: TaskRun | None) -> None:
+    if made is not None:
+        same_elsewhere(made.task)
 
 
 def _states_laboratory(made: TaskRun) -> bool:
@@ -167,7 +207,7 @@ def _states_laboratory(made: TaskRun) -> bool:
 
 def _to_keep(work: Work) -> None:
     made: TaskRun = work.result
-    with panel("To keep"), ui.element("div").classes("buttons"):
+    with ui.element("div").classes("buttons"):
         if made.page is not None:
             page_button(work, lambda result: result.page, lambda result: result.command)
             if _states_laboratory(made):

@@ -9,19 +9,18 @@ from typing import Any
 
 from nicegui import ui
 
-from pretravel.app.components.document_view import document_view
+from pretravel.app.components.document_view import document_screen, no_result
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.examples import example_button
 from pretravel.app.components.fields import choice_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.layout import (
     folded,
-    inputs_and_results,
     live,
     note,
-    panel,
+    screen_places,
 )
-from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.outcome import kept, result_place, work_status
 from pretravel.app.components.page_button import CERTIFICATES, page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
@@ -41,6 +40,7 @@ from pretravel.app.screens.laboratory_work import (
 )
 from pretravel.base.units import MICROMETRE
 from pretravel.show.chart_plotly import plotly_figure
+from pretravel.show.document import Document
 from pretravel.tasks.reports.rig_report import trace_view
 from pretravel.tasks.rig import CalibratedRig
 from pretravel.tasks.task import command_line
@@ -89,45 +89,54 @@ def _work(state: ScreenState) -> str:
 
 
 def _rig(state: ScreenState) -> None:
-    with inputs_and_results() as (inputs, results):
-        with inputs:
-            file_drop(
-                state, "traces", "Traces of the rig", endings=(".csv",), several=True,
-                hint="rig_AZIMUTH_REPEAT.csv with time_s,ruler_mm,laser_mm,contact,trigger",
-            )  # fmt: skip
-            example_button(state, {"traces": EXAMPLE_TRACES}, {"mark": [], "exclude": []})
-            file_drop(state, "budget", "Budget of your rig", endings=(".csv",))
-            with folded("Ruler"):
-                of_traces = ("exclude", "mark")  # stated in the panel of the trace
-                names = [name for name in RIG_FORM.names if name not in of_traces]
-                described_fields(state, RIG_FORM, names)
-            statements_form(state)
-        with results:
-            work = outcome(
-                state, RIG, partial(_show_rig, state),
-                missing="Drop the traces of the rig, one file for each touch.",
-            )  # fmt: skip
-            kept(work, lambda: _rig_to_keep(work))
-            live([work.listen], lambda: _same(work.result), lambda: work.result)
+    places = screen_places()
+    with places.inputs:
+        file_drop(
+            state, "traces", "Traces of the rig", endings=(".csv",), several=True,
+            hint="rig_AZIMUTH_REPEAT.csv with time_s,ruler_mm,laser_mm,contact,trigger",
+        )  # fmt: skip
+        example_button(state, {"traces": EXAMPLE_TRACES}, {"mark": [], "exclude": []})
+        file_drop(state, "budget", "Budget of your rig", endings=(".csv",))
+        with folded("Ruler"):
+            of_traces = ("exclude", "mark")  # stated in the tab of the trace
+            names = [name for name in RIG_FORM.names if name not in of_traces]
+            described_fields(state, RIG_FORM, names)
+        statements_form(state)
+    with places.status:
+        work = work_status(
+            state, RIG, missing="Drop the traces of the rig, one file for each touch."
+        )
+    document_screen(
+        places, work, _without_traces,
+        empty="The pretravel in each direction of the rig, with its uncertainty",
+    )  # fmt: skip
+    with places.tab("One trace"):
+        result_place(work, partial(_one_trace, state), empty=no_result, says_warnings=False)
+    with places.tab("Files"):
+        kept(work, lambda: _rig_to_keep(work))
+        live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
-def _show_rig(state: ScreenState, result: RigResult) -> None:
-    traces = {trace.name for trace in result.rig.traces}  # a trace has a panel of its own
+def _without_traces(result: RigResult) -> Document:
+    """The report without the pictures of traces, which have a tab of their own."""
+    traces = {trace.name for trace in result.rig.traces}
     pictures = tuple(
         picture for picture in result.document.pictures if picture.view.title not in traces
     )
-    document_view(replace(result.document, pictures=pictures))
-    with panel("One trace"):
-        _trace_chooser(state, result)
-        live(
-            [state.listen],
-            lambda: _show_trace(state, result),
-            key=lambda: state.settings.get("trace"),
-        )
+    return replace(result.document, pictures=pictures)
+
+
+def _one_trace(state: ScreenState, result: RigResult) -> None:
+    _trace_chooser(state, result)
+    live(
+        [state.listen],
+        lambda: _show_trace(state, result),
+        key=lambda: state.settings.get("trace"),
+    )
 
 
 def _rig_to_keep(work: Work) -> None:
-    with panel("To keep"), ui.element("div").classes("buttons"):
+    with ui.element("div").classes("buttons"):
         for name, label in CERTIFICATES.items():
             page_button(
                 work, lambda result: result.certificate, lambda result: command_line(result.same),
@@ -229,30 +238,32 @@ def _mark_field(state: ScreenState, trace: str, event: str, place: float) -> Non
 
 
 def _separation(state: ScreenState) -> None:
-    with inputs_and_results() as (inputs, results):
-        with inputs:
-            file_drop(
-                state, "readings", "Multi-step readings", endings=(".csv",),
-                hint="machine index, probe index, reading: the error of the machine minus that of "
-                "the probe",
-            )  # fmt: skip
-            example_button(state, {"readings": ["redundancy_24x24.csv"]}, {})
-            described_field(state, SEPARATION_FORM, "method")
-            with folded("More settings"):
-                names = [name for name in SEPARATION_FORM.names if name != "method"]
-                described_fields(state, SEPARATION_FORM, names)
-            statements_form(state)
-        with results:
-            work = outcome(
-                state, SEPARATION, lambda result: document_view(result.document),
-                missing="Drop the readings of a multi-step test.",
-            )  # fmt: skip
-            kept(work, lambda: _separation_to_keep(work))
-            live([work.listen], lambda: _same(work.result), lambda: work.result)
+    places = screen_places()
+    with places.inputs:
+        file_drop(
+            state, "readings", "Multi-step readings", endings=(".csv",),
+            hint="machine index, probe index, reading: the error of the machine minus that of "
+            "the probe",
+        )  # fmt: skip
+        example_button(state, {"readings": ["redundancy_24x24.csv"]}, {})
+        described_field(state, SEPARATION_FORM, "method")
+        with folded("More settings"):
+            names = [name for name in SEPARATION_FORM.names if name != "method"]
+            described_fields(state, SEPARATION_FORM, names)
+        statements_form(state)
+    with places.status:
+        work = work_status(state, SEPARATION, missing="Drop the readings of a multi-step test.")
+    document_screen(
+        places, work, lambda result: result.document,
+        empty="The errors of the machine, and separately those of the probe",
+    )  # fmt: skip
+    with places.tab("Files"):
+        kept(work, lambda: _separation_to_keep(work))
+        live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
 def _separation_to_keep(work: Work) -> None:
-    with panel("To keep"), ui.element("div").classes("buttons"):
+    with ui.element("div").classes("buttons"):
         page_button(
             work, lambda result: result.document, lambda result: command_line(result.same),
             name="separation.html",

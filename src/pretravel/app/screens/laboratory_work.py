@@ -15,16 +15,13 @@ from pretravel.base.whole_file import temporary_folder
 from pretravel.laboratory.rig import RigTouch, RigTrace
 from pretravel.laboratory.rig_marks import MARKS
 from pretravel.show.document import Document
-from pretravel.tasks.rig import CalibratedRig, Rig
+from pretravel.tasks.rig import FOREIGN_BUDGET, CalibratedRig, Rig
 from pretravel.tasks.separate import Separate, SeparatedErrors
 from pretravel.tasks.values import MovedMark, trace_mark
 
 RIG_FORM = TaskForm(Rig, without=("tip_diameter",))
 """The diameter of the tip is for a map, which the screen does not write."""
 SEPARATION_FORM = TaskForm(Separate, prefix="separate_")
-_FOREIGN_BUDGET = (
-    "the budget is that of Ren 2020, Table 2, of another laboratory; give your own as a file"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +67,7 @@ def calibrate_rig_traces(inputs: Inputs) -> RigResult:
         lab = laboratory_file(inputs.settings, folder)
         task = Rig(traces=tuple(paths), budget=budget, lab=lab, **given)
         found = task.run()
-    warnings = [] if budget is not None else [_FOREIGN_BUDGET]
+    warnings = [] if budget is not None else [FOREIGN_BUDGET]
     return RigResult(
         found,
         found.report(warnings),

@@ -8,18 +8,18 @@ from functools import partial
 
 from nicegui import ui
 
-from pretravel.app.components.document_view import document_view
+from pretravel.app.components.document_view import document_screen
 from pretravel.app.components.downloads import result_button
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.from_project import from_project
+from pretravel.app.components.from_project import from_project, take_reference
 from pretravel.app.components.layout import (
     folded,
-    inputs_and_results,
     live,
     note,
     panel,
+    screen_places,
 )
-from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.outcome import kept, work_status
 from pretravel.app.components.page_button import CERTIFICATES, page_button
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
@@ -55,22 +55,27 @@ _MORE = tuple(name for name in FORM.names if name not in _PLACED)
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    with inputs_and_results() as (inputs, results):
-        with inputs:
-            _inputs(state)
-        with results:
-            work = outcome(
-                state,
-                CHECK,
-                _show_result,
-                missing="Drop the touches on the sphere, in the pattern of the standard. Those of "
-                "the stylus-tip offset have a column spindle_deg.",
-            )
-            kept(work, lambda: _to_keep(work))
-            live([work.listen], lambda: _definitions(work.result), lambda: work.result)
+    places = screen_places()
+    with places.inputs:
+        _inputs(state)
+    with places.status:
+        work = work_status(
+            state,
+            CHECK,
+            missing="Drop the touches on the sphere, in the pattern of the standard. Those of the "
+            "stylus-tip offset have a column spindle_deg.",
+        )
+    document_screen(
+        places, work, lambda result: result.document,
+        empty="The residuals of your touches on the sphere, and the figures of the standard below",
+    )  # fmt: skip
+    with places.tab("Files"):
+        kept(work, lambda: _to_keep(work))
+        live([work.listen], lambda: _definitions(work.result), lambda: work.result)
 
 
 def _inputs(state: ScreenState) -> None:
+    take_reference(state)
     described_field(state, FORM, "standard")
     file_drop(state, "touches", "Touches on the calibrated sphere")
     ui.button("Try it with example data", icon="school", on_click=partial(_fill, state)).props(
@@ -112,12 +117,8 @@ async def _fill(state: ScreenState) -> None:
     state.files["touches"] = (StoredFile(name, content),)
 
 
-def _show_result(result: CheckResult) -> None:
-    document_view(result.document)
-
-
 def _to_keep(work: Work) -> None:
-    with panel("To keep"), ui.element("div").classes("buttons"):
+    with ui.element("div").classes("buttons"):
         for name, label in CERTIFICATES.items():
             page_button(
                 work, lambda result: result.document, lambda result: command_line(result.same),

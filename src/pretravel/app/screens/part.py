@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from nicegui import ui
 from pretravel.app.components.document_view import (
     document_view,
     key_figures,
+    no_result,
     table_view,
 )
 from pretravel.app.components.downloads import result_button
@@ -20,30 +22,29 @@ from pretravel.app.components.fields import choice_field, switch_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.from_project import from_project
 from pretravel.app.components.layout import (
+    empty_state,
     folded,
-    inputs_and_results,
     live,
     note,
-    panel,
+    screen_places,
+    text,
 )
-from pretravel.app.components.outcome import kept, outcome
+from pretravel.app.components.outcome import kept, result_place, work_status
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.task_fields import described_fields
-from pretravel.app.jobs import WORKS, Job, Work
-from pretravel.app.project import Inputs, ScreenState, StoredFile
+from pretravel.app.jobs import Work
+from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.screens.part_features import features_tab
 from pretravel.app.screens.part_work import (
     ALIGN_FORM,
+    COMPENSATION,
     FEATURE_FORM,
     PART_FORM,
-    PartFeatures,
     PartResult,
-    compensate_part,
     example_map,
-    lacking_for_points,
     measure_face,
-    measure_part,
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
@@ -55,37 +56,37 @@ from pretravel.tasks.example_data import example_folder
 from pretravel.tasks.reports.budget_report import budget_table
 from pretravel.tasks.task import command_line
 
-COMPENSATION = Job(
-    "compensate",
-    compensate_part,
-    "Compensating the touches",
-    settings=("probe", "aligned", *PART_FORM.stored, *ALIGN_FORM.stored),
-    files=("touches", "map", "part"),
-    needs=("touches",),
-    lacks=lacking_for_points,
-    own_process=True,
-)
 ENDINGS_OF_POINTS = (".csv", ".json", ".nc", ".qif", ".msr")
-_USUAL = ("feature", "select", "by_prefix", "size_tolerance", "form_tolerance", "u_machine_um")
-_MORE = tuple(name for name in FEATURE_FORM.names if name not in _USUAL)
 
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    with inputs_and_results() as (inputs, results):
-        with inputs:
-            _inputs(state)
-        with results:
-            work = outcome(
-                state,
-                COMPENSATION,
-                lambda result: _show_result(state, result),
-                missing="1. Drop the touches on the part.  2. Drop the map of the probe (from "
-                "Qualify a probe), or choose a probe.  3. With the part as a STEP file the contact "
-                "is computed on its faces.",
-            )
-            kept(work, lambda: _to_keep(work))
-            live([work.listen], lambda: _same(work.result), lambda: work.result)
+    places = screen_places()
+    with places.inputs:
+        _inputs(state)
+    with places.status:
+        work = work_status(
+            state,
+            COMPENSATION,
+            missing="1. Drop the touches on the part.  2. Drop the map of the probe (from Qualify "
+            "a probe), or choose a probe.  3. With the part as a STEP file the contact is computed "
+            "on its faces.",
+        )
+    with places.picture:
+        result_place(
+            work, partial(_pictures, state), says_warnings=False,
+            empty=lambda: empty_state("view_in_ar", "The points on the part, before and after"),
+        )  # fmt: skip
+    with places.tab("Features"):
+        result_place(work, partial(features_tab, state), empty=no_result)
+    with places.tab("One point"):
+        result_place(work, partial(_one_point, state), empty=no_result, says_warnings=False)
+    with places.tab("Compensation"):
+        result_place(work, lambda result: document_view(replace(result.document, pictures=())),
+                     empty=no_result)  # fmt: skip
+    with places.tab("Files"):
+        kept(work, lambda: _to_keep(work))
+        live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
 def _inputs(state: ScreenState) -> None:
@@ -109,72 +110,64 @@ def _inputs(state: ScreenState) -> None:
         described_fields(state, ALIGN_FORM, ALIGN_FORM.names)
 
 
+_EXAMPLES = {
+    "Try it with example data": ("part_touches.csv", "part.step"),
+    "Example with two bores to measure": ("bore_touches.csv", ""),
+    "Example of a part that lies anywhere": ("bracket_touches.csv", "bracket.step"),
+}
+"""Touches and part; in two bores the touches have labels, and those on a bracket no normals."""
+
+
 def _example(state: ScreenState) -> None:
-    async def fill() -> None:
+    async def fill(touches: str, part: str) -> None:
         folder = example_folder()
-        button.disable()
         name, content = await asyncio.to_thread(example_map, folder)
-        state.settings["probe"], state.settings["aligned"] = "", False
-        for purpose, file in (("part", "part.step"), ("touches", "part_touches.csv")):
-            state.files[purpose] = (StoredFile(file, (folder / file).read_bytes()),)
+        for setting in ("probe", *FEATURE_FORM.stored):
+            state.settings.pop(setting, None)
+        state.settings["aligned"] = part == "bracket.step"
         state.files["map"] = (StoredFile(name, content),)
-        button.enable()
+        for purpose, file in (("part", part), ("touches", touches)):
+            stored = StoredFile(file, (folder / file).read_bytes()) if file else None
+            state.files[purpose] = (stored,) if stored else ()
 
-    async def fill_bores() -> None:
-        """The same map; labelled touches in two bores, and what is measured of them."""
-        await fill()
-        state.settings["feature"], state.settings["by_prefix"] = "bore", True
-        state.files["part"] = ()
-        state.files["touches"] = (
-            StoredFile("bore_touches.csv", (example_folder() / "bore_touches.csv").read_bytes()),
-        )
+    with ui.element("div").classes("examples"):
+        for words, files in _EXAMPLES.items():
+            ui.button(words, icon="school", on_click=partial(fill, *files)).props("no-caps flat")
 
-    async def fill_bracket() -> None:
-        """Touches on a bracket that lies anywhere, without normals, and its STEP file."""
-        await fill()
-        state.settings["aligned"] = True
-        for purpose, file in (("part", "bracket.step"), ("touches", "bracket_touches.csv")):
-            state.files[purpose] = (StoredFile(file, (example_folder() / file).read_bytes()),)
 
-    button = ui.button("Try it with example data", icon="school", on_click=fill)
-    button.props("no-caps flat")
-    bores = ui.button("Example with two bores to measure", icon="school", on_click=fill_bores)
-    bores.props("no-caps flat")
-    bracket = ui.button(
-        "Example of a part that lies anywhere", icon="school", on_click=fill_bracket
+def _pictures(state: ScreenState, result: PartResult) -> None:
+    """Before and after side by side, turned together."""
+    with ui.element("div").classes("charts turned-together"):
+        _charts(state, result, slice(2))
+
+
+def _charts(state: ScreenState, result: PartResult, which: slice) -> None:
+    picture = result.document.pictures[0]
+    for chart in picture.charts[which]:
+        _clickable(state, result, plotly_figure(chart), f"{picture.caption}: {chart.title}")
+
+
+def _one_point(state: ScreenState, result: PartResult) -> None:
+    note(
+        "Click a point in the picture for its slide and its budget, and a face of the part to "
+        "measure it."
+        if result.part is not None
+        else "Click a point in the picture for its slide and its budget."
     )
-    bracket.props("no-caps flat")
-
-
-def _show_result(state: ScreenState, result: PartResult) -> None:
-    document_view(replace(result.document, pictures=()))
-    with panel("On the part"):
-        note(
-            "Click a point for its slide and its budget, and a face of the part to measure it."
-            if result.part is not None
-            else "Click a point for its slide and its budget."
-        )
-        for picture in result.document.pictures:
-            with ui.element("div").classes("charts"):
-                for chart in picture.charts:
-                    _clickable(
-                        state, result, plotly_figure(chart), f"{picture.caption}: {chart.title}"
-                    )
-    with panel("One point"):
+    live(
+        [state.listen],
+        lambda: _show_point(state, result),
+        key=lambda: state.settings.get("point"),
+    )
+    if result.part is not None:
+        text("h3", "The face that was clicked")
         live(
             [state.listen],
-            lambda: _show_point(state, result),
-            key=lambda: state.settings.get("point"),
+            lambda: _show_face(state, result),
+            key=lambda: state.settings.get("face"),
         )
-    if result.part is not None:
-        with panel("The face that was clicked"):
-            live(
-                [state.listen],
-                lambda: _show_face(state, result),
-                key=lambda: state.settings.get("face"),
-            )
-    with panel("Features"):
-        _show_features(state, result)
+    with ui.element("div").classes("charts turned-together"):
+        _charts(state, result, slice(2, None))
 
 
 def _to_keep(work: Work) -> None:
@@ -185,7 +178,7 @@ def _to_keep(work: Work) -> None:
         assert result.aligned is not None
         result.aligned.write("output", path)
 
-    with panel("Points to download"), ui.element("div").classes("buttons"):
+    with ui.element("div").classes("buttons"):
         if work.result is not None and work.result.aligned is not None:
             result_button(work, "place.json", "place.json", write_place)
         for ending in ENDINGS_OF_POINTS:
@@ -275,62 +268,3 @@ def _show_face(state: ScreenState, result: PartResult) -> None:
     document_view(found.document)
     if found.same is not None:
         note(command_line(found.same))
-
-
-def _features_job(state: ScreenState) -> Job:
-    """The measurement of features; it uses the points of the newest compensation."""
-
-    def compute(inputs: Inputs) -> PartFeatures:
-        result = WORKS.of(state, COMPENSATION).result
-        if result is None:
-            raise PretravelError("there are no compensated points yet")
-        return measure_part(result, inputs)
-
-    return Job(
-        "features",
-        compute,
-        "Measuring the features",
-        settings=(*COMPENSATION.settings, *FEATURE_FORM.stored),  # of its points too
-        files=(*COMPENSATION.files, "drawing"),
-        needs=("touches",),
-        automatic=False,
-    )
-
-
-def _show_features(state: ScreenState, result: PartResult) -> None:
-    with ui.element("div").classes("field-grid"):
-        described_fields(state, FEATURE_FORM, _USUAL)
-    with folded("More settings"):
-        described_fields(state, FEATURE_FORM, _MORE)
-    file_drop(
-        state, "drawing", "Or all features and tolerances of the drawing",
-        endings=(".toml", ".qif", ".dmi"),
-        hint="A table [[feature]] for each, as for pretravel measure --features; or a plan",
-    )  # fmt: skip
-    labels = ", ".join(result.compensated.points.labels[:8])
-    note(f"Labels of the points: {labels} …")
-    job = _features_job(state)
-    work = outcome(state, job, lambda result: document_view(result.document), button="Measure")
-    kept(work, lambda: _features_to_keep(work))
-    live([work.listen], lambda: _command_of_features(work.result), lambda: work.result)
-
-
-def _features_to_keep(work: Work) -> None:
-    def write(path: Path, result: PartFeatures) -> None:
-        result.features.write("output", path)
-
-    with ui.element("div").classes("buttons"):
-        result_button(work, "features.csv", "features.csv", write)
-        page_button(
-            work, lambda result: result.document, _command_of,
-            name="features.html",
-        )  # fmt: skip
-
-
-def _command_of(result: PartFeatures) -> str:
-    return "" if result.same is None else command_line(result.same)
-
-
-def _command_of_features(result: PartFeatures | None) -> None:
-    if result is not None:
-        note(_command_of(result))

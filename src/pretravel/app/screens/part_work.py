@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.app.jobs import Job
 from pretravel.app.own_description import own_map
 from pretravel.app.project import Inputs, ScreenState
 from pretravel.app.task_form import TaskForm, with_file_names
@@ -18,6 +19,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.whole_file import temporary_folder
 from pretravel.files.points_reading import read_points
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.measurement.association import label_prefix
 from pretravel.measurement.contact_slide import contact_slide
 from pretravel.measurement.point_budget import point_budget
 from pretravel.measurement.selection import points_at
@@ -34,7 +36,7 @@ from pretravel.uncertainty.gum import Budget
 
 PART_FORM = TaskForm(Compensate, shared=("units", "feed"))
 ALIGN_FORM = TaskForm(Align, without=("tip_diameter", "extrapolate"), prefix="align_")
-FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"})
+FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"}, prefix="measure_")
 _OF_DRAWING = ("association", "probability", "u_machine_um")
 """Settings that go with a drawing, which states the others for each feature."""
 _MEASURED_FACES = ("plane", "cylinder", "cone", "sphere", "torus")
@@ -187,6 +189,29 @@ class PartFeatures:
     same: Measure | None
 
 
+def groups_of(labels: Sequence[str]) -> dict[str, tuple[int, str]]:
+    """Groups of labels that differ in the number at the end: how many points, and their pattern.
+
+    Parameters
+    ----------
+    labels : sequence of str
+
+    Returns
+    -------
+    dict of str to pair of int and str
+        Groups that no pattern chooses alone are left out.
+
+    >>> groups_of(["bore1-1", "bore1-2", "top-1", "12"])
+    {'bore1': (2, 'bore1-*'), 'top': (1, 'top-1*')}
+    """
+    rows: dict[str, list[int]] = {}
+    for row, label in enumerate(labels):
+        if label_prefix(label) != label:
+            rows.setdefault(label_prefix(label), []).append(row)
+    found = {name: _pattern(labels, np.array(mine)) for name, mine in rows.items()}
+    return {name: (len(rows[name]), pattern[0]) for name, pattern in found.items() if pattern}
+
+
 def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     """Measure features of compensated points.
 
@@ -269,3 +294,34 @@ def example_map(folder: Path) -> tuple[str, bytes]:
     with temporary_folder() as place:
         write_map(place / "example_map.json", made.pretravel_map)
         return "example_map.json", (place / "example_map.json").read_bytes()
+
+
+COMPENSATION = Job(
+    "compensate",
+    compensate_part,
+    "Compensating the touches",
+    settings=("probe", "aligned", *PART_FORM.stored, *ALIGN_FORM.stored),
+    files=("touches", "map", "part"),
+    needs=("touches",),
+    lacks=lacking_for_points,
+    own_process=True,
+)
+"""The points of the part."""
+
+
+def measure_newest(inputs: Inputs) -> PartFeatures:
+    """Measure the features of the newest points."""
+    return measure_part(inputs.results[COMPENSATION.name], inputs)
+
+
+FEATURES = Job(
+    "features",
+    measure_newest,
+    "Measuring the features",
+    settings=FEATURE_FORM.stored,
+    files=("drawing", "part"),
+    needs=("touches",),
+    after=(COMPENSATION,),
+    automatic=False,
+)
+"""What is measured of the points."""

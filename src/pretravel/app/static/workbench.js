@@ -44,11 +44,6 @@
     }
   });
 
-  // A label is no target of the keyboard; its file input is, and Enter opens it as Space does.
-  document.addEventListener("keydown", (event) => {
-    if (event.key === "Enter" && event.target.matches?.("input.file-drop-input")) event.target.click();
-  });
-
   for (const kind of ["dragover", "dragenter"]) {
     document.addEventListener(kind, (event) => {
       event.preventDefault();

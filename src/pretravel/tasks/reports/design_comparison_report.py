@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,9 @@ from pretravel.show.direction_charts import angles_deg, values_on_grid
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Span, Table
 from pretravel.show.formatting import decimals, number_text, signed_decimals, significant
 from pretravel.tasks.reports.prediction_view import by_level, polar_axis
+
+if TYPE_CHECKING:  # the library of finite elements is an extra
+    from pretravel.prediction.elastic_field import StressByDirection
 
 A: Colour = "series8"
 B: Colour = "series5"
@@ -113,6 +117,7 @@ def results_of(trigger: Trigger) -> dict[str, float]:
     }
     return {
         "trigger force on walls, smallest / N": float(walls.force.min()),
+        "trigger force on walls, mean / N": float(walls.force.mean()),
         "trigger force on walls, largest / N": float(walls.force.max()),
         "trigger force, largest in all directions / N": float(trigger.force.max()),
         "pretravel on walls, largest / µm": float(walls.pretravel.max()),
@@ -141,6 +146,59 @@ def _results_table(triggers: tuple[Trigger, Trigger]) -> Table:
             Column.of("B against A", _percent(a, b), "%", signed_decimals(1)),
         ),
         title="What the designs do",
+    )
+
+
+def elements_comparison_table(
+    analytic: tuple[Trigger, Trigger],
+    elements: tuple[Trigger, Trigger] | None = None,
+    stresses: tuple[StressByDirection, StressByDirection] | None = None,
+) -> Table:
+    """Two designs by the model analytic and by finite elements, beside each other.
+
+    Parameters
+    ----------
+    analytic : two Triggers
+    elements : two Triggers, optional
+        In the same directions; without them their columns are empty.
+    stresses : two StressByDirection, optional
+        At the trigger on walls.
+
+    Returns
+    -------
+    Table
+        A quantity that a model does not have is an empty cell: finite elements have other
+        elastic parts.
+    """
+    by_model = [
+        [results_of(trigger) for trigger in analytic],
+        [{}, {}] if elements is None else [results_of(trigger) for trigger in elements],
+    ]
+    for number, stress in enumerate(stresses or ()):
+        by_model[1][number] |= {
+            "highest stress at rest / MPa": float(stress.rest.max()),
+            "highest stress at the trigger on walls / MPa": float(stress.highest.max()),
+        }
+    names = [*dict.fromkeys(name for model in by_model for one in model for name in one)]
+    values, changes = [], []
+    for words, model in zip(("", ", fem"), by_model, strict=True):
+        # Of what one design alone has, such as a contact that opens, the other one has nothing.
+        of_model = {name for one in model for name in one}
+        a, b = (
+            [one.get(name, 0.0) if name in of_model else math.nan for name in names]
+            for one in model
+        )
+        values += [
+            Column.of(f"{letter}{words}", column, digits=significant(3))
+            for letter, column in (("A", a), ("B", b))
+        ]
+        changes.append(Column.of(f"B against A{words}", _percent(a, b), "%", signed_decimals(1)))
+    beside = (values[0], values[2], values[1], values[3])
+    return Table(
+        (Column.of("predicted", names), *beside, *changes),
+        title="Both designs, by both models",
+        explanation="Columns with fem: by finite elements; the others: by the model analytic. "
+        "A model has no value of what is not a part of it.",
     )
 
 

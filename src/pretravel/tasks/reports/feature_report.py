@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,7 +26,16 @@ from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 from pretravel.measurement.tolerances import InspectedFeature, Together, side_of_failure
 from pretravel.show.budget_picture import budget_picture
-from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Span, Table
+from pretravel.show.document import (
+    Column,
+    Document,
+    Judgement,
+    KeyFigure,
+    Picture,
+    Section,
+    Span,
+    Table,
+)
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.tasks.reports.feature_picture import features_view
 from pretravel.uncertainty.gum import COVERAGE_FACTOR
@@ -97,6 +106,7 @@ def features_document(
     return Document(
         title=title,
         verdict=_verdict(features, together),
+        judgement=_judgement(features, together),
         tables=tuple(tables),
         sections=tuple(_budget_section(each) for each in features),
         pictures=(
@@ -140,17 +150,10 @@ def features_summary(
     Document
         Without positions, budgets and notes.
     """
-    rows: list[tuple[str, Quantity, str]] = []
-    for inspected in features:
-        decided = {c.name: c for c in inspected.conformities}
-        for quantity in inspected.stated:
-            if quantity.angle or quantity.name in _PLACES:
-                continue
-            found = decided.get(quantity.name)
-            u_machine = inspected.feature.errors.machine
-            words = "" if found is None else conformity_words(found, u_machine)
-            rows.append((_name(inspected.feature), quantity, words))
-    rows += [(f"{r.first}, {r.second}", r.quantity, "") for r in relations if not r.quantity.angle]
+    rows = [
+        (row.name, row.quantity, "" if row.judgement is None else row.judgement.word)
+        for row in feature_rows(features, relations)
+    ]
     angles = _angles_table([inspected.feature for inspected in features])
     if angles is not None and len(rows) + len(angles.columns[0].values) > _MOST_ROWS:
         angles = None
@@ -168,6 +171,51 @@ def features_summary(
         sections=(),
         notes=(note,),
     )
+
+
+@dataclass(frozen=True)
+class FeatureRow:
+    """One quantity of a feature, with the decision about it.
+
+    Attributes
+    ----------
+    name : str
+        Of the feature.
+    quantity : Quantity
+    conformity : Conformity or None
+    judgement : Judgement or None
+        The decision; None where there is no tolerance.
+    """
+
+    name: str
+    quantity: Quantity
+    conformity: Conformity | None = None
+    judgement: Judgement | None = None
+
+
+def feature_rows(
+    features: Sequence[InspectedFeature], relations: Sequence[FeatureRelation] = ()
+) -> list[FeatureRow]:
+    """Sizes, forms and distances of features, without angles and positions.
+
+    Parameters
+    ----------
+    features : sequence of InspectedFeature
+    relations : sequence of FeatureRelation
+    """
+    rows = []
+    for inspected in features:
+        decided = {c.name: c for c in inspected.conformities}
+        for quantity in inspected.stated:
+            if quantity.angle or quantity.name in _PLACES:
+                continue
+            found = decided.get(quantity.name)
+            u_machine = inspected.feature.errors.machine
+            decision = None if found is None else _decision(found, u_machine)
+            rows.append(FeatureRow(_name(inspected.feature), quantity, found, decision))
+    return rows + [
+        FeatureRow(f"{r.first}, {r.second}", r.quantity) for r in relations if not r.quantity.angle
+    ]
 
 
 def _data(
@@ -267,6 +315,32 @@ _WITHOUT_MACHINE = (
     ". This is no statement of conformity: u contains the errors of probing alone, not those of "
     "the machine's geometry, of temperature and clamping"
 )
+
+
+_LEVELS: Mapping[ConformityVerdict, Literal["good", "caution", "bad"]] = {
+    ConformityVerdict.DOES_NOT_CONFORM: "bad",
+    ConformityVerdict.UNDECIDED: "caution",
+    ConformityVerdict.CONFORMS: "good",
+}
+"""The worst first."""
+
+
+def _decision(conformity: Conformity, u_machine: float) -> Judgement:
+    return Judgement(_LEVELS[conformity.verdict], conformity_words(conformity, u_machine))
+
+
+def _judgement(
+    features: Sequence[InspectedFeature], together: Sequence[Together]
+) -> Judgement | None:
+    """The worst decision; None without a tolerance."""
+    found = [(each.verdict, each.feature.errors.machine) for each in features]
+    found += [(each.conformity.verdict, each.u_machine) for each in together]
+    for verdict, level in _LEVELS.items():
+        machine = [u for each, u in found if each is verdict]
+        if machine:
+            words = verdict_words(verdict, min(machine))
+            return Judgement(level, words[0].upper() + words[1:])
+    return None
 
 
 def _verdict(features: Sequence[InspectedFeature], together: Sequence[Together]) -> str:

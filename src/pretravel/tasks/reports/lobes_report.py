@@ -8,6 +8,7 @@ from pretravel.base.units import MICROMETRE
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import equator
 from pretravel.measurement.comparison import Comparison
+from pretravel.show.document import KeyFigure
 from pretravel.show.formatting import decimals, value_text
 from pretravel.uncertainty.gum import COVERAGE_FACTOR
 
@@ -56,6 +57,27 @@ def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
         f"{_micrometres(left['mean radius'])}, eight radii up to "
         f"{_micrometres(left['eight sectors'])}, the map {_micrometres(expanded)} "
         f"(U, k = 2){beyond}"
+    )
+
+
+def lobes_figures(pretravel_map: PretravelMap, comparison: Comparison) -> tuple[KeyFigure, ...]:
+    """The three numbers of `lobes_sentence` that a machinist looks for, on vertical walls.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    comparison : Comparison
+        Of this map.
+    """
+    left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
+    values = {
+        "lobes": (lobe_size(pretravel_map), "largest less smallest pretravel"),
+        "left with one radius": (left["mean radius"], "largest error"),
+        "left with the map": (COVERAGE_FACTOR * comparison.u_map, "U, k = 2"),
+    }
+    return tuple(
+        KeyFigure(name, value / MICROMETRE, "µm", decimals(1), remark=remark)
+        for name, (value, remark) in values.items()
     )
 
 

@@ -45,7 +45,7 @@ from pretravel.show.document import (
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.show.style import some_rows
 from pretravel.tasks.reports.budget_report import budget_section
-from pretravel.tasks.reports.qualification_summary import summary_figures, verdict
+from pretravel.tasks.reports.qualification_summary import judgement, summary_figures, verdict
 
 
 def qualification_document(
@@ -84,6 +84,7 @@ def qualification_document(
     return Document(
         title=title,
         verdict=verdict(result, budgets[0]),
+        judgement=judgement(result),
         figures=(
             *summary_figures(result, scores, saved),
             *(() if result.delay is None else (_delay_figure(result.delay),)),

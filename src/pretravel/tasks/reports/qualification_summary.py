@@ -11,7 +11,7 @@ from pretravel.base.directions import describe
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.pretravel_map import over_support
 from pretravel.qualification.qualification import KindScore, Qualification, radius_budget
-from pretravel.show.document import KeyFigure, Span
+from pretravel.show.document import Judgement, KeyFigure, Span
 from pretravel.show.formatting import decimals, number_text, value_text
 from pretravel.uncertainty.gum import Budget
 
@@ -23,6 +23,30 @@ _USUAL_DIRECTIONS = 25
 _UNEVEN = 3.0  # largest u over the mean one from which a direction is proposed
 
 
+_GRADES = {
+    "good": Judgement("good", "Good"),
+    "usable": Judgement("caution", "Usable"),
+    "poor": Judgement("bad", "Poor"),
+}
+_NO_REPEATS = Judgement("caution", "Not known")
+
+
+def _grade(result: Qualification) -> str:
+    size = result.pretravel_map.single_touch
+    return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
+
+
+def judgement(result: Qualification) -> Judgement:
+    """Whether the probe is good, in a word.
+
+    Parameters
+    ----------
+    result : Qualification
+    """
+    repeated = result.fit.observation.repeats.dof > 0.0
+    return _GRADES[_grade(result)] if repeated else _NO_REPEATS
+
+
 def verdict(result: Qualification, point: Budget) -> str:
     """Whether the probe is good, which only repeats tell, and the uncertainty of a point.
 
@@ -32,9 +56,6 @@ def verdict(result: Qualification, point: Budget) -> str:
     point : Budget
         Of a point on a part, from `part_point_budget`.
     """
-    pretravel_map = result.pretravel_map
-    size = pretravel_map.single_touch
-    grade = "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
     known = (
         f"a point on a part has U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
         f"(k = {number_text(point.coverage_factor())})"
@@ -42,7 +63,7 @@ def verdict(result: Qualification, point: Budget) -> str:
     repeats = value_text(result.repeatability / MICROMETRE, "µm")
     # The grade is of the repeats alone: a good probe can need its map.
     if result.fit.observation.repeats.dof > 0.0:
-        return f"The probe is {grade}: a touch repeats to {repeats}, and {known}"
+        return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
     return (
         "Whether the probe is good is not known, because no direction was touched twice "
         f"({repeats} is assumed for a touch, from what the map leaves): touch each direction three "

@@ -25,7 +25,7 @@ from pretravel.show.chart import Axis, Chart, PlaneChart, PolarChart, Scale, Spa
 from pretravel.show.chart_marks import Dots, Mark, Rule, SpaceLines, SpacePoints
 from pretravel.show.colours import series
 from pretravel.show.direction_charts import azimuth_axis
-from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Table
+from pretravel.show.document import Column, Document, Judgement, KeyFigure, Picture, Section, Table
 from pretravel.show.formatting import decimals, value_text
 from pretravel.show.whiskers import magnification, whiskers
 from pretravel.tasks.reports.budget_report import budget_table, budgets_data, sphere_section
@@ -65,6 +65,7 @@ def standards_document(
     return Document(
         title=title,
         verdict=f"{check.standard}: {_verdict(check)}",
+        judgement=_judgement(check),
         tables=(_figures_table(check),),
         sections=(
             *(() if sphere is None else (sphere_section(sphere),)),
@@ -98,6 +99,16 @@ def _residual_picture(check: StandardCheck, title: str) -> tuple[Picture, ...]:
     if not check.sets:
         return ()
     return (Picture("Residuals at the places of the touches", lambda: check_view(check, title)),)
+
+
+def _judgement(check: StandardCheck) -> Judgement | None:
+    """The worst outcome of the figures with a limit; None without one."""
+    found = {figure.outcome for figure in check.figures if figure.limit is not None}
+    if LimitOutcome.EXCEEDS in found:
+        return Judgement("bad", "Exceeds the limit")
+    if LimitOutcome.UNDECIDED in found:
+        return Judgement("caution", "Undecided")
+    return Judgement("good", "Within the limits") if found else None
 
 
 def _verdict(check: StandardCheck) -> str:

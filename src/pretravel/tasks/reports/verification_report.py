@@ -33,7 +33,7 @@ from pretravel.show.direction_charts import (
     chart_by_place,
     direction_words,
 )
-from pretravel.show.document import Document, KeyFigure, Picture, Table
+from pretravel.show.document import Document, Judgement, KeyFigure, Picture, Table
 from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
 from pretravel.tasks.reports.history_report import control_charts
 
@@ -71,6 +71,9 @@ def verification_document(
         verdict=f"{verdict} since it was qualified: {result.touches} touches in "
         f"{len(result.directions)} directions, false-alarm rate "
         f"{100.0 * result.false_alarm_rate:g} %",
+        judgement=Judgement("bad", "Changed")
+        if result.changed
+        else Judgement("good", "No change found"),
         figures=(
             *_cause_figures(result),
             *_change_figures(result),
