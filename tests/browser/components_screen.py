@@ -23,7 +23,7 @@ from pretravel.app.components.fields import (
     text_field,
 )
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.layout import inputs_and_results, panel
+from pretravel.app.components.layout import panel, screen_places
 from pretravel.app.components.outcome import follow, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
@@ -91,29 +91,29 @@ QUICK = Job("quick", quick, needs=("texts",), automatic=False, own_process=True)
 
 
 def show(state: ScreenState) -> None:
-    with inputs_and_results() as (left, right):
-        with left:
-            file_drop(state, "texts", "Texts", endings=(".txt",), several=True, limit=100_000)
-            with panel("Settings"):
-                number_field(state, "factor", "Factor", unit="mm", default=2.0, limits=(0.0, 100.0))
-                slider_field(
-                    state, "level", "Level", limits=(0.0, 10.0), step=0.5, default=5.0, unit="N"
-                )
-                text_field(state, "label", "Label")
-                choice_field(state, "kind", "Kind", {"a": "First", "b": "Second"}, default="a")
-                switch_field(state, "fine", "Fine")
-        with right:
-            work = outcome(state, LINES, show_lines, missing="Drop texts on the left.")
-            kept(work, lambda: lines_to_keep(work))
-            picture = plot({"data": [], "layout": {}}, "Product")
-            follow(state, LINES, lambda document: picture.update_figure(product(document)))
-            with panel("Long work"):
-                outcome(state, LONG, lambda result: None, button="Wait")
-            outcome(state, QUICK, lambda result: None, button="Count files")
-            count = 1050
-            values = [math.nan if n == 0 else float(n - 525) for n in range(count)]
-            columns = (Column.of("row", [f"{n}" for n in range(count)]), Column.of("value", values))
-            table_view(Table(columns, "Long table"))
+    places = screen_places()
+    with places.inputs:
+        file_drop(state, "texts", "Texts", endings=(".txt",), several=True, limit=100_000)
+        with panel("Settings"):
+            number_field(state, "factor", "Factor", unit="mm", default=2.0, limits=(0.0, 100.0))
+            slider_field(
+                state, "level", "Level", limits=(0.0, 10.0), step=0.5, default=5.0, unit="N"
+            )
+            text_field(state, "label", "Label")
+            choice_field(state, "kind", "Kind", {"a": "First", "b": "Second"}, default="a")
+            switch_field(state, "fine", "Fine")
+    with places.tab("Results"):
+        work = outcome(state, LINES, show_lines, missing="Drop texts on the left.")
+        kept(work, lambda: lines_to_keep(work))
+        picture = plot({"data": [], "layout": {}}, "Product")
+        follow(state, LINES, lambda document: picture.update_figure(product(document)))
+        with panel("Long work"):
+            outcome(state, LONG, lambda result: None, button="Wait")
+        outcome(state, QUICK, lambda result: None, button="Count files")
+        count = 1050
+        values = [math.nan if n == 0 else float(n - 525) for n in range(count)]
+        columns = (Column.of("row", [f"{n}" for n in range(count)]), Column.of("value", values))
+        table_view(Table(columns, "Long table"))
 
 
 def refused(path: Path) -> None:

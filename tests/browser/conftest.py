@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Generator, Iterator
 from typing import Any
 
 import pytest
@@ -13,13 +14,11 @@ from tests.browser.workbench_server import (
     CHROMIUM,
     WITHOUT_SCENES,
     RunningWorkbench,
+    new_context,
     open_project,
     running_browser,
     running_workbench,
 )
-
-PATIENCE = 30_000
-"""How long a state of a page is waited for: a loaded computer needs more than 30 s. [ms]"""
 
 
 @pytest.fixture(scope="package")
@@ -56,21 +55,35 @@ def _tab(browser: Any) -> Iterator[tuple[Any, list[str]]]:
 
     The process of a tab compiles the scripts of the page once; that is half the time of a page.
     """
-    context, errors = _new_context(browser)
+    context, errors = _watched_context(browser)
     yield context.new_page(), errors
     context.close()
 
 
-def _new_context(browser: Any) -> tuple[Any, list[str]]:
+def _watched_context(browser: Any) -> tuple[Any, list[str]]:
     """A context, and the errors of the scripts of its pages.
 
     With less motion: pages change at once, and no time goes into pictures between.
     """
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
-    context.set_default_timeout(PATIENCE)
+    size = {"width": 1280, "height": 900}
+    context = new_context(browser, viewport=size, reduced_motion="reduce")
     errors: list[str] = []
     context.on("weberror", lambda fault: errors.append(str(fault.error)))
     return context, errors
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """What the page shows where a test of it fails, which its error does not say."""
+    report = yield
+    if report.failed:
+        used = getattr(item, "funcargs", {}).values()
+        tab = next((each for each in used if hasattr(each, "inner_text")), None)
+        with contextlib.suppress(Exception):
+            report.sections.append(("The page", f"{tab.url}\n{tab.inner_text('body')[:5000]}"))
+    return report
 
 
 @pytest.fixture
@@ -90,7 +103,7 @@ def page(_tab: tuple[Any, list[str]]) -> Iterator[Any]:
 @pytest.fixture
 def fresh_tab(browser: Any) -> Iterator[Any]:
     """A tab that no test has used; an error of a script of its page fails the test."""
-    context, errors = _new_context(browser)
+    context, errors = _watched_context(browser)
     yield context.new_page()
     context.close()
     assert errors == []

@@ -27,6 +27,12 @@ def downloaded(page: Any, button: str, folder: Path) -> Path:
     return path
 
 
+def tab(page: Any, name: str) -> None:
+    """Show a tab below the picture."""
+    page.get_by_role("tab", name=name, exact=True).click()
+    page.wait_for_selector(f'.q-tab--active:has-text("{name}")')
+
+
 def settled(page: Any) -> None:
     """Wait until results belong to the inputs that are shown."""
     page.wait_for_function(
@@ -37,7 +43,7 @@ def settled(page: Any) -> None:
 def resting_box(page: Any, part: Any) -> dict[str, float]:
     """Where a part of the page is, once it is twice at the same place, as after scrolling."""
     before: dict[str, float] = {}
-    for _ in range(100):
+    for _ in range(1000):
         box: dict[str, float] = part.bounding_box()
         if box == before:
             return box

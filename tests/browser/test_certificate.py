@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pretravel.show.page_pdf import BROWSERS
+from tests.browser.workbench_server import new_context
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES, SPHERE
 from tests.support.laboratory import filled_file
@@ -26,7 +27,7 @@ FIRST_PAGE = (
 """Without blanks."""
 
 
-def _sixty_traces(folder: Path) -> Path:
+def sixty_traces(folder: Path) -> Path:
     """Those of the example under other names: 12 directions five times."""
     traces = folder / "traces"
     traces.mkdir()
@@ -57,7 +58,7 @@ def _checked_pages(path: Path, most: int) -> str:
 
 def test_sixty_traces_fill_four_pages_at_most(tmp_path: Path) -> None:
     path = tmp_path / "certificate.pdf"
-    run("rig", _sixty_traces(tmp_path), "--budget", EXAMPLES / "rig_budget.csv", "--lab",
+    run("rig", sixty_traces(tmp_path), "--budget", EXAMPLES / "rig_budget.csv", "--lab",
         filled_file(tmp_path), "-o", path)  # fmt: skip
     text = _checked_pages(path, most=4)
     assert "Resultsbydirection" in pdf_pages(path)[0]
@@ -87,7 +88,7 @@ def test_a_page_prints_the_same_certificate_by_a_click(browser: Any, tmp_path: P
     command = ("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--lab", filled_file(tmp_path))
     for ending in ("pdf", "html"):
         run(*command, "-o", tmp_path / f"certificate.{ending}")
-    context = browser.new_context()
+    context = new_context(browser)
     tab = context.new_page()
     tab.add_init_script("window.print = () => { document.documentElement.id = 'asked'; };")
     tab.goto((tmp_path / "certificate.html").as_uri())

@@ -95,6 +95,7 @@ def test_warnings_of_the_library_are_shown_each_time(screen: Any) -> None:
 def test_long_work_shows_its_stage_and_is_cancelled(screen: Any) -> None:
     screen.get_by_role("button", name="Wait").click()
     screen.wait_for_selector("text=stage 5")
+    assert screen.locator(".live.stale").count() == 0  # there is no old result
     screen.get_by_role("button", name="Cancel").click()
     screen.wait_for_selector("text=Cancelled after")
 

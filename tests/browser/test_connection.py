@@ -60,7 +60,9 @@ def test_an_unfinished_number_is_no_error(page: Any, workbench: RunningWorkbench
     field.fill("")
     field.press_sequentially("24")
     # The verdict of 24.9987 is pale at once, and nothing beside it can be taken.
-    assert page.locator(".results").evaluate("e => getComputedStyle(e).pointerEvents") == "none"
+    assert (
+        page.locator(".q-tab-panels").evaluate("e => getComputedStyle(e).pointerEvents") == "none"
+    )
     field.press_sequentially(".9987")
     field.blur()
     page.wait_for_function("!document.body.classList.contains('typing')")

@@ -11,6 +11,7 @@ import pytest
 
 from pretravel.files.map_file import read_map
 from pretravel.tasks.example_data import example_folder
+from tests.browser.screens import tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -83,6 +84,7 @@ def test_a_newcomer_goes_from_the_file_to_the_values_of_the_control(
 def compensate_a_part(page: Any, map_file: Path, folder: Path) -> None:
     """A second file gets points with the map of the screen, as the command makes them."""
     part = example_folder() / "part_touches.csv"
+    tab(page, "Files")
     page.get_by_text("Try the map on a part", exact=True).click()
     page.set_input_files('.file-drop-input[data-url$="/engineer/part"]', str(part))
     mine, theirs = downloaded(page, "Surface points", folder), folder / "theirs.csv"
@@ -106,6 +108,7 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
     opened(page, f"{workbench.address}engineer")
     state_diameters(page)
     drop(page, text.encode())
+    tab(page, "Touches")
     bad = page.get_by_role("row").filter(has=page.get_by_label("Use touch line 10", exact=True))
     page.wait_for_selector('tr:has-text("outlier")')
     assert "outlier" in bad.inner_text()
@@ -115,6 +118,7 @@ def test_an_unticked_touch_is_left_out_in_every_tab_and_as_the_command_does(
     page.wait_for_function(f"{marked}?.x.length === 1")  # in the picture that is changed in place
     other = page.context.new_page()
     opened(other, f"{workbench.address}engineer")
+    tab(other, "Touches")
     other.wait_for_selector("text=You left out 1 of 75 touches")
     assert not other.get_by_label("Use touch line 10", exact=True).is_checked()
     touches, theirs = tmp_path / "sphere.csv", tmp_path / "theirs.json"
@@ -150,6 +154,7 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     page.wait_for_selector("text=mm (stated)")
     state_diameters(page)
     page.wait_for_selector("text=the map 0.3 µm")
+    tab(page, "Touches")
     page.get_by_label(f"Use touch {label}", exact=True).wait_for()
     page.wait_for_selector(".plot-area canvas")
     point = "{points: [{curveNumber: 2, pointNumber: 3}]}"  # as Plotly says that it was clicked

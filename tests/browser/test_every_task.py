@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 from pretravel.tasks.example_data import example_folder
+from tests.browser.screens import tab
 from tests.browser.test_engineer import SPHERE, downloaded, drop, state_diameters, step
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
@@ -26,6 +28,7 @@ def test_a_task_without_a_screen_of_its_own_runs_as_its_command(
     page.wait_for_selector('.file-name:has-text("reversal_touches.csv")')
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("text=36 means of two orientations")
+    tab(page, "Files")
     assert "pretravel reversal reversal_touches.csv" in page.inner_html("main")
     mine, theirs = downloaded(page, "reversal.csv", tmp_path), tmp_path / "theirs.csv"
     run("reversal", log, "-o", theirs)
@@ -45,7 +48,13 @@ def test_a_map_made_here_measures_a_part_without_a_download(
     page.wait_for_selector('.file-name:has-text("map.json")')
     bores = example_folder() / "bore_touches.csv"
     page.set_input_files('.file-drop-input[data-url$="/part/touches"]', str(bores))
-    page.wait_for_selector(".document, .verdict")
+    page.wait_for_selector("text=bore1 · 12")
+    # Reference and tip are typed once, for the screens of people and for those of tasks.
+    for name in ("metrologist", "task/verify"):
+        opened(page, f"{workbench.address}{name}")
+        page.wait_for_selector("text=Reference and tip are those that this project has")
+        field = page.get_by_label(re.compile(r"^(Diameter of the reference|Diameter) \[mm\]$"))
+        assert field.first.input_value() == "24.9987"
     # The same map is offered to every task that asks for one, and a file of one screen to others.
     opened(page, f"{workbench.address}task/compensate")
     page.get_by_role("button", name="the map of Qualify a probe").click()

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pretravel.tasks.example_data import example_folder
-from tests.browser.screens import downloaded, drop, resting_box, run_shown_lines, settled
+from tests.browser.screens import downloaded, drop, resting_box, run_shown_lines, settled, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 from tests.support.results import data_of
@@ -24,6 +24,7 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
     page.wait_for_selector(f"text={len(TRACES)} traces")
     settled(page)
     assert serious_problems(page) == []
+    tab(page, "One trace")
     leave_a_trace_out_and_take_it_back(page)
     place = page.get_by_label("r0 [µm]")
     before = float(place.input_value())
@@ -39,6 +40,7 @@ def test_a_dragged_mark_and_the_command_give_the_same_calibration(
     settled(page)
     after = float(place.input_value())
     assert after < before - 0.1
+    tab(page, "Files")
     mine = data_of(downloaded(page, "rig.json", tmp_path))
     command = page.locator(".copy-button").first.get_attribute("data-copy")
     mark = command.split("--mark ")[1].split()[0]
@@ -69,6 +71,7 @@ def test_a_separation_is_that_of_the_command_line(
     page.wait_for_selector(".verdict")
     settled(page)
     assert serious_problems(page) == []
+    tab(page, "Files")
     mine = data_of(downloaded(page, "separation.json", tmp_path))
     run("separate", READINGS, "-o", tmp_path / "by_command.json")
     assert mine == data_of(tmp_path / "by_command.json")

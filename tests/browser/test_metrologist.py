@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pretravel.app.screens.metrologist_work import example_touches
-from tests.browser.screens import downloaded, drop, run_shown_lines, settled
+from tests.browser.screens import downloaded, drop, run_shown_lines, settled, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 from tests.support.laboratory import filled_file
@@ -38,6 +38,7 @@ def test_the_figures_are_those_of_the_command_line(
     page.wait_for_selector("text=0.065")  # µm: half the form error of the sphere
     settled(page)
     assert serious_problems(page) == []
+    tab(page, "Files")
     mine = data_of(downloaded(page, "check.json", tmp_path))
     by_command = tmp_path / "by_command.json"
     run("check", "iso10360-5", touches, "--diameter", 25, "--tip-diameter", 6, "--form-limit", 2,
@@ -59,6 +60,7 @@ def test_another_standard_has_other_limits_and_a_certificate_states_the_laborato
     page.wait_for_selector(".verdict >> text=ISO 230-10")
     page.get_by_text("Laboratory, instrument, environment").first.click()
     page.get_by_label("Name and address of the laboratory").fill("<b>North</b> laboratory")
+    tab(page, "Files")
     text = downloaded(page, "Certificate (page)", tmp_path).read_text()
     assert "&lt;b&gt;North&lt;/b&gt; laboratory" in text
     assert "<b>North" not in text
@@ -74,6 +76,7 @@ def test_the_laboratory_is_filled_in_once_and_prints_a_certificate(
     page.wait_for_selector(".verdict >> text=ISO 10360-5")
     page.get_by_text("Laboratory, instrument, environment").first.click()
     drop(page, "metrologist", "laboratory_file", filled_file(tmp_path))
+    tab(page, "Files")
     compared = "text=states that it compared what is used here of ISO 10360-5"
     page.wait_for_selector(compared, state="attached")  # in a detail of the report, too
     settled(page)
@@ -87,6 +90,7 @@ def test_the_laboratory_is_filled_in_once_and_prints_a_certificate(
     page.get_by_role("button", name="Try it with example data").click()
     page.wait_for_selector(".verdict")
     page.get_by_text("Laboratory, instrument, environment").first.click()
+    tab(page, "Files")
     assert page.get_by_label("Operator").input_value() == "operator <of> measurement"
     settled(page)
     pages += pdf_pages(downloaded(page, "Certificate (PDF)", tmp_path))

@@ -20,7 +20,7 @@ from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.show.page import contents_text
 from pretravel.show.page_content import PageContent
 from pretravel.tasks.rig import CalibratedRig
-from tests.browser.workbench_server import CHROMIUM, FLAGS, serious_problems
+from tests.browser.workbench_server import CHROMIUM, FLAGS, new_context, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
 from tests.unit.show import test_subjects as subjects
 
@@ -59,7 +59,7 @@ def open_page(browser: Any, pages: dict[str, Path]) -> Iterator[Callable[..., An
     faults: list[str] = []
 
     def opened(name: str, **settings: Any) -> Any:
-        context = browser.new_context(**settings)
+        context = new_context(browser, **settings)
         contexts.append(context)
         tab = context.new_page()
         tab.on("pageerror", lambda error: faults.append(str(error)))
@@ -198,12 +198,12 @@ def test_light_and_dark_change_page_and_pictures(open_page: Callable[..., Any]) 
 def test_a_chart_in_space_is_drawn(browser: Any, pages: dict[str, Path]) -> None:
     """In a browser that draws scenes in space, other than that of all other tests."""
     drawing = browser.browser_type.launch(executable_path=str(CHROMIUM), args=list(FLAGS))
-    tab = drawing.new_page(viewport={"width": 800, "height": 600})
+    tab = new_context(drawing, viewport={"width": 800, "height": 600}).new_page()
     tab.goto(pages["plain"].as_uri())
     _turn(tab)
     canvas = tab.locator(".plots #scene > canvas")
     canvas.wait_for()
-    for _ in range(100):
+    for _ in range(1000):
         if _has_a_drawing(canvas.screenshot()):
             break
         tab.wait_for_timeout(100)

@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.app.screens.part_work import example_map
 from pretravel.tasks.example_data import example_folder
-from tests.browser.screens import data_lines, downloaded, drop, run_shown_lines, settled
+from tests.browser.screens import data_lines, downloaded, drop, run_shown_lines, settled, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -31,9 +31,11 @@ def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_show
     touches, part = EXAMPLES / "part_touches.csv", EXAMPLES / "part.step"
     for purpose, path in (("touches", touches), ("map", map_file), ("part", part)):
         drop(page, "part", purpose, path)
+    tab(page, "One point")
     page.wait_for_selector("text=from first contact to trigger")  # only with the part
     settled(page)
     assert serious_problems(page) == []
+    tab(page, "Files")
     mine = downloaded(page, "points.csv", tmp_path)
     theirs = tmp_path / "by_command.csv"
     run("compensate", touches, "--map", map_file, "--nominal", part, "-o", theirs)
@@ -43,6 +45,7 @@ def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_show
     run_shown_lines(page, shown, (touches, part, map_file))
     assert (shown / "points.csv").exists()
 
+    tab(page, "Features")
     page.get_by_label("u of the machine [µm]").fill("2")
     page.get_by_role("button", name="Measure", exact=True).click()
     page.wait_for_selector("text=plane, 140 points: flatness")
@@ -58,11 +61,13 @@ def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_show
 
 
 def a_point_shows_its_budget_in_every_tab(page: Any, workbench: RunningWorkbench) -> None:
+    tab(page, "One point")
     page.wait_for_selector("text=Budget of this point")
     page.get_by_label("Point", exact=True).click()
     page.get_by_role("option", name="3: 3", exact=True).click()
     other = page.context.new_page()
     opened(other, f"{workbench.address}part")
+    tab(other, "One point")
     other.wait_for_selector("text=Budget of this point")
     assert other.get_by_label("Point", exact=True).input_value() == "3: 3"
 
@@ -72,9 +77,11 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
 ) -> None:
     opened(page, f"{workbench.address}part")
     page.get_by_role("button", name="Example of a part that lies anywhere").click()
+    tab(page, "Compensation")
     page.wait_for_selector("text=79 of 79 touches, best fit")
     settled(page)
     assert serious_problems(page) == []
+    tab(page, "Files")
     downloaded(page, "place.json", tmp_path)
     points = downloaded(page, "points.csv", tmp_path)
     assert len(data_lines(points)) == 80
@@ -83,6 +90,7 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
         """() => document.querySelector('.charts .plot-area').emit('plotly_click', {points: [
         {curveNumber: 0, pointNumber: 1e9, x: 18, y: 12, z: 10}]})"""
     )
+    tab(page, "One point")
     page.wait_for_selector("text=8 points: diameter 12.00")
     page.wait_for_selector("text=--select 'bore1-*'")
     drawing = tmp_path / "drawing.toml"
@@ -90,6 +98,8 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
         '[[feature]]\nkind = "cylinder"\nselect = "bore1-*"\ntolerance = "11.95..12.05"\n'
         '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\ntolerance = "14.01..14.02"\n'
     )
+    tab(page, "Features")
+    page.get_by_text("More settings", exact=True).last.click()
     drop(page, "part", "drawing", drawing)
     page.get_by_role("button", name="Measure", exact=True).click()
     page.wait_for_selector("text=1 outside the tolerance")

@@ -17,7 +17,7 @@ import pytest
 import pretravel
 from pretravel.app.project import Project, StoredFile
 from pretravel.app.project_file import project_bytes, read_project, write_project
-from tests.browser.workbench_server import RunningWorkbench, cookie, running_workbench
+from tests.browser.workbench_server import PATIENCE, RunningWorkbench, cookie, running_workbench
 from tests.support.commands import run
 
 OURS = {"X-Pretravel": "upload"}
@@ -28,7 +28,7 @@ def answer(
 ) -> tuple[int, str]:
     request = urllib.request.Request(address, data=data, headers=cookie(address) | (headers or {}))
     try:
-        with urllib.request.urlopen(request, timeout=20) as found:
+        with urllib.request.urlopen(request, timeout=PATIENCE) as found:
             return found.status, found.read().decode()
     except urllib.error.HTTPError as error:
         with error:
@@ -150,7 +150,7 @@ def test_an_upload_that_breaks_off_prints_no_traceback(tmp_path: Path) -> None:
             f"POST {place[0]}?name=a.csv HTTP/1.1\r\nHost: {host}:{port}\r\n"
             f"Cookie: {known}\r\nX-Pretravel: upload\r\nContent-Length: 1000\r\n\r\nx_mm"
         )
-        with socket.create_connection((host, int(port)), timeout=20) as connection:
+        with socket.create_connection((host, int(port)), timeout=PATIENCE) as connection:
             connection.sendall(head.encode())
         assert answer(workbench.address)[0] == 200  # it goes on
         said = started_again(workbench)

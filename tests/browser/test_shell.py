@@ -87,7 +87,7 @@ def test_home_shows_what_a_project_holds_and_what_comes_next(
     page.wait_for_selector("text=In this project")
     page.wait_for_selector(".contents:has-text('probe 7.csv')")
     page.wait_for_selector(".contents:has-text('Choose your control')")
-    page.get_by_role("link", name="Measure a part with this map").click()
+    page.get_by_role("button", name="Measure a part with this map").click()
     page.wait_for_function("location.pathname === '/part'")
     assert page.get_by_label("Name of the project").input_value() == "probe 7"
 

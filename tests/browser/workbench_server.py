@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 from pretravel.app.access import Access
 from pretravel.app.project import Project
 from pretravel.app.project_file import project_bytes
+from tests.browser.screens import settled
 
 CHROMIUM = Path("/usr/bin/chromium")
 FLAGS = (
@@ -29,6 +30,8 @@ WITHOUT_SCENES = "--disable-3d-apis"
 """Scenes in space stay empty: without a graphics card their drawing takes most of a test's time."""
 SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 THEMES = ("light", "dark")
+PATIENCE = 120.0
+"""How long an answer or a state of a page is waited for: on a loaded computer 30 s are short. [s]"""
 
 
 _tokens: dict[str, str] = {}
@@ -55,7 +58,7 @@ class RunningWorkbench:
     def interrupt(self) -> int:
         """Ctrl-C; the exit code."""
         self.process.send_signal(signal.SIGINT)
-        return self.process.wait(timeout=30)
+        return self.process.wait(timeout=PATIENCE)
 
 
 @contextmanager
@@ -99,7 +102,7 @@ def open_project(address: str, project: Project) -> None:
         project_bytes(project),
         {"X-Pretravel": "upload", **cookie(address)},
     )
-    with urllib.request.urlopen(request, timeout=60) as answer:
+    with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
         assert json.load(answer)["error"] == ""
 
 
@@ -135,16 +138,28 @@ def running_browser(*more_flags: str) -> Iterator[Any]:
         browser.close()
 
 
+def new_context(browser: Any, **settings: Any) -> Any:
+    """A context of a browser whose pages are waited for with `PATIENCE`."""
+    context = browser.new_context(**settings)
+    context.set_default_timeout(1000.0 * PATIENCE)
+    return context
+
+
+_SCROLLED = ".results, .screen-tabs, .q-tab-panels"
+"""What scrolls by itself."""
+
+
 def serious_problems(page: Any) -> list[str]:
     """What axe finds on a page that is serious or critical, with the elements."""
     from axe_playwright_python.sync_playwright import Axe
 
+    settled(page)  # old results are pale on purpose, for the moment
     # In a place that scrolls by itself axe takes the colour behind the place for that of a button.
     styled = "(all, css) => all.forEach(one => { one.style.cssText = css; })"
-    unrolled = "position: static; max-height: none; overflow: visible"
-    page.eval_on_selector_all(".results", styled, unrolled)
+    unrolled = "position: static; height: auto; max-height: none; flex: none; overflow: visible"
+    page.eval_on_selector_all(_SCROLLED, styled, unrolled)
     found = Axe().run(page).response["violations"]
-    page.eval_on_selector_all(".results", styled, "")
+    page.eval_on_selector_all(_SCROLLED, styled, "")
     return [
         f"{v['id']} ({v['impact']}): {node['html'][:200]} – {node.get('failureSummary', '')[:300]}"
         for v in found
@@ -167,8 +182,8 @@ def screenshots(browser: Any, address: str, folder: Path, name: str, prepare: An
     """
     for theme in THEMES:
         for size, (width, height) in SIZES.items():
-            context = browser.new_context(
-                viewport={"width": width, "height": height}, color_scheme=theme
+            context = new_context(
+                browser, viewport={"width": width, "height": height}, color_scheme=theme
             )
             page = context.new_page()
             opened(page, address)

@@ -19,6 +19,7 @@ import pytest
 from tests.browser.workbench_server import (
     CHROMIUM,
     WITHOUT_SCENES,
+    new_context,
     running_browser,
     serious_problems,
 )
@@ -195,7 +196,7 @@ def browser() -> Iterator[Any]:
 
 
 def test_the_search_answers_without_a_network(site: Path, browser: Any) -> None:
-    context = browser.new_context(offline=True)
+    context = new_context(browser, offline=True)
     page = context.new_page()
     for question, wanted in QUESTIONS.items():
         page.goto(f"{(site / 'search.html').as_uri()}?q={question.replace(' ', '+')}")
@@ -212,7 +213,8 @@ def test_the_search_answers_without_a_network(site: Path, browser: Any) -> None:
 
 @pytest.mark.parametrize("name", LOOKED_AT)
 def test_axe_finds_nothing_serious(site: Path, browser: Any, name: str) -> None:
-    page = browser.new_page()
+    context = new_context(browser)
+    page = context.new_page()
     page.goto((site / name).as_uri())
     assert serious_problems(page) == []
-    page.close()
+    context.close()

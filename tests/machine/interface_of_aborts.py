@@ -50,7 +50,7 @@ def said(channel):
 
 
 def until(status, reached, wanted):
-    stop = time.monotonic() + 20.0
+    stop = time.monotonic() + 60.0
     while time.monotonic() < stop:
         status.poll()
         if reached():

@@ -15,5 +15,5 @@ def interpret(program: Path) -> subprocess.CompletedProcess[str]:
     """
     return subprocess.run(
         ["rs274", "-g", program.name], cwd=program.parent, capture_output=True, text=True,
-        check=False, timeout=60, env=dict(os.environ, HOME=str(program.parent)),
+        check=False, timeout=300, env=dict(os.environ, HOME=str(program.parent)),
     )  # fmt: skip

@@ -19,7 +19,7 @@ from urllib.request import HTTPCookieProcessor, build_opener, url2pathname
 import pytest
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="a browser that is a shell script")
-_SECONDS = 60.0
+_SECONDS = 120.0
 
 
 @contextmanager
