@@ -19,13 +19,13 @@ from tests.support.examples import EXAMPLES
 
 DOCS = Path(__file__).parents[2] / "docs"
 ELSEWHERE = {
-    "how-to/drift.md": "tests/unit/cli/test_history.py",
+    "how-to/drift.md": "tests/docs/test_guides_with_data.py",
     "how-to/measure-a-bore.md": "tests/unit/cli/test_measure.py",
-    "how-to/controls.md": "tests/unit/cli/test_control_guides.py",
-    "how-to/fanuc.md": "tests/unit/cli/test_control_guides.py",
-    "how-to/haas.md": "tests/unit/cli/test_control_guides.py",
-    "how-to/siemens.md": "tests/unit/cli/test_control_guides.py",
-    "how-to/renishaw.md": "tests/unit/cli/test_control_guides.py",
+    "how-to/controls.md": "tests/docs/test_control_guides.py",
+    "how-to/fanuc.md": "tests/docs/test_control_guides.py",
+    "how-to/haas.md": "tests/docs/test_control_guides.py",
+    "how-to/siemens.md": "tests/docs/test_control_guides.py",
+    "how-to/renishaw.md": "tests/docs/test_control_guides.py",
     "how-to/linuxcnc.md": "tests/machine/test_linuxcnc.py",
     "how-to/linuxcnc-cycles.md": "tests/machine/test_linuxcnc.py",
     "how-to/linuxcnc-screens.md": "tests/machine/test_linuxcnc_screens.py",

@@ -71,7 +71,7 @@ def test_many_repeats_of_few_directions_need_memory_in_proportion():
 
     def job(count: int) -> Callable[[], object]:
         touches = _touches(count, 25)
-        return lambda: repeat_outliers(observe(touches, setup), touches.where)
+        return lambda: repeat_outliers(observe(touches, setup, np.eye(3)), touches.where)
 
     assert _exponent(job, 10_000, 40_000) < LARGEST_EXPONENT
 
@@ -91,6 +91,6 @@ def test_comparisons_of_all_pairs_refuse_more_than_memory_holds():
     touches, setup = _touches(3000, 3000), QualificationSetup(25.0, tip_diameter=6.0)
     old = qualify(_touches(75, 25), 25.0, tip_diameter=6.0, kind="harmonic").pretravel_map
     with pytest.raises(PretravelError, match="3000 directions: a verification compares every pair"):
-        touches_and_map(observe(touches, setup), old, 0.0)
+        touches_and_map(observe(touches, setup, np.eye(3)), old, 0.0)
     with pytest.raises(PretravelError, match="3000 touches: an old map is brought up to date"):
         update_map(touches, old, 25.0)

@@ -16,13 +16,13 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
 from pretravel.files.file_format import ReadingOptions
+from pretravel.laboratory.rig import RigTouch
 from pretravel.laboratory.separation_plan import plan_separation
 from pretravel.laboratory.standard_check import CalibratedSphere
 from pretravel.measurement.points import Points
 from pretravel.touches import with_feed
 from tests.support.example_maps import lobes
 from tests.support.monte_carlo import Input
-from tests.unit.laboratory.test_rig_outliers import _touches, _values
 from tests.unit.qualification.test_verification import old_map, touches
 
 BAD = (math.nan, math.inf, -math.inf, 1e308, 10**400)
@@ -35,6 +35,11 @@ TOUCHES = pretravel.Touches(15.49 * N, N)
 SURFACE = pretravel.parse_surface("sphere:radius=12.5")
 MAP = lobes(3)
 U = 1e-6 * np.eye(2)
+RIG = [
+    RigTouch(f"rig_{a:03d}_{k}", 0.0, 3e-3 + k * 1e-5, 8e-3, 4e-4, 1e-5, 2e-5, 3e-5, 0, 0, 3.0, ())
+    for a in (0, 90, 180, 270)
+    for k in (1, 2, 3)
+]
 
 
 def _map(**changes: Any) -> Any:
@@ -212,9 +217,7 @@ CASES: dict[str, tuple[Callable[..., Any], dict[str, Any], str]] = {
         "x",
     ),
     "calibrate_rig": (
-        lambda probability: pretravel.calibrate_rig(
-            _touches(_values(np.random.default_rng(1), 4, 3), 4, 3), probability=probability
-        ),
+        lambda probability: pretravel.calibrate_rig(RIG, probability=probability),
         {"probability": 0.95},
         "",
     ),

@@ -73,3 +73,11 @@ def features(count: int = 12) -> dict[str, tuple[FloatArray, FloatArray]]:
             np.repeat([-z, z], len(grid), axis=0),
         ),
     }
+
+
+def block_points(chance: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray]:
+    """Points on the six sides of a block of 80 x 60 x 40 mm beside the origin, and normals."""
+    half = np.array([40.0, 30.0, 20.0])
+    normals = np.array([*np.eye(3), *-np.eye(3)])[np.arange(count) % 6]
+    inside = chance.uniform(-1.0, 1.0, (count, 3)) * half
+    return np.where(normals != 0.0, normals * half, inside) + np.array([100.0, 20.0, 0.0]), normals

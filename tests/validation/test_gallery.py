@@ -49,6 +49,7 @@ def test_the_numbers_that_the_site_shows_are_those_that_were_asserted(script: An
         script(f"{name}.py")["STATEMENT"].check(kept[name])
 
 
+@pytest.mark.slow
 def test_figures_4_07_to_4_15(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_07_to_4_15_sensing_distance.py")
     computed = names["compute"]()

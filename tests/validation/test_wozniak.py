@@ -183,7 +183,7 @@ def test_noise_of_a_fit_has_the_degrees_of_freedom_that_are_left(known: bool) ->
     pretravel = 0.010 * WozniakBasis(lobe).design(n)[:, 0]
     pretravel = pretravel + 3e-4 * np.random.default_rng(4).standard_normal(25)
     setup = QualificationSetup(25.0, tip_diameter=4.0)
-    seen = observe(_touches(pretravel, n), setup)
+    seen = observe(_touches(pretravel, n), setup, np.eye(3))
     fit = WozniakKind(lobe if known else None).fit(seen, Scatter(0.0, 0.0))
     dof = 21.0 if known else 20.0
     assert fit.dof == dof

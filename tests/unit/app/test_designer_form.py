@@ -100,6 +100,7 @@ def test_a_design_with_a_contact_that_opens_beside_one_without() -> None:
     text = description_text("omp40-2")
     stated = text.replace('"first_contact" ', '"arm_lift"\nopening_um = 0.1 #')
     assert "design.trigger.opening_um" in start_values(stated)
+    assert {field.name for field in all_fields(stated)} <= set(setting_names())
     assert "design.trigger.opening_um" not in start_values(text)
     opened = predicted_text(designed_text(stated, {"design.trigger.opening_um": 0.2}))
     assert opened.probe.opening == pytest.approx(0.2e-3)

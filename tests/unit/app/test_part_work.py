@@ -89,7 +89,11 @@ def test_a_description_names_no_file_of_this_computer(tmp_path: Path, step: str)
 def test_the_command_has_the_limits_that_were_used(limits: str | None) -> None:
     files = {"touches": (EXAMPLES / "part_touches.csv",)}
     result = compensate_part(Inputs({"probe": "omp40-2"}, files))
-    settings = {"feature": "sphere", "size_tolerance": limits, "u_machine_um": 1.23456789}
+    settings = {
+        "measure_feature": "sphere",
+        "measure_size_tolerance": limits,
+        "measure_u_machine_um": 1.23456789,
+    }
     found = measure_part(result, Inputs(settings, files))
     words = shlex.split(command_line(found.same))
     assert words[words.index("--u-machine") + 1] == "1.23456789"
@@ -161,7 +165,7 @@ def test_the_tolerances_of_a_drawing(
         '[[feature]]\nkind = "cylinder"\nselect = "bore1-*"\ntolerance = "11.95..12.05"\n'
         '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\ntolerance = "14.01..14.02"\n'
     )
-    settings = {"probability": 0.975, "feature": "plane"}
+    settings = {"measure_probability": 0.975, "measure_feature": "plane"}
     found = measure_part(result, Inputs(settings, files | {"drawing": (drawing,)}))
     verdicts = [each.verdict for each in found.features.features]
     assert verdicts == [ConformityVerdict.CONFORMS, ConformityVerdict.DOES_NOT_CONFORM]

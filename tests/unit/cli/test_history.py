@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from pretravel.files.map_file import write_map
 from pretravel.files.probe_history import add_verification
 from pretravel.files.touches_csv import write_touches
 from tests.support.commands import both_outputs, rows, run
-from tests.support.examples import EXAMPLES
 from tests.support.pictures import coloured_share
 from tests.unit.files.test_files_of_version_1 import FOLDER
 from tests.unit.qualification.test_verification import check, old_map, touches
@@ -50,21 +48,6 @@ def test_a_month_with_drift(tmp_path: Path) -> None:
     assert np.polyfit(np.arange(12.0), level, 1)[0] == pytest.approx(0.1, abs=0.03)
     assert {row["series"] for row in found} == {"1"}
     assert coloured_share(tmp_path / picture) > 0.001
-
-
-def test_the_commands_of_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On a simulated month; the command that the guide begins with tells what the guide shows."""
-    month(tmp_path / "logs", 12, slope=1e-4)
-    monkeypatch.chdir(tmp_path)
-    guide = (EXAMPLES.parents[1] / "docs/how-to/drift.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"^```sh\n(.*?)^```", guide, re.S | re.M)
-    commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
-    told = [run(*words[1:]) for words in commands]
-    (shown,) = re.findall(r"^drift: level .*$", guide, re.M)
-    assert told[0].splitlines()[0] == shown
-    assert len(commands) == 5
-    for name in ("drift.png", "drift.csv", "drift.html", "map.json"):
-        assert (tmp_path / name).stat().st_size > 500
 
 
 def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:

@@ -65,6 +65,36 @@ def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None
     assert float(apart["value"]) == pytest.approx(80.0, abs=1e-7)  # of the centres
 
 
+def test_features_that_the_labels_name(tmp_path: Path) -> None:
+    """A plane among bores has no diameter; a bore at two heights is a cylinder; top is no word."""
+    compensated = tmp_path / "points.csv"
+    outward, _ = around(12)
+    at_two_heights = 0.5 * 12.0 * outward + np.array([0.0, 0.0, -5.0])
+    at_two_heights[::2, 2] = -9.0
+    bore = 0.5 * DIAMETERS["bore1"] * outward + np.array(CENTRES["bore1"])
+    flat = np.array([[x, y, 0.0] for x in (-9.0, 0.0, 9.0) for y in (-9.0, 9.0)])
+    groups = {"bore1": (bore, -outward), "Bore2": (at_two_heights, -outward),
+              "plane1": (flat, np.tile([0.0, 0.0, 1.0], (6, 1))),
+              "top": (flat, np.tile([0.0, 0.0, 1.0], (6, 1)))}  # fmt: skip
+    positions, normals = (np.vstack([each[k] for each in groups.values()]) for k in (0, 1))
+    labels = tuple(
+        f"{name}-{i + 1}" for name, (points, _) in groups.items() for i in range(len(points))
+    )
+    touches = replace(embed(positions, normals, example_map()), labels=labels)
+    write_points(compensated, apply(touches, example_map()))
+    out = tmp_path / "features.csv"
+    _, said = both_outputs(
+        "measure", compensated, "--feature", "by-label", "--tolerance", "20..20.02",
+        "--u-machine", 1, "-o", out, code=3,
+    )  # fmt: skip
+    assert "not measured, because the labels name no feature: top" in said
+    found = [(row["feature"], row["quantity"], row["verdict"]) for row in rows(out)]
+    assert ("bore1", "diameter", "conforms") in found
+    assert ("Bore2", "diameter", "does not conform") in found
+    assert {quantity for name, quantity, _ in found if name == "Bore2"} >= {"cylindricity"}
+    assert {verdict for name, _, verdict in found if name == "plane1"} == {""}
+
+
 def test_labels_that_are_numbers(tmp_path: Path) -> None:
     """Touches 1 to 9 of a floor, 10 to 21 of a bore: the second is chosen by its numbers."""
     outward, _ = around(12)
@@ -138,7 +168,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
     first = text.splitlines()[0]
     assert first.startswith("2 features: 1 within the tolerance, 1 outside the tolerance (bore2)")
     assert "no statement of conformity" in first
-    assert "--u-machine" in warned
+    assert "state u of the machine" in warned
     run(*command, "-o", table, code=3)
     run(*command, "-o", values, code=3)
     for shown in (text, *(file.read_text(encoding="utf-8") for file in (page, table, values))):

@@ -1,45 +1,15 @@
-"""The commands study and studies, as docs/studies.md shows them."""
+"""The commands study and studies."""
 
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
 
-from pretravel.base.toml_file import parse_toml
-from pretravel.studies.definition import STUDIES, load_study, study_in
+from pretravel.studies.definition import STUDIES, load_study
 from pretravel.studies.plan import Plan
 from tests.support.commands import both_outputs, run
-from tests.support.pictures import coloured_share
-
-GUIDE = (Path(__file__).parents[3] / "docs/studies.md").read_text(encoding="utf-8")
-
-
-def blocks(language: str) -> list[str]:
-    found = re.findall(r"^```(\w*)\n(.*?)^```$", GUIDE, re.S | re.M)
-    return [block for stated, block in found if stated == language]
-
-
-def test_the_guide_can_be_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    (commands,) = blocks("")
-    for line in commands.splitlines():
-        words = shlex.split(line, comments=True)[1:]
-        written = words[words.index(">") + 1] if ">" in words else None
-        said = run(*words[: words.index(">")] if written else words)
-        if written:
-            Path(written).write_text(said)
-    assert len(Plan(study_in(parse_toml(Path("mine.toml").read_text())))) == 128 * 8
-    assert coloured_share("study.png") > 0.001
-    (script,) = blocks("python")
-    exec(script, {})
-
-
-def test_the_study_of_the_guide_is_one() -> None:
-    (text,) = blocks("toml")
-    assert len(Plan(study_in(parse_toml(text)))) == 9
 
 
 @pytest.mark.parametrize("name", STUDIES.names())

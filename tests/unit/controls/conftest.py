@@ -1,4 +1,4 @@
-"""Programs of controls are run; how closely their tables follow a map is tested in one file."""
+"""Programs of controls are run; how closely their tables follow a map is tested in one test."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from pretravel.controls import lookup
 
 
 @pytest.fixture(autouse=True)
-def _forms_are_compared_in_fewer_directions(
-    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def _forms_are_compared_in_fewer_directions(monkeypatch: pytest.MonkeyPatch) -> None:
     """A tenth of them, but where the errors of tables are tested."""
-    if request.path.name != "test_lookup.py":
-        monkeypatch.setattr(lookup, "_AZIMUTH_STEP", 4.1 * DEGREE)
+    monkeypatch.setattr(lookup, "_AZIMUTH_STEP", 4.1 * DEGREE)

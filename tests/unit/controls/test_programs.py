@@ -1,42 +1,74 @@
-"""Programs that touch: free ways, refusals, G-code."""
+"""Programs that touch: free ways, order and duration of touches, refusals, G-code."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, unit
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_program import check_line_lengths, linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Lookup
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.program_log import TOUCH_COLUMNS
-from pretravel.controls.surroundings import PartObstacle, SphereObstacle
+from pretravel.controls.surroundings import SphereObstacle, Surroundings
+from pretravel.controls.ways import check_limits, touch_moves, ways_between, ways_down
 from pretravel.maps.provenance import Provenance
-from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.targets import Targets
-from pretravel.surface.cad.step_part import read_step_part
 from tests.support.example_maps import mean_map
-from tests.support.examples import ROOT
 
-PART = ROOT / "examples" / "linuxcnc" / "part.step"
 MACHINE = Machine()
+UP = np.array([[0.0, 0.0, 1.0]])
+ONE = Targets([[0.0, 0, 0]], UP)
+BALL = SphereObstacle(np.zeros(3), 12.5)
 
 
-def sphere_targets(normals: np.ndarray, radius: float = 12.5) -> Targets:
-    return Targets(radius * normals, normals, labels=tuple(f"s{i}" for i in range(len(normals))))
+def _planned(targets: Targets = ONE, machine: Machine = MACHINE, **others: Any) -> ProbingProgram:
+    return plan_program(targets, machine, **({"title": "t"} | others))
 
 
-def places(program: ProbingProgram) -> list[tuple[np.ndarray, np.ndarray]]:
+def _on_ball(normals: FloatArray) -> Targets:
+    return Targets(12.5 * normals, normals, labels=tuple(f"s{i}" for i in range(len(normals))))
+
+
+@dataclass(frozen=True)
+class _Wall:
+    """An obstacle that blocks moves as a function says."""
+
+    blocked: Callable[[FloatArray, FloatArray], BoolArray]
+    words: str = "a wall"
+    top: float = 0.0
+
+    def off(self, points: FloatArray) -> FloatArray:
+        return np.zeros(len(points))
+
+    def blocks(self, machine: Machine, start: FloatArray, end: FloatArray) -> BoolArray:
+        return self.blocked(start, end)
+
+    def blocks_touch(self, machine: Machine, start: FloatArray, contact: FloatArray) -> BoolArray:
+        return np.zeros(len(start), dtype=bool)
+
+
+def _vertical(start: FloatArray, end: FloatArray) -> BoolArray:
+    return np.asarray(np.abs(end - start)[:, 0] < 1e-9)
+
+
+SIDE = Targets([[10.0, 5.0, 0.0], [10.0, 9.0, 0.0]], [[1.0, 0.0, 0.0]] * 2)
+"""Their starts lie at x = 10 + 3 + 2 mm."""
+
+
+def _places(program: ProbingProgram) -> list[tuple[FloatArray, FloatArray]]:
     """Every straight positioning move of a program, from start to end."""
     moves = []
     at = program.ways[0][0]
@@ -44,252 +76,322 @@ def places(program: ProbingProgram) -> list[tuple[np.ndarray, np.ndarray]]:
         for place in [*way, start]:
             moves.append((at, place))
             at = place
-    return [*moves, *((a, b) for a, b in zip([at], program.leave[:1], strict=True))]
+    return [*moves, (at, program.leave[0])]
 
 
 class TestWays:
     def test_no_move_meets_the_sphere(self) -> None:
-        """By brute force: ball, stem and body on every 0.1 mm of every move."""
-        normals = fibonacci_cap(60, 110.0 * DEGREE)
+        """By brute force: ball and stem on every 0.1 mm of every move. Programs on a part are
+        judged in tests/laws/test_program_safety.py."""
         machine = replace(MACHINE, stem_diameter=2.0)
-        obstacle = SphereObstacle(np.zeros(3), 12.5, 6.0)
-        program = plan_program(sphere_targets(normals), machine, title="s", obstacles=[obstacle])
+        ball = replace(BALL, shank_diameter=6.0)
+        targets = _on_ball(fibonacci_cap(40, 110.0 * DEGREE))
         height = np.linspace(0.0, machine.stylus_length, 201)
-        for start, end in places(program):
+        for start, end in _places(_planned(targets, machine, obstacles=[ball])):
             count = max(int(np.linalg.norm(end - start) / 0.1), 1) + 1
-            for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
-                # A sphere that is displaced by up to the clearance is not met.
-                assert np.linalg.norm(tip) > 12.5 + 3.0 + 0.99
-                stem = np.hypot(np.hypot(*tip[:2]), tip[2] + height)
-                assert stem.min() > 12.5 + 1.0 + 0.99
-                if tip[2] + 3.0 < 0.0:  # beside the shank
-                    assert np.hypot(*tip[:2]) > 3.0 + 3.0
-
-    def test_straight_between_neighbours_and_over_the_top_to_the_other_side(self) -> None:
-        equator = from_angles(np.pi / 2, np.array([0.0, 15.0, 195.0]) * DEGREE)
-        sphere = SphereObstacle(np.zeros(3), 12.5)
-        program = plan_program(sphere_targets(equator), MACHINE, title="s", obstacles=[sphere])
-        assert [len(way) for way in program.ways] == [1, 0, 2]
-        assert program.ways[2][:, 2].tolist() == [50.0, 50.0]
-        blind = plan_program(sphere_targets(equator), MACHINE, title="s")
-        assert [len(way) for way in blind.ways] == [1, 2, 2]
-        assert "not given" in " ".join(blind.unchecked)
-
-    def test_starts_and_ends_lie_on_the_approach(self) -> None:
-        normal = np.array([[0.6, 0.0, 0.8]])
-        approach = np.array([[0.0, 0.0, -1.0]])
-        program = plan_program(Targets([[1.0, 2, 3]], normal, approach), MACHINE, title="o")
-        contact = np.array([1.0, 2, 3]) + 3.0 * normal[0]
-        assert program.starts[0] == pytest.approx(contact + np.array([0, 0, 2.0]))
-        assert program.ends[0] == pytest.approx(contact - np.array([0, 0, 2.0]))
-
-    def test_no_move_meets_the_part(self) -> None:
-        """Against the part's own solid: a box and a ball, whose distances are closed forms."""
-        part = read_step_part(str(PART))
-        targets = Targets.of(
-            plan_inspection(part, spacing=20.0, region=InspectionRegion(margin=4.0))
-        )
-        program = plan_program(
-            targets, MACHINE, title="p", obstacles=[PartObstacle(part)], repeats=2
-        )
-        assert len(program) == 2 * len(targets)
-
-        def clearance(point: np.ndarray) -> float:
-            beyond = np.maximum(np.abs(point - [0, 0, -10]) - [40, 30, 10], 0.0)
-            ball = float(np.linalg.norm(point - [20, 0, -4])) - 16.0
-            return min(float(np.linalg.norm(beyond)), ball)
-
-        for start, end in places(program):
-            count = max(int(np.linalg.norm(end - start) / 0.5), 1) + 1
-            for tip in start + np.linspace(0, 1, count)[:, None] * (end - start):
-                assert clearance(tip) > 3.0 + 0.9
-                stem = [clearance(tip + np.array([0.0, 0.0, up])) for up in (5.0, 15.0, 30.0)]
-                assert min(stem) > 2.25 + 0.9
-
-    def test_duration_counts_measuring_and_moving(self) -> None:
-        one = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="o")
-        # 2 mm at 50 mm/min, 45 mm down and 2 mm back at 1000 mm/min.
-        assert one.duration == pytest.approx(60 * (2 / 50 + 47 / 1000))
-        # A second touch 10 mm beside it: 45 mm up, 10 mm over, 45 mm down, and its 2 mm back.
-        two = plan_program(
-            Targets([[0.0, 0, 0], [10, 0, 0]], [[0.0, 0, 1]] * 2), MACHINE, title="t"
-        )
-        assert two.duration == pytest.approx(60 * (4 / 50 + (47 + 102) / 1000))
-
-    def test_the_body_above_the_stylus_meets_a_part_beside_it(self, tmp_path: Path) -> None:
-        """A beam 12 mm beside the tip's axis, outside the stem (radius 10 mm) and inside the body
-        (radius 20 mm), which reaches from 50 mm to 250 mm above the ball's centre; its end is taken
-        for round, 16 mm higher at 12 mm from the axis."""
-        from netgen.occ import Box
-
-        start, end = np.array([[0.0, -3.0, 0.0]]), np.array([[0.0, 3.0, 0.0]])
-        thick = replace(MACHINE, tip_diameter=22.0, stem_diameter=20.0)
-        heights = {45.0: False, 150.0: True, 240.0: True, 270.0: False}
-        for height, blocked in heights.items():
-            file = tmp_path / f"beam{height:g}.step"
-            Box((12, -20, height), (16, 20, height + 1)).WriteStep(str(file))
-            beam = PartObstacle(read_step_part(str(file)))
-            assert beam.blocks(thick, start, end).tolist() == [blocked], height
+            tip = start + np.linspace(0, 1, count)[:, None] * (end - start)
+            # A sphere that is displaced by up to the clearance is not met.
+            assert np.linalg.norm(tip, axis=1).min() > 12.5 + 3.0 + 0.99
+            across = np.hypot(tip[:, 0], tip[:, 1])
+            assert np.hypot(across[:, None], tip[:, 2:] + height).min() > 12.5 + 1.0 + 0.99
+            assert np.all(across[tip[:, 2] + 3.0 < 0.0] > 3.0 + 3.0)  # beside the shank
 
     @pytest.mark.parametrize(
-        ("across", "height", "shank", "blocked"),
+        ("limit", "aside"), [(14.0, 0.0), (16.0, 2.0), (17.5, 5.0), (21.0, 10.0), (26.0, 20.0),
+                             (36.0, 40.0)],
+    )  # fmt: skip
+    def test_down_beside_what_is_above_a_start(self, limit: float, aside: float) -> None:
+        """Nothing goes down where x is below a limit: the first free of 0, 2, 5, 10, 20, 40 mm."""
+        wall = _Wall(lambda start, end: _vertical(start, end) & (start[:, 0] < limit))
+        around = Surroundings(MACHINE, (wall,))
+        for row, way in enumerate(ways_down(touch_moves(SIDE, MACHINE), around)):
+            y = (5.0, 9.0)[row]
+            places = [[15.0 + aside, y, 50.0], [15.0 + aside, y, 0.0]][: 2 if aside else 1]
+            assert way is not None
+            assert way.tolist() == places
+
+    def test_the_way_in_must_be_free_too(self) -> None:
+        """From the side, moves of less than 8 mm along x are blocked: 10 mm is the first."""
+        wall = _Wall(
+            lambda start, end: np.where(
+                _vertical(start, end), start[:, 0] < 16.0, np.abs(end - start)[:, 0] < 8.0
+            )
+        )
+        ways = ways_down(touch_moves(SIDE, MACHINE), Surroundings(MACHINE, (wall,)))
+        assert [None if way is None else way[0, 0] for way in ways] == [25.0, 25.0]
+
+    def test_each_start_has_its_own_way_or_none(self) -> None:
+        """Above y = 7 nothing is free; normals straight up or down have no side to come from."""
+        wall = _Wall(lambda start, end: start[:, 1] > 7.0)
+        ways = ways_down(touch_moves(SIDE, MACHINE), Surroundings(MACHINE, (wall,)))
+        assert [way is None for way in ways] == [False, True]
+        vertical = Targets([[0.0, 0.0, 0.0]] * 2, [[0.0, 0.0, 1.0], [9e-4, 0.0, -1.0]])
+        roof = Surroundings(MACHINE, (_Wall(lambda start, end: start[:, 0] < 1.0),))
+        assert ways_down(touch_moves(vertical, MACHINE), roof) == [None, None]
+
+    def test_the_way_in_is_from_the_side_to_which_a_normal_points(self) -> None:
+        """Of a normal of (0, -0.6, -0.8): 3 and 2 mm along it, and 2 mm along -y."""
+        wall = _Wall(lambda start, end: _vertical(start, end) & (start[:, 1] > -3.1))
+        down = touch_moves(Targets([[0.0, 0.0, 0.0]], [[0.0, -0.6, -0.8]]), MACHINE)
+        (way,) = ways_down(down, Surroundings(MACHINE, (wall,)))
+        assert way == pytest.approx(np.array([[0.0, -5.0, 50.0], [0.0, -5.0, -4.0]]))
+
+    def test_between_starts_straight_where_that_is_free(self) -> None:
+        """Four starts along y; between the second and the third a wall at y = 14; the last two are
+        the same place, where there is nothing to move."""
+        y = np.array([5.0, 9.0, 19.0, 19.0])
+        points = np.column_stack([np.full(4, 10.0), y, np.zeros(4)])
+        moves = touch_moves(Targets(points, [[1.0, 0.0, 0.0]] * 4), MACHINE)
+        wall = _Wall(lambda start, end: (start[:, 1] < 14.0) == (end[:, 1] >= 14.0))
+        always = _Wall(lambda start, end: np.ones(len(start), dtype=bool))
+        down = [np.array([[15.0, each, 50.0]]) for each in y]
+        ways = ways_between(moves, down, Surroundings(MACHINE, (wall,)))
+        assert [way.tolist() for way in ways] == [
+            down[0].tolist(), [], [[15.0, 9.0, 50.0], [15.0, 19.0, 50.0]], []
+        ]  # fmt: skip
+        ways = ways_between(moves, down, Surroundings(MACHINE, (always,)))
+        assert [len(way) for way in ways] == [1, 2, 2, 0]
+        unknown = ways_between(moves, down, Surroundings(MACHINE))
+        assert [len(way) for way in unknown] == [1, 2, 2, 2]
+        corner = [np.array([[17.0, each, 50.0], [17.0, each, 0.0]]) for each in y]
+        ways = ways_between(moves, corner, Surroundings(MACHINE))
+        assert ways[1].tolist() == [
+            [17.0, 5.0, 0.0], [17.0, 5.0, 50.0], [17.0, 9.0, 50.0], [17.0, 9.0, 0.0]
+        ]  # fmt: skip
+
+    @pytest.mark.parametrize(
+        ("targets", "obstacles", "height"),
         [
-            # Ball of 3 mm, clearance 1 mm, sphere of 12.5 mm: 16.5 mm from centre to centre.
-            (16.4, 0.0, 0.0, True),
-            (16.6, 0.0, 0.0, False),
-            # The stem of 2 mm radius, 50 mm long, begins at the ball's centre: 15.5 mm.
-            (15.4, -30.0, 0.0, True),
-            (15.6, -30.0, 0.0, False),
-            # The body of 20 mm radius, 50 to 250 mm above the ball's centre: 33.5 mm.
-            (33.4, -60.0, 0.0, True),
-            (33.6, -60.0, 0.0, False),
-            (0.0, -62.0 + 50.0 - 240.0, 0.0, True),
-            (21.0, -264.0, 0.0, False),
-            # A shank of 8 mm below the centre: 4 + 3 + 1 mm.
-            (7.9, -100.0, 8.0, True),
-            (60.0, -20.0, 8.0, False),
+            # Starts of upward touches: 7 + 3 + 2 mm.
+            (Targets([[0.0, 0.0, 7.0]], UP), (), 12.0),
+            # Beside a wall the ball and the clearance above the target: 7 + 3 + 1 mm.
+            (Targets([[0.0, 0.0, 7.0]], [[1.0, 0.0, 0.0]]), (), 11.0),
+            # The same for the highest of two targets: 8 + 3 + 1 mm.
+            (Targets([[0.0, 0.0, 8.0], [9.0, 0.0, 7.0]], [[1.0, 0.0, 0.0]] * 2), (), 12.0),
+            # An obstacle of 20 mm with the ball and the clearance.
+            (
+                Targets([[0.0, 0.0, 7.0]], UP),
+                (_Wall(lambda start, end: np.zeros(len(start), dtype=bool), top=20.0),),
+                24.0,
+            ),
         ],
     )
-    def test_a_sphere_blocks_what_comes_near(
-        self, across: float, height: float, shank: float, blocked: bool
+    def test_the_lowest_safe_height(
+        self, targets: Targets, obstacles: tuple[_Wall, ...], height: float
     ) -> None:
-        """The tip moves past it, `across` beside its axis and `height` above its centre."""
-        machine = replace(
-            MACHINE, tip_diameter=6.0, stem_diameter=4.0, stylus_length=50.0, body_diameter=40.0,
-            clearance=1.0,
+        _planned(targets, replace(MACHINE, safe_height=height), obstacles=obstacles)
+        low = replace(MACHINE, safe_height=height - 1e-3)
+        with pytest.raises(PretravelError, match=f"must be at {height:.3f} mm at least"):
+            _planned(targets, low, obstacles=obstacles)
+
+    @pytest.mark.parametrize("axis", range(3))
+    @pytest.mark.parametrize("side", [0, 1])
+    def test_limits_of_each_axis(self, axis: int, side: int) -> None:
+        """The tip moves from z = 50 to the end of the touch, z = 3 - 2, at x = 10, y = 20; the work
+        coordinates lie at (100, 200, 300)."""
+        moves = touch_moves(Targets([[10.0, 20.0, 0.0]], UP), MACHINE)
+        reached = np.array([[110.0, 110.0], [220.0, 220.0], [301.0, 350.0]])
+        limits = reached + np.array([-5.0, 5.0])
+        limits[axis, side] = reached[axis, side]
+        way = [np.array([[10.0, 20.0, 50.0]])]
+        inside = replace(MACHINE, work=work_placement(100, 200, 300), limits=limits)
+        assert check_limits(moves, way, inside) == ""
+        narrow = limits.copy()
+        narrow[axis, side] += (1e-3, -1e-3)[side]
+        with pytest.raises(PretravelError, match=f"1: the tip would go to {'xyz'[axis]} = "):
+            check_limits(moves, way, replace(inside, limits=narrow))
+        assert "no [limits]" in check_limits(moves, way, replace(inside, limits=None))
+        assert "does not state the place" in check_limits(moves, way, replace(inside, work=None))
+
+
+class TestProgram:
+    def test_every_field(self) -> None:
+        """Two targets at two feeds, each twice: way only to the first touch of a target."""
+        targets = Targets([[0.0, 0.0, 0.0], [10.0, 0.0, 1.0]], UP[[0, 0]], labels=("a", "b"))
+        made = plan_program(targets, MACHINE, title="plan", feeds=[50.0, 100.0], repeats=2)
+        assert made.title == "plan"
+        assert made.machine is MACHINE
+        each = ("_f50.1", "_f50.2", "_f100.1", "_f100.2")
+        assert made.labels == tuple(name + end for name in "ab" for end in each)
+        assert len(made) == 8
+        rows = np.repeat([0, 1], 4)
+        assert np.array_equal(made.points, targets.points[rows])
+        assert np.array_equal(made.normals, targets.normals[rows])
+        assert np.array_equal(made.approaches, -targets.normals[rows])
+        assert made.starts == pytest.approx(targets.points[rows] + 5.0 * UP)
+        assert made.ends == pytest.approx(targets.points[rows] + 1.0 * UP)
+        assert made.feeds.tolist() == [50.0, 50.0, 100.0, 100.0] * 2
+        assert [len(way) for way in made.ways] == [1, 0, 0, 0, 2, 0, 0, 0]
+        assert made.ways[4].tolist() == [[0.0, 0.0, 50.0], [10.0, 0.0, 50.0]]
+        assert made.leave.tolist() == [[10.0, 0.0, 50.0]]
+        assert made.left_out == ()
+        assert made.checked == ()
+        unchecked = " ".join(made.unchecked)
+        assert "[limits]" in unchecked
+        assert "the place of G54" in unchecked
+        assert "its geometry was not given" in unchecked
+        # 8 touches, each 2 mm there and 2 mm back; down 45 mm, and over: 45 + 10 + 44 mm.
+        measuring = 4 * 2.0 / 50.0 + 4 * 2.0 / 100.0
+        assert made.duration == pytest.approx(
+            60.0 * (measuring + (8 * 2.0 + 45.0 + 45.0 + 10.0 + 44.0) / 1000.0)
+        )
+
+    def test_starts_and_ends_lie_on_the_approach(self) -> None:
+        made = _planned(Targets([[1.0, 2, 3]], [[0.6, 0.0, 0.8]], -UP))
+        contact = np.array([1.0, 2, 3]) + 3.0 * np.array([0.6, 0.0, 0.8])
+        assert made.starts[0] == pytest.approx(contact + 2.0 * UP[0])
+        assert made.ends[0] == pytest.approx(contact - 2.0 * UP[0])
+
+    def test_the_duration_of_ways_with_corners(self) -> None:
+        """Three touches of 2 mm, there at 50, 100 and 200 mm/min, and back. Ways: from (0, 0, 50)
+        45 mm down and 7 to the side; straight, 5 mm; by three corners 8 + 10 + 6 + 12 mm."""
+        made = _planned(repeats=3)
+        ways = (
+            np.array([[0.0, 0.0, 50.0], [0.0, 0.0, 5.0]]), np.empty((0, 3)),
+            np.array([[7.0, 5.0, 13.0], [17.0, 5.0, 13.0], [17.0, 11.0, 13.0]]),
         )  # fmt: skip
-        ball = SphereObstacle(np.array([1.0, 2.0, 3.0]), 12.5, shank)
-        middle = np.array([[1.0 + across, 2.0, 3.0 + height]])
-        way = np.array([[0.0, 4.0, 0.0]])
-        assert ball.blocks(machine, middle - way, middle + way).tolist() == [blocked]
+        starts = np.array([[7.0, 0.0, 5.0], [7.0, 5.0, 5.0], [17.0, 11.0, 1.0]])
+        feeds = np.array([50.0, 100.0, 200.0])
+        made = replace(made, ways=ways, starts=starts, feeds=feeds)
+        assert isinstance(made, ProbingProgram)
+        measuring = 2.0 / 50.0 + 2.0 / 100.0 + 2.0 / 200.0
+        moving = (3 * 2.0 + 52.0 + 5.0 + 36.0) / 1000.0
+        assert made.duration == pytest.approx(60.0 * (measuring + moving))
 
-    def test_every_side_of_a_part_blocks_the_stem(self, tmp_path: Path) -> None:
-        """The ball passes below a block, and its stem runs into each of the four sides."""
-        from netgen.occ import Box
+    def test_the_way_up_is_the_last_way_down_backwards(self) -> None:
+        """The last of three targets is left by its own corner; targets have numbers for names."""
+        points = [[10.0, 5.0, 0.0], [10.0, 9.0, 0.0], [10.0, 14.0, 0.0]]
+        wall = _Wall(lambda start, end: _vertical(start, end) & (start[:, 0] < 16.0))
+        made = _planned(Targets(points, [[1.0, 0.0, 0.0]] * 3), obstacles=[wall])
+        assert made.leave.tolist() == [[17.0, 14.0, 0.0], [17.0, 14.0, 50.0]]
+        assert made.labels == ("1", "2", "3")
 
-        file = tmp_path / "block.step"
-        Box((-5, -5, 20), (5, 5, 30)).WriteStep(str(file))
-        block = PartObstacle(read_step_part(str(file)))
-        for way in np.array([[1.0, 0, 0], [-1.0, 0, 0], [0, 1.0, 0], [0, -1.0, 0]]):
-            start, far, near = -20.0 * way[None], -11.0 * way[None], -6.0 * way[None]
-            assert block.blocks(MACHINE, start, far).tolist() == [False]
-            assert block.blocks(MACHINE, start, near).tolist() == [True]
+    def test_what_is_checked_is_said(self) -> None:
+        limits = np.array([[-500.0, 500.0]] * 3)
+        machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
+        made = _planned(Targets(12.5 * UP, UP), machine, obstacles=[BALL])
+        sphere = "moves against the sphere with no shank below it; nothing else"
+        assert made.checked == ("the machine's limits", sphere)
+        assert made.unchecked == ()
+        text = linuxcnc_program(made, "a.log")
+        for line in ("the machine's limits", sphere.replace(";", ",")):
+            assert f"(checked: {line})" in text.splitlines()
+        assert text.endswith("M2\n")
+        assert not re.search(r"^[ \t]|\n\n\n", text, re.M)
 
 
 class TestRefusals:
     @pytest.mark.parametrize(
-        ("machine", "targets", "words"),
+        ("numbers", "words"),
         [
-            (replace(MACHINE, safe_height=12.0), fibonacci_cap(5), "must be at 16.500 mm at least"),
-            # 60° below the equator the stem would pass through the sphere.
-            (MACHINE, from_angles(150 * DEGREE, 0.0), "s0.*stem or body of the"),
-            (replace(MACHINE, stylus_length=10.0), from_angles(np.pi / 2, 0.0), "stem or body"),
+            ({"repeats": 0}, "0 repeats: it must lie between 1 and"),
+            ({"repeats": 1001}, "1001 repeats: it must lie between 1 and"),
+            ({"feeds": [50, 0.0]}, "measuring feed"), ({"feeds": [np.nan]}, "measuring feed"),
+            ({"feeds": [50, 99999.0]}, "measuring feed"),
+            ({"feeds": [50, 50]}, "a feed occurs twice"),
+            # At 50 mm/s² it needs more than 10 mm to stop; these feeds replace the machine's own.
+            ({"feeds": [50.0, 1898.0]}, "measuring feed 1898 mm/min: after a contact"),
         ],
-    )
-    def test_what_cannot_be_reached(
-        self, machine: Machine, targets: np.ndarray, words: str
-    ) -> None:
+    )  # fmt: skip
+    def test_numbers_of_touches(self, numbers: dict[str, Any], words: str) -> None:
+        slow = replace(MACHINE, acceleration=50.0, positioning_feed=900.0, travel_feed=0.0)
+        assert len(_planned(machine=slow, feeds=[1897.0], repeats=1000)) == 1000
         with pytest.raises(PretravelError, match=words):
-            plan_program(
-                sphere_targets(targets), machine, title="s",
-                obstacles=[SphereObstacle(np.zeros(3), 12.5)],
-            )  # fmt: skip
+            _planned(machine=slow, **numbers)
 
-    def test_the_reason_is_the_way_or_the_touch(self) -> None:
-        """The stem's axis is (12.5 + 3 + s) sin from that of the sphere, s mm before the contact,
-        and must be 12.5 + 2.25 from it, 1 mm more on the way. 112 degrees: 16.23 mm at the start,
-        2 mm before the contact, is more than 15.75, but 14.37 mm at the contact is less than 14.75.
-        150 degrees: 8.75 mm at the start is already too little."""
-        reasons = {112.0: "before the target is touched", 150.0: "no free way from the safe height"}
-        for polar, reason in reasons.items():
-            with pytest.raises(PretravelError, match=reason):
-                plan_program(
-                    sphere_targets(from_angles(polar * DEGREE, 0.0)), MACHINE, title="s",
-                    obstacles=[SphereObstacle(np.zeros(3), 12.5)],
-                )  # fmt: skip
+    @pytest.mark.parametrize(
+        ("polar", "changes", "shank", "words"),
+        [
+            # The stem's axis is (12.5 + 3 + s) sin from that of the sphere, s mm before the
+            # contact, and must be 12.5 + 2.25 from it, 1 mm more on the way. 16.23 mm at the start,
+            # 2 mm before the contact, is more than 15.75, 14.37 mm at the contact less than 14.75.
+            (112.0, {}, 0.0, "s0.*before the target is touched"),
+            # 8.75 mm at the start is already too little.
+            (150.0, {}, 0.0, "s0.*stem or body of the.*no free way from the safe height"),
+            (90.0, {"stylus_length": 10.0}, 0.0, "stem or body"),
+            (115.0, {"stem_diameter": 1.0}, 4.0, ""), (115.0, {"stem_diameter": 1.0}, 24.0, "s0"),
+        ],
+    )  # fmt: skip
+    def test_what_cannot_be_reached(
+        self, polar: float, changes: dict[str, float], shank: float, words: str
+    ) -> None:
+        machine, ball = replace(MACHINE, **changes), replace(BALL, shank_diameter=shank)
+        targets = _on_ball(from_angles(np.array([polar]) * DEGREE, np.zeros(1)))
+        if not words:
+            assert _planned(targets, machine, obstacles=[ball]).labels == ("s0",)
+            return
+        for leave_out in (False, True):  # all targets cannot be left out
+            with pytest.raises(PretravelError, match=words):
+                _planned(targets, machine, obstacles=[ball], leave_out=leave_out)
 
-    def test_shank_in_the_way(self) -> None:
-        low = sphere_targets(from_angles(115 * DEGREE, 0.0))
-        machine = replace(MACHINE, stem_diameter=1.0)
-        plan_program(low, machine, title="s", obstacles=[SphereObstacle(np.zeros(3), 12.5, 4.0)])
-        with pytest.raises(PretravelError, match="s0"):
-            plan_program(
-                low, machine, title="s", obstacles=[SphereObstacle(np.zeros(3), 12.5, 24.0)]
-            )
+    @pytest.mark.parametrize("count", [1, 2, 10, 11])
+    def test_targets_without_a_way_are_named_up_to_ten(self, count: int) -> None:
+        """Steep below the sphere, beside one target that can be reached."""
+        n = from_angles(
+            np.radians([0.0, *[150.0] * count]), np.radians(np.arange(count + 1) * 30.0)
+        )
+        names = tuple(f"t{i}" for i in range(count + 1))
+        targets = Targets(12.5 * n, n, labels=names)
+        with pytest.raises(PretravelError) as told:
+            _planned(targets, obstacles=[BALL])
+        text = str(told.value)
+        assert [name for name in names if f"({name})" in text] == [
+            f"t{i + 1}" for i in range(min(count, 10))
+        ]
+        assert ("; the same for " in text) == (count > 1)
+        assert ("…" in text) == (count > 10)
+        kept = plan_program(
+            targets, MACHINE, title="plan", feeds=[60.0, 70.0], repeats=2, obstacles=[BALL],
+            leave_out=True,
+        )  # fmt: skip
+        assert kept.left_out == names[1:]
+        assert kept.labels == ("t0_f60.1", "t0_f60.2", "t0_f70.1", "t0_f70.2")
+        assert kept.title == "plan"
+
+    def test_targets_off_the_part(self) -> None:
+        """0.1 mm at the most; the farthest is named, and how many there are."""
+        n = from_angles(np.radians([0.0, 30.0, 60.0, 80.0]), np.zeros(4))
+        off = np.array([0.099, 0.2, -0.3, 0.101])
+        _planned(Targets((12.5 + off[:1])[:, None] * n[:1], n[:1]), obstacles=[BALL])
+        with pytest.raises(PretravelError, match=r"3.* is 0\.300 mm off .*\(3 targets are more"):
+            _planned(Targets((12.5 + off)[:, None] * n, n), obstacles=[BALL])
+
+    @pytest.mark.parametrize("down", [1, 2])
+    def test_targets_that_face_down(self, down: int) -> None:
+        """By up to 0.02 of the normal they count as horizontal."""
+        side = unit([[1.0, 0.0, -0.0199], *[[1.0, 0.0, -0.0201]] * down])
+        _planned(Targets([[0.0, 0, 0]], side[:1]))
+        targets = Targets(np.zeros((1 + down, 3)), side)
+        more = r" \(so do 1 more\)" if down == 2 else ""
+        with pytest.raises(PretravelError, match=rf"2.*normal points down{more}\. A path"):
+            _planned(targets)
 
     def test_limits_in_turned_work_coordinates(self) -> None:
-        targets = Targets([[30.0, 0, 0]], [[0.0, 0, 1]], labels=("far",))
+        targets = Targets([[30.0, 0, 0]], UP, labels=("far",))
         limits = np.array([[-50.0, 50.0], [-20.0, 20.0], [-100.0, 100.0]])
         machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
-        assert "the machine's limits" in plan_program(targets, machine, title="t").checked
+        assert "the machine's limits" in _planned(targets, machine).checked
         turned = replace(machine, work=work_placement(0, 0, 0, 90 * DEGREE))
         with pytest.raises(PretravelError, match=r"far\): the tip would go to y = 30\.000"):
-            plan_program(targets, turned, title="t")
-        lost = plan_program(targets, replace(machine, work=None), title="t")
+            _planned(targets, turned)
+        lost = _planned(targets, replace(machine, work=None))
         assert "does not state the place" in lost.unchecked[0]
 
     @pytest.mark.parametrize("label", ["", "a b", "a)b", "a#1", "a,b", "ä", "x" * 41, "é²"])
     def test_labels_that_would_break_a_log(self, label: str) -> None:
         with pytest.raises(PretravelError, match="its label"):
-            plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=(label,)), MACHINE, title="t")
-
-    def test_labels_twice(self) -> None:
-        twice = Targets([[0.0, 0, 0]] * 2, [[0.0, 0, 1]] * 2, labels=("a", "a"))
+            _planned(Targets([[0.0, 0, 0]], UP, labels=(label,)))
         with pytest.raises(PretravelError, match="two targets are called 'a'"):
-            plan_program(twice, MACHINE, title="t")
-
-    def test_a_feed_from_which_the_machine_cannot_stop(self) -> None:
-        """At 50 mm/s² 1898 mm/min need more than 10 mm; the feeds of a program replace the own."""
-        slow = replace(MACHINE, acceleration=50.0, positioning_feed=900.0, travel_feed=0.0)
-        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
-        plan_program(one, slow, title="t", feeds=[1897.0])
-        with pytest.raises(PretravelError, match="measuring feed 1898 mm/min: after a contact"):
-            plan_program(one, slow, title="t", feeds=[50.0, 1898.0])
-
-
-class TestTargetsAndParts:
-    def test_off_the_part(self) -> None:
-        part = PartObstacle(read_step_part(str(PART)))
-        far = Targets([[0.0, 0, 0], [0, 0, 9.0]], [[0.0, 0, 1]] * 2, labels=("on", "far"))
-        with pytest.raises(PretravelError, match=r"far\) is .* off the surface"):
-            plan_program(far, MACHINE, title="p", obstacles=[part])
-
-    def test_downward_targets_want_the_part(self) -> None:
-        below = Targets([[0.0, 0, -20]], [[0.0, 0, -1]], labels=("below",))
-        with pytest.raises(PretravelError, match=r"below\): its normal points down"):
-            plan_program(below, MACHINE, title="p")
-
-    def test_left_out_by_name(self) -> None:
-        part = PartObstacle(read_step_part(str(PART)))
-        both = Targets([[-30.0, 0, 0], [0, 0, -20]], [[0.0, 0, 1], [0, 0, -1]], labels=("a", "b"))
-        program = plan_program(both, MACHINE, title="p", obstacles=[part], leave_out=True)
-        assert program.labels == ("a",)
-        assert program.left_out == ("b",)
-        alone = Targets([[-30.0, 0, 0]], [[0.0, 0, 1]], labels=("a",))
-        assert program.checked == plan_program(alone, MACHINE, title="p", obstacles=[part]).checked
-        with pytest.raises(PretravelError, match=r"b\) .*cannot get there.*Leave these"):
-            plan_program(both, MACHINE, title="p", obstacles=[part])
-
-    @pytest.mark.parametrize("feed", [0.0, -1.0, 99999.0, float("nan"), float("inf")])
-    def test_feeds_that_the_machine_cannot_use(self, feed: float) -> None:
-        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
-        with pytest.raises(PretravelError, match="measuring feed"):
-            plan_program(one, MACHINE, title="p", feeds=[50, feed])
+            _planned(Targets([[0.0, 0, 0]] * 2, UP[[0, 0]], labels=("a", "a")))
 
     def test_a_map_of_another_tip_or_feed(self) -> None:
-        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
-        program = plan_program(one, MACHINE, title="p", feeds=[50, 60])
+        program = _planned(feeds=[50, 60])
         with pytest.raises(PretravelError, match=r"tip of 4\.000 mm .* has one of 6\.000 mm"):
             linuxcnc_program(program, "a.log", compensated=mean_map(0.016, tip_radius=2.0))
         with pytest.raises(PretravelError, match=r"made at 50 mm/min, but .* measures at 60"):
             linuxcnc_program(program, "a.log", compensated=replace(mean_map(0.016), feed=50.0))
         known = replace(mean_map(0.016), feed=50.0, delay=0.003)
         assert "o<pretravel_identity> call" in linuxcnc_program(program, "a.log", compensated=known)
-
-    def test_a_feed_twice(self) -> None:
-        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
-        with pytest.raises(PretravelError, match="a feed occurs twice"):
-            plan_program(one, MACHINE, title="p", feeds=[50, 50])
 
 
 @cache
@@ -302,10 +404,8 @@ def _mean_form() -> Lookup:
 class TestText:
     def test_lines_fit_and_logs_are_whole(self) -> None:
         far = Targets([[-1234.123456789, 5.0, -3.0]], [[0.36, 0.48, 0.8]], labels=("x" * 40,))
-        program = plan_program(
-            far, replace(MACHINE, safe_height=999.0), title="a (b) #1; ä", feeds=[50, 200],
-            repeats=2,
-        )  # fmt: skip
+        machine = replace(MACHINE, safe_height=999.0)
+        program = _planned(far, machine, title="a (b) #1; ä", feeds=[50, 200], repeats=2)
         text = linuxcnc_program(program, "a.log", compensated=mean_map(0.016), allow_misses=True)
         assert max(map(len, text.splitlines())) <= 250
         assert text.isascii()
@@ -320,23 +420,16 @@ class TestText:
     @pytest.mark.parametrize(
         "text",
         [
-            "mill\nM3 S20000\nG0 Z-80\n",
-            "mill\r\nG0 Z-80",
-            "mill) G0 Z-80 (",
-            "mill)\nG0 Z-80\n(",
-            "mill\x0bG0 Z-80\x0c\x85\u2028G0 Z-80",
-            "LOGOPEN,other.log",
-            "PROBEOPEN other.txt",
-            "mill #<_value> %",
-            "; G0 Z-80",
+            "mill\nM3 S20000\nG0 Z-80\n", "mill\r\nG0 Z-80", "mill) G0 Z-80 (", "mill)\nG0 Z-80\n(",
+            "mill\x0bG0 Z-80\x0c\x85\u2028G0 Z-80", "LOGOPEN,other.log", "PROBEOPEN other.txt",
+            "mill #<_value> %", "; G0 Z-80",
         ],
-    )
+    )  # fmt: skip
     def test_text_from_outside_adds_no_move(self, text: str) -> None:
         """Names of machines, plans and sources of maps; the same lines run whatever they are."""
 
         def lines(name: str) -> list[str]:
-            one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=("top",))
-            program = plan_program(one, replace(MACHINE, name=name), title=name)
+            program = _planned(machine=replace(MACHINE, name=name), title=name)
             pretravel_map = replace(mean_map(0.016), provenance=Provenance(source=name))
             texts = [
                 linuxcnc_program(program, "a.log", compensated=pretravel_map),
@@ -356,25 +449,23 @@ class TestText:
             assert line.endswith(tail)
             assert re.fullmatch(r"[A-Za-z0-9 _.-]*", line[len(head) : len(line) - len(tail)])
         with pytest.raises(PretravelError, match="its label"):
-            plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]], labels=(text,)), MACHINE, title="t")
+            _planned(Targets([[0.0, 0, 0]], UP, labels=(text,)))
         with pytest.raises(PretravelError, match="log file"):
-            linuxcnc_program(
-                plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="t"), text
-            )
+            linuxcnc_program(_planned(), text)
 
-    @pytest.mark.parametrize("length", [300, 1000])
-    def test_a_line_that_the_control_would_refuse(self, length: int) -> None:
-        one = Targets([[0.0, 0, 0]], [[0.0, 0, 1]])
+    def test_the_longest_line(self) -> None:
+        check_line_lengths("x\n" + "y" * 250 + "\nz")
+        with pytest.raises(PretravelError, match="251 characters"):
+            check_line_lengths("x\n" + "y" * 251 + "\nz")
         with pytest.raises(PretravelError, match="too long for the control"):
-            linuxcnc_program(plan_program(one, MACHINE, title="t" * length), "a.log")
+            linuxcnc_program(_planned(title="t" * 300), "a.log")
 
     def test_tool_and_work_offset(self) -> None:
         """The order: up, tool change, length, offset; only then the log and the first move."""
         machine = replace(
             MACHINE, tool=99, tool_length=80.5, change_height=-2.0, work_offset="G59.1"
         )
-        program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), machine, title="t")
-        lines = linuxcnc_program(program, "a.log").splitlines()
+        lines = linuxcnc_program(_planned(machine=machine), "a.log").splitlines()
         order = [
             "M5 M9", "o<pretravel_keep> call [1]", "G59.1", "G53 G0 Z-2", "T99 M6",
             "#<length> = [#<_z>-#<with_z>]", "G43", "(LOGOPEN,a.log)",
@@ -383,14 +474,42 @@ class TestText:
         # A line that occurs again and again: the last one counts.
         where = [len(lines) - 1 - lines[::-1].index(line) for line in order]
         assert where == sorted(where)
-        asked = replace(machine, change_height=None)
-        program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), asked, title="t")
-        assert "T99 M6\n" not in linuxcnc_program(program, "a.log")
+        asked = _planned(machine=replace(machine, change_height=None))
+        assert "T99 M6\n" not in linuxcnc_program(asked, "a.log")
 
-    @pytest.mark.parametrize(
-        "log", ["", "a b.log", "a).log", "a#.log", "logs/a.log", "/a.log", ".."]
-    )
-    def test_log_names(self, log: str) -> None:
-        program = plan_program(Targets([[0.0, 0, 0]], [[0.0, 0, 1]]), MACHINE, title="t")
-        with pytest.raises(PretravelError, match="log file"):
-            linuxcnc_program(program, log)
+    def test_names_of_logs(self) -> None:
+        made = _planned()
+        for name in ("a", "1", "a-b_c.d", "A.LOG"):
+            assert f"(LOGOPEN,{name})" in linuxcnc_program(made, name)
+        for name in ("", ".a", "é", "a b", "a%", "٣"):
+            with pytest.raises(PretravelError, match=r"letters, digits and -_\. only"):
+                linuxcnc_program(made, name)
+
+    def test_a_program_stops_at_every_fault_unless_misses_are_allowed(self) -> None:
+        """A miss is fault 1; the second in a row stops in any case. The turn of the work
+        coordinates is compared where the machine file states it: 0.3 rad are 17.19 degrees."""
+        made = _planned()
+        allowing = "[#<_pretravel_fault> EQ 1 AND #<misses> GE 1]"
+        strict = linuxcnc_program(made, "a.log")
+        assert "[#<_pretravel_fault> NE 0]" in strict
+        assert allowing not in strict
+        assert strict != linuxcnc_program(made, "a.log", allow_misses=True)
+        assert allowing in linuxcnc_program(made, "a.log", allow_misses=True)
+        assert linuxcnc_program(made, "a.log", allow_misses=False) == strict
+        placed = replace(MACHINE, work=work_placement(1.0, 2.0, 3.0, 0.3))
+        turned = replace(made, machine=placed)
+        assert "17.18873" in linuxcnc_program(turned, "a.log")
+        assert "17.18873" not in strict
+
+    def test_only_between_two_places_at_the_safe_height_the_feed_is_that_of_travel(self) -> None:
+        heights = [50.0, 50.0, 20.0, 50.0, 50.0, 50.0]
+        way = np.array([[7.0 + i, 0.0, h] for i, h in enumerate(heights)])
+        made = _planned(machine=replace(MACHINE, travel_feed=3000.0), repeats=2)
+        made = replace(made, ways=(made.ways[0], way))
+        moves = re.findall(
+            r"o<pretravel_move> call \[(\d+)\] \[0\] \[\d+\] \[(\d+)\]",
+            linuxcnc_program(made, "a.log"),
+        )
+        found = [(int(x), int(feed)) for x, feed in moves if int(x) >= 7]
+        feeds = [1000, 3000, 1000, 1000, 3000, 3000]
+        assert found == [(7 + i, feed) for i, feed in enumerate(feeds)]

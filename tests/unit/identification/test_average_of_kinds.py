@@ -16,6 +16,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.maps.kind import KindOfMap
 from pretravel.maps.kinds import kind_named, kinds
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
+from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.kinds.wozniak import WozniakKind
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
@@ -151,6 +152,25 @@ def test_kinds_are_compared_about_one_centre_and_with_one_tip() -> None:
     moved = _level(0.01, center=np.array([-3.0 * UM, 0.0, 0.0]))
     (said,) = _disagreement([first, moved], parts)  # type: ignore[list-item]
     assert "disagree by 3.0 µm at polar 0" in said
+
+
+def test_kinds_that_disagree_are_named_where_they_do_most() -> None:
+    """In a table along the axis and four ways of the equator, towards +y."""
+    nodes = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], dtype=float)
+    support = DirectionSupport(nodes)
+    first, second = (
+        SimpleNamespace(
+            pretravel_map=PretravelMap(
+                TabulatedBasis(support), np.array([0.01, 0.01, value, 0.01, 0.01]),
+                Covariance.independent([1e-8] * 5), support, tip_radius=3.0,
+            ),
+            center=np.zeros(3),
+        )
+        for value in (0.01, 0.013)
+    )  # fmt: skip
+    (said,) = _disagreement([first, second], _parts(0.6, 0.4))  # type: ignore[list-item]
+    assert "the kinds mean and harmonic disagree by 3.0 µm at polar 90" in said
+    assert "azimuth 90" in said
 
 
 def test_one_kind_is_no_average() -> None:

@@ -1,4 +1,4 @@
-"""Kinds of map by name, and qualification with the setup of an earlier one."""
+"""Kinds of map: by name, by choice, by the setup of an earlier map; distances from a reference."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.directions import sphere_pattern_25
+from pretravel.base.directions import grid, sphere_pattern_25
 from pretravel.base.errors import PretravelError
+from pretravel.base.frames import probe_rotation
 from pretravel.files.map_file import read_map, write_map
+from pretravel.files.touches_csv import read_touches
 from pretravel.maps.kinds import kind_named, kinds
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
+from pretravel.measurement.compensation import distances_from_reference
 from pretravel.qualification.qualify import qualify, qualify_like
 from pretravel.touches import Touches
+from tests.support.examples import SPHERE
 
 
 def _touches(pretravel: np.ndarray | float, axis: int = 2) -> Touches:
@@ -61,7 +65,7 @@ def test_settings_of_a_kind_are_kept(tmp_path: Path) -> None:
 
 
 def test_touches_at_one_feed_do_not_replace_a_map_with_delay() -> None:
-    first = qualify(_touches(0.010), 25.0, tip_diameter=6.0).pretravel_map
+    first = qualify(_touches(0.010), 25.0, tip_diameter=6.0, kind="mean").pretravel_map
     moving = replace(first, delay=2e-3, feed=0.0)
     with pytest.raises(PretravelError, match="touch the reference at two feeds"):
         qualify_like(_touches(0.010), moving, 25.0)
@@ -102,3 +106,48 @@ def test_setup_refuses_impossible_diameters(name: str, value: float) -> None:
     with pytest.raises(PretravelError, match="must be positive") as error:
         QualificationSetup(**{"diameter": 25.0, name: value})
     assert error.value.inputs == (name,)
+
+
+def test_choice_among_kinds() -> None:
+    """On a six-seat probe's touches the physical kind predicts omitted directions best. With
+    a constant pretravel, one number is as good as any kind, and the choice states why."""
+    touches = read_touches(SPHERE)
+    chosen = qualify(touches, 24.9987, tip_diameter=6.0)
+    assert chosen.pretravel_map.kind == "physical"
+    assert chosen.scores[0].kind == "physical"
+    assert sum(score.weight for score in chosen.scores) == 1.0
+    assert {score.kind for score in chosen.scores} == set(kinds())
+    sectors = next(score for score in chosen.scores if score.kind == "sectors")
+    assert "sector" in sectors.problem
+
+
+def test_distances_in_a_ring_are_those_from_its_axis() -> None:
+    """Touches in planes 4 mm apart, without noise: only the displacement given to them, away from
+    the axis of the ring, is left."""
+    axis = (0.6, 0.0, 0.8)
+    turn = probe_rotation(axis)
+    outward = grid(np.pi / 2.0, np.radians(np.arange(0.0, 360.0, 20.0)))
+    height = 4.0 * (np.arange(len(outward)) % 3)
+    off = 1e-3 * np.cos(np.arange(len(outward)))
+    places = outward * (25.0 - 3.0 + 0.012) + height[:, None] * [0.0, 0.0, 1.0]
+    center = np.array([100.0, -50.0, 20.0])
+    touches = Touches(center + places @ turn.T, -outward @ turn.T)
+    fitted = qualify(
+        touches, 50.0, tip_diameter=6.0, ring=True, kind="mean", axis=axis, search_outliers=False
+    )
+    distance, _ = distances_from_reference(fitted, touches)
+    assert distance == pytest.approx(0.0, abs=1e-9)
+    displaced = replace(touches, positions=touches.positions + (off[:, None] * outward) @ turn.T)
+    distance, u = distances_from_reference(fitted, displaced)
+    assert distance == pytest.approx(off, abs=1e-9)
+    assert np.all(u > 0.0)
+
+
+def test_distances_from_a_sphere_are_away_from_its_centre() -> None:
+    n = sphere_pattern_25()
+    off = 1e-3 * np.cos(np.arange(25))
+    exact = Touches(n * (12.5 + 3.0 - 0.012) + [3.0, 4.0, 5.0], n)
+    fitted = qualify(exact, 25.0, tip_diameter=6.0, kind="mean", search_outliers=False)
+    displaced = replace(exact, positions=exact.positions + off[:, None] * n)
+    distance, _ = distances_from_reference(fitted, displaced)
+    assert distance == pytest.approx(off, abs=1e-9)

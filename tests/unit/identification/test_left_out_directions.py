@@ -167,7 +167,7 @@ def test_an_unknown_tip_changes_neither_the_distances_nor_the_scatter_of_a_map()
     pretravel = predict(load_probe("omp40-2"), n, "analytic").pretravel
     noise = 0.1 * UM * np.random.default_rng(4).standard_normal(len(n))
     touches = Touches(n * (15.5 - pretravel - noise)[:, None] + [3.0, 4.0, 5.0], n)
-    u = []
+    u, maps, part = [], [], sphere_pattern_25()
     for tip in (None, 6.0):
         setup = QualificationSetup(25.0, tip_diameter=tip, search_outliers=False)
         ready = prepare(touches, setup)
@@ -176,8 +176,13 @@ def test_an_unknown_tip_changes_neither_the_distances_nor_the_scatter_of_a_map()
         (score,) = compare_kinds(ready, {"physical": (PhysicalKind(), fit)})
         # Means of two touches scatter by 0.07 µm, and the prediction of each adds to it.
         assert 0.05 * UM < score.rms < 0.15 * UM
-        u.append(np.sqrt(fit.covariance.variance_of(fit.basis.design(sphere_pattern_25()))))
+        u.append(np.sqrt(fit.covariance.variance_of(fit.basis.design(part))))
+        maps.append(fit.basis.value(part, fit.coefficients) - (fit.tip_radius or 3.0))
     assert u[0] == pytest.approx(u[1], rel=0.5)
+    # Points of a part are the same, but for a shift of the reference.
+    apart = maps[1] - maps[0]
+    apart -= part @ np.linalg.lstsq(part, apart)[0]
+    assert apart.std() < 0.1 * UM
 
 
 GIVEN = {

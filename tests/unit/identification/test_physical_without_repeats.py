@@ -22,7 +22,6 @@ from tests.support.reference_touches import sphere_touches
 PATTERN = sphere_pattern_25()
 BETWEEN = fibonacci_cap(200, np.radians(85.0))
 LOBES: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
-    "four smooth lobes": lambda across, azimuth: 4.0 * across**4 * np.cos(4.0 * azimuth),
     "five smooth lobes": lambda across, azimuth: 3.0 * across**5 * np.cos(5.0 * azimuth),
     "four edges": lambda across, azimuth: 5.0 * across**2 * np.abs(np.cos(2.0 * azimuth)),
 }

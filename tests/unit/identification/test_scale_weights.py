@@ -20,6 +20,7 @@ from pretravel.identification.scale_weights import (
     _noises,
     _own_scatters,
     averaged_unknowns,
+    log_likelihoods,
     weighted_scales,
 )
 from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem
@@ -88,15 +89,6 @@ def test_noises_that_are_considered(
     assert _noises(repeats) == pytest.approx(noises, rel=1e-12)
     expected = np.array([(scatter, noise) for scatter in fixed for noise in noises])
     assert np.array(_own_scatters(repeats)) == pytest.approx(expected, rel=1e-12)
-
-
-def test_sizes_are_hundredths_to_a_few_micrometres() -> None:
-    """In steps of two or three, so that no size lies further than a factor 1.8 from one of them."""
-    for sizes, least, most in ((CORRECTIONS, 0.03, 6.4), (FIXED_SCATTERS, 0.02, 2.0)):
-        in_micrometres = np.array(sizes) * 1e3
-        assert in_micrometres[[0, -1]] == pytest.approx([least, most], rel=1e-12)
-        assert np.all(in_micrometres[1:] / in_micrometres[:-1] < 1.8**2 + 0.1)
-        assert np.all(np.diff(in_micrometres) > 0.0)
 
 
 def test_priors_of_the_scales() -> None:
@@ -197,3 +189,27 @@ def test_unknowns_are_those_of_a_regression_over_all_scales(
         expected / np.outer(root, root), abs=1e-4
     )
     assert np.array_equal(covariance, covariance.T)
+
+
+@pytest.mark.parametrize("counts", [(3,), (2, 3, 5)])
+@pytest.mark.parametrize("directions", [6, 30])
+def test_likelihood_is_that_of_the_normal_distribution(
+    counts: tuple[int, ...], directions: int
+) -> None:
+    """From reduced rows, that of the matrix of all pairs of directions."""
+    rng = np.random.default_rng(5)
+    count = rng.choice(counts, directions).astype(float)
+    columns, values = rng.standard_normal((directions, 8)), rng.standard_normal(directions)
+    # Columns that tell much, and columns beside which the noise is large; more than one block.
+    variances = np.concatenate([rng.uniform(0.01, 2.0, (14, 8)), rng.uniform(1e-6, 1e-4, (5, 8))])
+    scatters = np.array([[0.1, 0.5], [0.02, 0.3], [0.0, 1.0]])
+    found = log_likelihoods(columns, variances, values, count, scatters)
+    expected = [
+        multivariate_normal(
+            cov=(columns * prior) @ columns.T + np.diag(fixed + noise / count)
+        ).logpdf(values)
+        for prior in variances
+        for fixed, noise in scatters
+    ]
+    constant = 0.5 * directions * np.log(2.0 * np.pi)
+    assert found == pytest.approx(np.array(expected) + constant, rel=1e-9, abs=1e-9)

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 
 from pretravel.files.laboratory_file import laboratory_template, read_laboratory
-from pretravel.files.rig_csv import read_rig_trace
 from pretravel.laboratory.certificate import calibration_certificate
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
+from pretravel.laboratory.laboratory_statements import (
+    CalibratedItem,
+    LaboratoryStatements,
+    MeasuringInstrument,
+    ReferenceIdentity,
+)
+from pretravel.laboratory.rig import RigTouch
 from pretravel.laboratory.rig_budget import (
     REN_BUDGET,
     LengthComponent,
     calibration_budget,
+    constant_and_slope,
     length_budget,
 )
 from pretravel.laboratory.rig_calibration import calibrate_rig
-from pretravel.laboratory.rig_events import rig_touch
-from tests.support.examples import EXAMPLES
 
 
 def test_a_template_states_nothing(tmp_path: Path) -> None:
@@ -35,23 +41,73 @@ def test_dates_and_numbers_are_texts(tmp_path: Path) -> None:
     assert (item.calibrated, item.serial_number) == ("2026-11-22", "17")
 
 
-def test_uncertainty_of_a_direction_follows_from_its_touches() -> None:
-    """The budget is that of the direction with the fewest touches."""
-    traces = sorted((EXAMPLES / "rig").glob("*.csv"))
-    calibration = calibrate_rig([rig_touch(read_rig_trace(path)) for path in traces])
-    certificate = calibration_certificate(calibration, REN_BUDGET, LaboratoryStatements())
-    for result in certificate.directions:
-        own = calibration_budget(calibration, REN_BUDGET, result.performance.count)
-        expected = length_budget(own, abs(result.performance.pretravel)).expanded()
-        assert result.expanded == pytest.approx(expected)
-    assert certificate.constant_and_slope is not None
-    assert certificate.feeds[0] <= certificate.feeds[1]
+BLANK = RigTouch("", 0.0, 3e-3, 8e-3, 4e-4, 1e-5, 1e-5, 1e-5, 0.0, 0.0, 3.0, ())
+MADE = {"p_090": [4.0, 4.0, 4.3, 4.5], "p_000": [3.0, 3.2], "p_200": [-5e-4]}
 
 
-def test_a_source_with_both_parts_leaves_no_constant_and_slope() -> None:
-    """One source of many that has both parts: u(L)² is no longer constant² + (slope L)²."""
-    traces = sorted((EXAMPLES / "rig").glob("*.csv"))
-    calibration = calibrate_rig([rig_touch(read_rig_trace(path)) for path in traces[:2]])
-    budget = (*REN_BUDGET, LengthComponent("scale", "B", 0.02e-3, 1e-6))
-    made = calibration_certificate(calibration, budget, LaboratoryStatements())
-    assert made.constant_and_slope is None
+def test_every_field() -> None:
+    """U of each direction is that of its own number of touches, of all of the direction with the
+    fewest; the length in the budget of a false start, which is negative, is its magnitude."""
+    touches = [
+        replace(BLANK, trace=f"{name}_{k + 1}", r1=1e-3 * value, feed=3.0 + k)
+        for name, values in MADE.items()
+        for k, value in enumerate(values)
+    ]
+    touches[1] = replace(touches[1], feed=math.nan, notes=("noisy", "short"))
+    touches[4] = replace(touches[4], feed=2.5, notes=("late",))
+    calibration = calibrate_rig(touches, exclude=["p_090_1"], search_outliers=False)
+    statements = LaboratoryStatements()
+    found = calibration_certificate(
+        calibration, REN_BUDGET, statements, budget_source="Ren", temperature=21.5
+    )
+    assert found.feeds == (2.5, 6.0)
+    assert (found.budget_source, found.temperature) == ("Ren", 21.5)
+    assert found.notes == (
+        "p_090_2: noisy", "p_090_2: short", "p_000_1: late", "left out as requested: p_090_1",
+    )  # fmt: skip
+    own = calibration_budget(calibration)
+    assert found.constant_and_slope == constant_and_slope(own)
+    assert found.budget.components == length_budget(own, calibration.pretravel).components
+    for one, count in zip(found.directions, (2, 3, 1), strict=True):
+        assert one.performance.count == count
+        budget = length_budget(
+            calibration_budget(calibration, count=count), abs(one.performance.pretravel)
+        )
+        assert one.expanded == pytest.approx(budget.expanded())
+        assert one.coverage_factor == pytest.approx(budget.coverage_factor())
+    plain = calibration_certificate(calibration, REN_BUDGET, statements)
+    assert (plain.budget_source, plain.temperature) == ("", 20.0)
+    # One source of many that has both parts: u(L)² is no longer constant² + (slope L)².
+    both = (*REN_BUDGET, LengthComponent("scale", "B", 0.02e-3, 1e-6))
+    assert calibration_certificate(calibration, both, statements).constant_and_slope is None
+    false = calibrate_rig([replace(touch, r1=-touch.r1 / 3.0) for touch in touches])
+    assert calibration_certificate(false, REN_BUDGET, statements).budget.combined > 0.0
+
+
+def test_statements_of_a_certificate_and_of_reports() -> None:
+    """Tables of a certificate: 3 + 3 + 1 + 6 + 3 + 2 + 1 + 1 statements; four standards."""
+    empty = LaboratoryStatements()
+    assert empty.missing == len(list(empty.of_certificate())) == 20
+    assert len(list(empty.statements())) == 20 + 6 + 3 + 2 + 4
+    stated = LaboratoryStatements(
+        item=CalibratedItem(serial_number="17"),
+        instrument=MeasuringInstrument(probe="T", stylus="M"),
+        reference=ReferenceIdentity(certificate="K-3"),
+    )
+    assert stated.missing == 19
+    more = [(s.table, s.key, s.text) for s in stated.of_certificate()][20:]
+    assert more == [
+        ("instrument", "probe", "T"), ("instrument", "stylus", "M"),
+        ("reference", "certificate", "K-3"),
+    ]  # fmt: skip
+    tables = list(dict.fromkeys(s.table for s in stated.of_report()))
+    assert tables == [
+        "laboratory", "instrument", "reference", "conditions", "measurement", "item",
+    ]  # fmt: skip
+    counts = [sum(s.table == table for s in stated.of_report()) for table in tables]
+    assert counts == [3, 6, 3, 2, 2, 1]
+    for statement in stated.statements():
+        part = getattr(stated, statement.table)
+        assert statement.text == getattr(part, statement.key)
+        meanings = {f.name: f.metadata["meaning"] for f in fields(part)}
+        assert statement.meaning == meanings[statement.key]

@@ -29,17 +29,17 @@ def _scale(
 
 
 def test_line_and_period_come_back() -> None:
-    """100 scales with 6 nm at 83 µm, 3 µm/m and 3 nm: the means within 4 standard errors, and the
+    """36 scales with 6 nm at 83 µm, 3 µm/m and 3 nm: the means within 4 standard errors, and the
     slope scatters as its u says."""
     rng = np.random.default_rng(1)
-    found = [check_scale(_scale(rng, amplitude=6.0, slope=3e-6), PLACES, RUNS) for _ in range(100)]
+    found = [check_scale(_scale(rng, amplitude=6.0, slope=3e-6), PLACES, RUNS) for _ in range(36)]
     amplitude = np.array([check.amplitude for check in found]) / NM
-    assert amplitude.mean() == pytest.approx(6.0, abs=4.0 * amplitude.std() / 10.0)
+    assert amplitude.mean() == pytest.approx(6.0, abs=4.0 * amplitude.std() / 6.0)
     period = np.array([check.period for check in found])
-    assert period.mean() == pytest.approx(0.083, abs=4.0 * period.std() / 10.0)
+    assert period.mean() == pytest.approx(0.083, abs=4.0 * period.std() / 6.0)
     slope = np.array([check.slope for check in found])
     u = np.mean([check.u_slope for check in found])
-    assert slope.mean() == pytest.approx(3e-6, abs=4.0 * u / 10.0)
+    assert slope.mean() == pytest.approx(3e-6, abs=4.0 * u / 6.0)
     assert slope.std() == pytest.approx(u, rel=0.25)
     assert np.mean([check.scatter for check in found]) == pytest.approx(3.0 * NM, rel=0.03)
 

@@ -1,194 +1,302 @@
-"""Shares of machine and probe, and the stated uncertainties against trials."""
+"""The separation against dense matrices, and the intervals, shares and notes of its results.
+
+S has a row for each reading: +1 at its machine direction, -1 at its probe direction. Z is |S|.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+from typing import ClassVar
+
 import numpy as np
 import pytest
+from scipy import stats
 
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.laboratory.multi_step_readings import (
     MultiStepReadings,
     RepeatedPair,
     multi_step_design,
-    weighted_residuals,
 )
-from pretravel.laboratory.separation import METHODS, Method, separate
-from pretravel.laboratory.separation_noise import (
-    TAILS,
-    ReadingScale,
-    noise_tails,
-    student_weight,
-)
-from pretravel.laboratory.separation_plan import (
-    best_steps,
-    error_factor,
-    plan_separation,
-    variance_factor,
-)
-from pretravel.laboratory.separation_variances import (
-    _shrunk,
-    _student_scales,
-    equally_shared,
-    likelihood_information,
-    noise_of_readings,
-)
-from tests.support.separation_trials import separation_by_trials
+from pretravel.laboratory.separation import Separation, _shares, separate
+from pretravel.laboratory.separation_variances import likelihood_information, noise_of_readings
 
-TRIALS = 20_000
+UM = 1e-3
 
 
-def test_separation() -> None:
-    i, j = np.divmod(np.arange(12 * 12), 12)
-    rng = np.random.default_rng(3)
-    noise = rng.standard_normal(144) * np.sqrt(0.2 + 0.1 * np.cos(j))
-    readings = MultiStepReadings(i, j, 1e-3 * (np.sin(i) - np.cos(j) + noise))
-    result = separate(readings, method="least-squares")
-    errors, variances = separation_by_trials(readings, result, trials=TRIALS)
-    stated = np.sqrt(np.diag(result.error_covariance))
-    # Four standard errors of a deviation from 20 000 trials: 2 %. A pair whose variance least
-    # squares finds negative has none in trials, which changes less than that here.
-    assert errors.std(axis=0) == pytest.approx(stated, rel=0.02)
-    assert errors.mean(axis=0) == pytest.approx(
-        np.concatenate([result.machine_error, result.probe_error]), abs=5e-6
+def _signed(readings: MultiStepReadings) -> FloatArray:
+    machines, probes = np.unique(readings.machine), np.unique(readings.probe)
+    return np.hstack(
+        [
+            (readings.machine[:, None] == machines).astype(float),
+            -(readings.probe[:, None] == probes).astype(float),
+        ]
     )
-    stated = np.diag(result.variance_covariance)
-    # The trials have normal noise; u contains that the readings may have another one.
-    dof = np.maximum(1.0 / np.maximum(TAILS, 1e-9), 4.5)
-    wider = noise_of_readings(multi_step_design(readings), readings.errors).of_tails @ (
-        1.0 + 3.0 / (dof - 4.0)
-    )
-    assert 1.0 < wider < 1.5
-    assert variances.std(axis=0) == pytest.approx(np.sqrt(stated / wider), rel=0.02)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_variances_are_shared_half_and_half_on_average(method: Method) -> None:
-    """No reading determines the share; the stated one has equal means, and pairs do not change
-    with it. All pairs of twelve directions sixteen times, so that no variance comes near zero."""
-    i, j = np.divmod(np.arange(16 * 144) % 144, 12)
-    rng = np.random.default_rng(3)
-    noise = rng.standard_normal(len(i)) * np.sqrt(0.9 + 0.2 * np.cos(j) + 0.1 * np.sin(i))
-    readings = MultiStepReadings(i, j, 1e-3 * noise)
-    result = separate(readings, method=method, search_outliers=False)
-    assert result.movable.min() > 0.1e-6
-    machine, probe = result.machine_variance.mean(), result.probe_variance.mean()
-    assert machine == pytest.approx(probe, rel=1e-12)
-    # Together 0.9 µm²: from 2304 readings a variance has 3 %; four of these.
-    assert machine + probe == pytest.approx(0.9e-6, rel=0.12)
+def _complete(machines: int, probes: int, scatter: float, seed: int = 3) -> MultiStepReadings:
+    """All pairs once; machine directions count from 10, the probe's from 20."""
+    i, j = np.divmod(np.arange(machines * probes), probes)
+    noise = np.random.default_rng(seed).standard_normal(machines * probes)
+    return MultiStepReadings(10 + i, 20 + j, UM * (np.sin(i) - np.cos(j) + scatter * noise))
 
 
-def test_equal_shares_leave_the_sums_of_pairs() -> None:
-    i, j = np.divmod(np.arange(6), 3)
-    design = multi_step_design(MultiStepReadings(i, j, np.zeros(6)))
-    shared = equally_shared(design, np.array([5.0, 7.0, 1.0, 2.0, 3.0]))
-    assert shared == pytest.approx([3.0, 5.0, 3.0, 4.0, 5.0], abs=1e-15)
+def _wider(readings: MultiStepReadings) -> float:
+    """Squares of Student's noise have the variance (2 + 6 / (dof - 4)) σ⁴, its kurtosis; that of
+    normal noise is 2 σ⁴. With the probabilities that the readings give to 20, 10, … degrees."""
+    share = noise_of_readings(multi_step_design(readings), readings.errors).of_tails
+    dof = np.maximum(1.0 / np.array([0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.335, 0.37]), 4.5)
+    kurtosis = np.append(0.0, stats.t.stats(dof, moments="k"))
+    return float(share @ (2.0 + kurtosis)) / 2.0
 
 
-@pytest.mark.parametrize(("scatter", "share"), [(0.0, 1.0), (2.0, 0.5), (4.0, 0.0)])
-def test_variances_are_shrunk_by_the_part_of_their_spread_that_is_scatter(
-    scatter: float, share: float
-) -> None:
-    """The variances 5, 7, 9 spread by the variance 4, the others by 1 with a quarter of the
-    scatter: of each spread the share 1 - scatter / 4 is that of the directions."""
-    i, j = np.divmod(np.arange(9), 3)
-    design = multi_step_design(MultiStepReadings(i, j, np.zeros(9)))
-    machine, probe = np.array([-2.0, 0.0, 2.0]), np.array([1.0, 0.0, -1.0])
-    covariance = scatter * np.diag([1.0, 1.0, 1.0, 0.25, 0.25, 0.25])
-    shrunk = _shrunk(design, np.concatenate([7.0 + machine, 6.0 + probe]), covariance, 13.0)
-    expected = np.concatenate([7.0 + share * machine, 6.0 + share * probe])
-    assert shrunk == pytest.approx(expected, abs=1e-12)
+class TestLeastSquares:
+    def test_all_is_that_of_dense_matrices(self) -> None:
+        """M = 1 - H. Z'(M ∘ M) Z x = Z' r², and Cov(r_a², r_b²) = 2 (M V M)_ab²."""
+        rng = np.random.default_rng(5)
+        i, j = np.divmod(np.arange(300) % 50, 5)
+        scale = np.sqrt(1.0 + 0.3 * np.cos(i) + 0.2 * np.sin(j))
+        errors = UM * (np.sin(i) - np.cos(2 * j) + 0.5 * scale * rng.standard_normal(300))
+        readings = MultiStepReadings(3 + i, 8 + j, errors)
+        found = separate(readings, method="least-squares", search_outliers=False)
+        signed = _signed(readings)
+        z = np.abs(signed)
+        m = np.eye(300) - signed @ np.linalg.pinv(signed)
+        inverse = np.linalg.pinv(z.T @ (m * m) @ z, rcond=1e-9)
+        x = inverse @ z.T @ (m @ errors) ** 2
+        v = z @ x
+        assert v.min() > 0.05 * np.mean((m @ errors) ** 2)
+        scatter = 2.0 * (m @ np.diag(v) @ m) ** 2
+        covariance = inverse @ z.T @ scatter @ z @ inverse
+        share = np.concatenate([np.full(10, 0.1), np.full(5, -0.2)]) / 2.0
+        away = np.eye(15) - np.outer(np.repeat([1.0, -1.0], [10, 5]), share)
+        # In µm⁴: pytest's own tolerance is wider than numbers in mm⁴.
+        expected = _wider(readings) * 1e12 * (away @ covariance @ away.T)
+        assert 1e12 * found.variance_covariance == pytest.approx(expected, rel=1e-6)
+        assert found.machine_variance.mean() == pytest.approx(found.probe_variance.mean())
+        pairs = found.machine_variance[:, None] + found.probe_variance
+        assert pairs == pytest.approx(x[:10, None] + x[10:], rel=1e-9)
+        solution = np.linalg.lstsq(signed, errors, rcond=None)[0]
+        level = solution[:10].mean()
+        assert found.machine_error == pytest.approx(solution[:10] - level, abs=1e-12)
+        assert found.probe_error == pytest.approx(solution[10:] - level, abs=1e-12)
+        assert found.residuals == pytest.approx(m @ errors, abs=1e-12)
+        self._check_errors(found, signed, v)
+        assert found.dof == 300 - 14
+        assert (found.method, found.repeated, found.outliers) == ("least-squares", None, ())
+
+    @staticmethod
+    def _check_errors(found: Separation, signed: FloatArray, v: FloatArray) -> None:
+        """Covariance of the solution whose machine errors add up to zero, and its interval."""
+        fixed = signed.T @ signed + np.outer(*[np.repeat([1.0, 0.0], [10, 5])] * 2)
+        solve = np.linalg.solve(fixed, signed.T)
+        covariance = solve @ np.diag(v) @ solve.T
+        assert found.error_covariance == pytest.approx(covariance, rel=1e-7, abs=1e-16)
+        u = np.sqrt(np.diag(covariance))
+        assert np.concatenate([found.u_machine_error, found.u_probe_error]) == pytest.approx(u)
+        values = np.concatenate([found.machine_error, found.probe_error])
+        for probability in (0.95, 0.7):
+            half = stats.t.ppf(0.5 + 0.5 * probability, found.dof) * u
+            interval = found.error_interval(probability)
+            assert interval[:, 0] == pytest.approx(values - half, abs=1e-12)
+            assert interval[:, 1] == pytest.approx(values + half, abs=1e-12)
+        of_variances = np.sqrt(np.diag(found.variance_covariance))
+        stated = np.concatenate([found.u_machine_variance, found.u_probe_variance])
+        assert stated == pytest.approx(of_variances, rel=1e-12)
+        assert (len(found.u_machine_variance), len(found.u_machine_error)) == (10, 10)
+
+    @pytest.mark.parametrize("seed", [3, 8])
+    def test_a_measured_pair_adds_its_information(self, seed: int) -> None:
+        """For the variances of all pairs (C⁻¹ + h h' / R)⁻¹, R = 2 v² / dof with v the mean of both
+        by degrees of freedom; one estimate of the pair is negative, and counts as zero there."""
+        readings = _complete(8, 8, 1.0, seed)
+        alone = separate(readings, method="least-squares", search_outliers=False)
+        before, u = alone.pair_variance(12, 23)
+        assert (before < 0.0) == (seed == 3)
+        pair = RepeatedPair(12, 23, 0.4e-6, 9)
+        found = separate(readings, method="least-squares", repeated=pair, search_outliers=False)
+        r = 2.0 * ((0.4e-6 * 8.0 + max(before, 0.0)) / 9.0) ** 2 / 8.0
+        z = np.abs(_signed(readings))
+        covariance = z @ alone.variance_covariance @ z.T
+        gain = covariance[:, 19] / (u**2 + r)  # the pair is in the twentieth reading
+        values = z @ np.concatenate([alone.machine_variance, alone.probe_variance])
+        now = z @ np.concatenate([found.machine_variance, found.probe_variance])
+        assert 1e6 * now == pytest.approx(1e6 * (values + gain * (0.4e-6 - before)), rel=1e-6)
+        expected = covariance - np.outer(gain, covariance[19])
+        assert 1e12 * (z @ found.variance_covariance @ z.T) == pytest.approx(
+            1e12 * expected, rel=1e-6, abs=1e-7
+        )
+        assert found.repeated is pair
+        note = next(note for note in found.notes if "repeated configuration (12, 23)" in note)
+        assert "has the variance 0.4 µm² from 9 repeats" in note
+        assert f"has {1e6 * now[19]:.3g} µm² there" in note
+
+    def test_directions_with_too_few_readings_are_named(self) -> None:
+        """A full block of three by three, and machine 9 once: its residual is always zero."""
+        i, j = np.divmod(np.arange(9), 3)
+        errors = UM * np.random.default_rng(1).standard_normal(10)
+        readings = MultiStepReadings(np.append(i, 9), np.append(j, 0), errors)
+        with pytest.raises(PretravelError, match=r"lacks 2 ranks.*too few readings: machine 9\. "):
+            separate(readings, method="least-squares")
+        with pytest.raises(PretravelError, match=r"lacks 2 ranks.*too few readings: machine 9\. "):
+            separate(readings)
+
+    def test_a_degree_of_freedom_is_needed(self) -> None:
+        """Two by two: four readings, three errors, one degree; without one reading none."""
+        four = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], UM * np.array([0.0, 1.0, 1.0, 2.5]))
+        with pytest.raises(PretravelError, match="identification matrix lacks"):
+            separate(four)
+        five = MultiStepReadings([1, 1, 2, 3, 3], [1, 2, 2, 2, 1], UM * np.arange(5.0))
+        with pytest.raises(PretravelError, match="4 readings for 4 systematic errors leave no deg"):
+            separate(five, exclude=[(3, 1)])
+        with pytest.raises(PretravelError, match="method 'x' is not known"):
+            separate(four, method="x")  # type: ignore[arg-type]
 
 
-def test_variances_without_spread_stay() -> None:
-    """Equal variances, and the single variance of one direction, are their own mean."""
-    i, j = np.divmod(np.arange(6), 6)
-    design = multi_step_design(MultiStepReadings(i, j, np.zeros(6)))
-    values = np.array([3.0, 2.0, 2.0, 2.0, 2.0, 2.0, 2.0])
-    assert _shrunk(design, values, np.eye(7), 5.0) == pytest.approx(values, abs=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("directions", "u_error", "u_variance"),
-    [(5, None, 0.35), (6, None, 0.2), (4, 0.3e-3, 0.5), (6, 0.25e-3, None), (4, 0.2e-3, 0.3)],
-)
-def test_a_plan_has_the_fewest_touches_that_reach_the_uncertainties(
-    directions: int, u_error: float | None, u_variance: float | None
-) -> None:
-    """Against a trial of all numbers of orientations and repeats."""
-    plan = plan_separation(directions, 1e-6, u_error=u_error, u_variance=u_variance)
-
-    def reaches(orientations: int, repeats: int) -> bool:
-        steps = best_steps(directions, orientations)
-        error = error_factor(directions, steps) * 1e-3 / np.sqrt(repeats)
-        relative = variance_factor(directions, steps, repeats)
-        return (u_error is None or error <= u_error * (1.0 + 1e-9)) and (
-            u_variance is None or relative <= u_variance
+class TestPairs:
+    @staticmethod
+    def _pair(variance: float, u: float) -> Separation:
+        """Of machine direction 12 and probe direction 21 the share 0.3 and 0.7 of a variance; the
+        covariance of both with the stated u of their sum, and nothing known of the others."""
+        readings = _complete(6, 5, 0.2, 1)
+        found = separate(readings, method="least-squares", search_outliers=False)
+        machine, probe = np.zeros(6), np.zeros(5)
+        machine[2], probe[1] = 0.3 * variance, 0.7 * variance
+        covariance = np.eye(11)
+        covariance[np.ix_([2, 7], [2, 7])] = u**2 * np.array([[0.5, -0.2], [-0.2, 0.9]])
+        return replace(
+            found, machine_variance=machine, probe_variance=probe, variance_covariance=covariance
         )
 
-    assert reaches(len(plan.steps), plan.repeats)
-    fewest = min(
-        directions * orientations * repeats
-        for orientations in range(2, directions + 1)
-        for repeats in range(1, plan.readings // (2 * directions) + 1)
-        if reaches(orientations, repeats)
+    @pytest.mark.parametrize(
+        ("u", "probability", "low", "high"),
+        [
+            # Of 4 µm². u a third of it: 18 degrees of freedom; chi-square at 2.5 %: 8.231 (NIST).
+            (4.0 / 3.0, 0.95, 4.0 * (1.0 - 1.95996 / 3.0), 4.0 * 18.0 / 8.231),
+            # u a half of it: 8 degrees; chi-square at 25 %: 5.071 (NIST).
+            (2.0, 0.5, 4.0 - 0.67449 * 2.0, 4.0 * 8.0 / 5.071),
+            # Fewer than four degrees where u is more than the root of a half: symmetric.
+            (3.0, 0.95, 0.0, 4.0 + 1.95996 * 3.0),
+            (3.0, 0.5, 4.0 - 0.67449 * 3.0, 4.0 + 0.67449 * 3.0),
+            # Just above four degrees: chi-square 0.4844 at 2.5 %.
+            (0.9999 * 4.0 * math.sqrt(0.5), 0.95, 0.0, 4.0 * 4.0 / 0.4844),
+            (0.0, 0.95, 4.0, 4.0),
+        ],
     )
-    assert plan.readings == fewest
-    assert plan.u_error == pytest.approx(
-        error_factor(directions, plan.steps) * 1e-3 / np.sqrt(plan.repeats), rel=1e-12
+    def test_interval(self, u: float, probability: float, low: float, high: float) -> None:
+        found = self._pair(4.0e-6, 1e-6 * u)
+        assert found.pair_variance(12, 21) == pytest.approx((4.0e-6, 1e-6 * u), rel=1e-12)
+        interval = 1e6 * np.array(found.pair_interval(12, 21, probability))
+        assert interval == pytest.approx([low, high], rel=1e-3)
+
+    def test_directions_without_readings(self) -> None:
+        with pytest.raises(PretravelError, match=r"no reading has machine direction 21; there are"):
+            self._pair(1e-6, 1e-7).pair_variance(21, 21)
+        with pytest.raises(PretravelError, match=r"no reading has probe direction 12; there are"):
+            self._pair(1e-6, 1e-7).pair_variance(12, 12)
+
+
+class TestShares:
+    DESIGN: ClassVar = multi_step_design(
+        MultiStepReadings(*np.divmod(np.arange(6), 3), np.zeros(6))
     )
-    assert plan.u_variance == variance_factor(directions, plan.steps, plan.repeats)
+
+    @pytest.mark.parametrize(
+        ("values", "shared", "movable", "negative"),
+        [
+            # Means 6 and 2: half each is 4; nothing is negative.
+            ([5.0, 7.0, 1.0, 2.0, 3.0], [3.0, 5.0, 3.0, 4.0, 5.0], (3.0, 3.0), False),
+            # Half each leaves -1 of a probe: 1 is moved there from the machine.
+            ([6.0, 6.0, -1.0, 8.0, 11.0], [5.0, 5.0, 0.0, 9.0, 12.0], (5.0, 0.0), False),
+            # Half each leaves -1 of the machine.
+            ([-1.0, 7.0, 2.0, 3.0, 4.0], [0.0, 8.0, 1.0, 2.0, 3.0], (0.0, 1.0), False),
+            # The middle between both: a pair of -1 has half of it in each.
+            ([-2.0, 8.0, 1.0, 3.0, 5.0], [-0.5, 9.5, -0.5, 1.5, 3.5], (-0.5, -0.5), True),
+        ],
+    )
+    def test_half_each_where_none_is_negative(
+        self, values: list[float], shared: list[float], movable: tuple[float, float], negative: bool
+    ) -> None:
+        found = _shares(self.DESIGN, np.array(values))
+        assert found.variances == pytest.approx(shared, abs=1e-12)
+        assert found.movable == pytest.approx(movable, abs=1e-12)
+        assert found.negative is negative
+
+    def test_how_much_can_move_is_told(self) -> None:
+        rng = np.random.default_rng(1)
+        i, j = np.divmod(np.arange(360) % 12, 4)
+        scale = np.sqrt(np.array([1.0, 2.0, 1.5])[i] + np.array([1.0, 1.5, 2.0, 1.2])[j])
+        readings = MultiStepReadings(i, j, UM * scale * rng.standard_normal(360))
+        found = separate(readings, method="least-squares", search_outliers=False)
+        to_probe, to_machine = 1e6 * found.movable
+        assert found.movable == pytest.approx(
+            [found.machine_variance.min(), found.probe_variance.min()]
+        )
+        of_errors, of_variances = found.notes
+        words = f"up to {to_probe:.3g} µm² can move from every machine direction to every probe "
+        assert f"{words}direction, or {to_machine:.3g} µm² back" in of_variances
+        assert of_errors.startswith(
+            "360 readings, 3 machine and 4 probe directions. The readings do not "
+            "determine a constant "
+        )
+        assert "rank 6 of 7" in of_errors
+
+    def test_a_negative_variance_is_told(self) -> None:
+        """Twelve readings, of six degrees of freedom for six variances."""
+        found = separate(_complete(3, 4, 1.0), method="least-squares", search_outliers=False)
+        assert (found.machine_variance[:, None] + found.probe_variance).min() < 0.0
+        _, of_variances, negative = found.notes
+        assert "can move" not in of_variances
+        assert "impossible; use the method reml" in negative
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_repeated_pair_is_stated_in_square_micrometres(method: Method) -> None:
-    """0.36 um² of 20 repeats, beside readings with 1 um²."""
-    i, j = np.divmod(np.arange(64), 8)
-    rng = np.random.default_rng(3)
-    readings = MultiStepReadings(i, j, 1e-3 * rng.standard_normal(64))
-    pair = RepeatedPair(2, 3, 0.36e-6, 20)
-    found = separate(readings, method=method, repeated=pair)
-    note = next(note for note in found.notes if "repeated configuration (2, 3)" in note)
-    assert "has the variance 0.36 µm² from 20 repeats" in note
-    stated = float(note.rpartition("has ")[2].split()[0])
-    assert stated == pytest.approx(1e6 * found.pair_variance(2, 3)[0], rel=0.01)
-    assert 0.2 < stated < 0.8
-
-
-@pytest.mark.parametrize("tails", [0.0, 1.0 / 3.0])
-def test_scales_of_directions_solve_their_equations(tails: float) -> None:
-    """At the end of the iteration the residuals are those of the weighted least squares.
-
-    Within 3 %: eight rounds with each scale, which is not the same path to both ends.
-    """
-    i, j = np.divmod(np.arange(100), 10)
-    rng = np.random.default_rng(5)
-    errors = 1e-3 * rng.standard_t(4.0, 100) * (1.0 + 0.5 * (i % 2))
-    design = multi_step_design(MultiStepReadings(i, j, errors))
-    information = likelihood_information(design, np.full(100, 1e-6))
-    squared = np.full(design.size, 0.5e-6)
-    for _ in range(20):
-        squared = _student_scales(design, errors, information, information.inverse, tails, squared)
-    total = np.maximum(design.incidence @ squared, 0.1 * np.mean(design.incidence @ squared))
-    free = np.maximum(1.0 - information.leverage, 1e-6)
-    residuals = weighted_residuals(design, errors, information.weights)
-    for _ in range(200 if tails else 1):
-        factor = student_weight(tails, residuals**2 / (free * total))
-        if tails:
-            residuals = weighted_residuals(design, errors, information.weights * factor)
-    sums = design.incidence.T @ (information.weights**2 * factor * residuals**2)
-    assert squared == pytest.approx(information.inverse @ (0.5 * sums), rel=0.03, abs=5e-9)
-
-
-@pytest.mark.parametrize("gross", [False, True])
-def test_the_level_of_the_scales_does_not_matter_for_the_tails(gross: bool) -> None:
-    """Scales a hundred times as large have a level of a hundredth, and the same probabilities."""
+def test_rows_that_are_left_out() -> None:
+    """Two readings of one excluded pair, and two gross errors; rows count from the first."""
+    rng = np.random.default_rng(4)
     i, j = np.divmod(np.arange(144), 12)
-    errors = 1e-3 * np.random.default_rng(5).standard_t(4.0, 144)
-    design = multi_step_design(MultiStepReadings(i, j, errors))
-    leverage = np.full(144, 23.0 / 144.0)
-    own, other = (
-        noise_tails(design, errors, ReadingScale(np.full(144, size), leverage), gross=gross)
-        for size in (1e-6, 1e-4)
-    )
-    assert other.probability == pytest.approx(own.probability, rel=1e-5, abs=1e-9)
-    assert 100.0 * other.levels == pytest.approx(own.levels, rel=1e-5)
-    assert 0.1 < own.mean_tail < 0.35
+    i, j = np.append(i, 0), np.append(j, 5)
+    errors = UM * 0.2 * rng.standard_normal(145)
+    errors[[60, 100]] += np.array([-9.0, 15.0]) * UM
+    readings = MultiStepReadings(i, j, errors)
+    found = separate(readings, exclude=[(0, 5)])
+    assert found.excluded == (5, 144)
+    assert [(o.row, o.machine, o.probe) for o in found.outliers] == [(100, 8, 4), (60, 5, 0)]
+    assert [o.distance / UM for o in found.outliers] == pytest.approx([15.0, -9.0], abs=0.8)
+    assert (len(found.residuals), found.dof) == (141, 141 - 23)
+    whole = separate(readings, search_outliers=False)
+    assert (whole.outliers, whole.excluded, len(whole.residuals)) == ((), (), 145)
+    without = separate(readings, exclude=[(0, 5), (5, 0), (8, 4)])
+    assert without.excluded == (5, 60, 100, 144)
+    assert np.allclose(found.machine_error, without.machine_error)
+    assert np.allclose(found.probe_variance, without.probe_variance)
+    with pytest.raises(PretravelError, match="machine 25 with probe 1") as caught:
+        separate(readings, exclude=[(25, 1)])
+    assert caught.value.inputs == ("exclude",)
+
+
+def test_without_doubt_of_the_tails_reml_weighs_by_the_mean_of_both() -> None:
+    """Many normal readings: variances of pairs within 4 of their u from the truth, with the u of
+    Fisher's information, and errors with the covariance of ordinary least squares near these."""
+    i, j = np.divmod(np.arange(3 * 80) % 80, 8)
+    true = (0.1 + 0.05 * (i % 2)) + (0.2 + 0.1 * np.cos(j))
+    errors = UM * np.sqrt(true) * np.random.default_rng(3).standard_normal(len(i))
+    readings = MultiStepReadings(i, j, errors)
+    found = separate(readings, search_outliers=False)
+    inverse = likelihood_information(multi_step_design(readings), 1e-6 * true).inverse
+    signed = _signed(readings)
+    z = np.abs(signed)
+    variances = z @ np.concatenate([found.machine_variance, found.probe_variance])
+    u = np.sqrt(np.einsum("ni,ij,nj->n", z, found.variance_covariance, z))
+    assert np.all(np.abs(variances - 1e-6 * true) < 4.0 * u)
+    ratio = u / np.sqrt(np.einsum("ni,ij,nj->n", z, inverse, z))
+    assert 0.7 < ratio.min() < ratio.max() < 1.6
+    # The level of 240 readings, on which u depends, has 9 %.
+    assert ratio.mean() == pytest.approx(1.0, abs=0.2)
+    fixed = signed.T @ signed + np.outer(*[np.repeat([1.0, 0.0], [10, 8])] * 2)
+    solve = np.linalg.solve(fixed, signed.T)
+    expected = np.sqrt(np.diag(solve @ np.diag(1e-6 * true) @ solve.T))
+    of_errors = np.concatenate([found.u_machine_error, found.u_probe_error])
+    assert of_errors == pytest.approx(expected, rel=0.3)
+    assert np.mean(of_errors / expected) == pytest.approx(1.0, abs=0.1)

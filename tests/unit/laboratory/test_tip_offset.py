@@ -1,7 +1,9 @@
-"""The stylus-tip offset: a simulated machine whose tip is beside the spindle's axis by a known way.
+"""The stylus-tip offset against the same least squares in complex numbers, and its limits.
 
-The machine reports the axis of the spindle. With the tip at R(a) e beside it, a ball of radius r
-that touches a circle of radius R around c along the normal n is reported at c + (R + r) n - R(a) e.
+The machine reports the axis of the spindle. In the plane across it a point is a complex number,
+and a turn by the angle a is the factor exp(i a): with the tip at o exp(i a) beside the axis, a ball
+of radius r that touches a circle of radius R around c along n is reported at c + (R + r) n -
+o exp(i a). Circles are fitted by scipy.
 """
 
 from __future__ import annotations
@@ -9,16 +11,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
+from scipy.optimize import least_squares
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
-from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
 from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
-from pretravel.laboratory.standard_check import CalibratedSphere, LimitOutcome, StandardCheck
+from pretravel.laboratory.standard_check import CalibratedSphere, StandardCheck
 from pretravel.laboratory.tip_offset import fit_tip_offset, turns_the_other_way
 from pretravel.show.chart import PlaneChart
 from pretravel.show.chart_marks import Dots
@@ -27,300 +28,383 @@ from pretravel.touches import Touches
 
 UM = 1e-3
 SPHERE = CalibratedSphere(25.0)
-OFFSET = np.array([4.0, -3.0]) * UM
-ALL = (0.0, 90.0, 180.0, 270.0)
-N = plane_pattern_36()
+AZIMUTH = np.radians([3.0, 40.0, 75.0, 100.0, 160.0, 200.0, 260.0, 310.0, 340.0])
+TURNS = np.radians([10.0, 95.0, 200.0])
+PLACE = np.array([10.0, -20.0])
+OFFSET = (4.0 - 3.0j) * UM
 
 
-def turn(angle: float) -> FloatArray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s], [s, c]])
+def _ring(azimuth: FloatArray = AZIMUTH, polar: float = 90.0) -> FloatArray:
+    return from_angles(np.full(len(azimuth), math.radians(polar)), azimuth)
 
 
-def touched(
-    degrees: npt.ArrayLike,
-    *,
-    offset: FloatArray = OFFSET,
-    normals: FloatArray = N,
-    ring: bool = False,
-    noise: float = 0.0,
-    runs: int = 1,
-    seed: int = 1,
-) -> Touches:
-    """Touches of the circle at each orientation, `runs` times, around (10, 20, 30)."""
+def _touched(places: FloatArray, turns: FloatArray = TURNS) -> Touches:
+    """Touches at places (runs, orientations, directions, 2), in the order of a machine's log."""
+    runs, count, directions, _ = places.shape
+    positions = np.concatenate([places.reshape(-1, 2), np.full((places.size // 2, 1), 30.0)], 1)
+    spindle = np.tile(np.repeat(turns, directions), runs)
+    return Touches(positions, np.tile(_ring(), (runs * count, 1)), spindle=spindle)
+
+
+def _made(
+    runs: int = 1, *, turns: FloatArray = TURNS, moving: float = 0.0, wandering: float = 0.0,
+    noise: float = 0.0, seed: int = 7,
+) -> FloatArray:  # fmt: skip
+    """Places with an offset that differs from run to run, and a spindle's axis that wanders."""
     rng = np.random.default_rng(seed)
-    positions, outward, spindle = [], [], []
-    for angle in np.tile(np.radians(degrees), runs):
-        off = np.append(turn(angle) @ offset, 0.0)
-        distance = (12.5 - 3.0 if ring else 12.5 + 3.0) + noise * rng.standard_normal(len(normals))
-        positions.append(normals * distance[:, None] - off)
-        outward.append(-normals if ring else normals)
-        spindle.append(np.full(len(normals), angle))
-    return Touches(
-        np.vstack(positions) + np.array([10.0, 20.0, 30.0]),
-        np.vstack(outward),
-        spindle=np.concatenate(spindle),
+    offset = OFFSET + moving * UM * rng.standard_normal((runs, 2)) @ [1.0, 1.0j]
+    wander = wandering * UM * rng.standard_normal((len(turns), 2)) @ [1.0, 1.0j]
+    radius = 15.5 + noise * UM * rng.standard_normal((runs, len(turns), len(AZIMUTH)))
+    found = radius * np.exp(1j * AZIMUTH) + wander[:, None]
+    found -= (offset[:, None] * np.exp(1j * turns))[:, :, None]
+    return np.stack([found.real, found.imag], axis=-1) + PLACE
+
+
+def _circle(points: FloatArray) -> tuple[complex, float, FloatArray, FloatArray]:
+    """Centre, radius, residuals, and covariance of the centre per unit variance."""
+    middle = points.mean(axis=0)
+
+    def off(p: FloatArray) -> FloatArray:
+        return np.hypot(*(points - middle - p[:2]).T) - p[2]
+
+    found = least_squares(off, [0.0, 0.0, 15.0], x_scale=[1.0, 1.0, 1.0], xtol=1e-15, ftol=1e-15)
+    x, y = middle + found.x[:2]
+    outward = (points - [x, y]) / np.hypot(*(points - [x, y]).T)[:, None]
+    design = np.column_stack([outward, np.ones(len(points))])
+    return complex(x, y), found.x[2], found.fun, np.linalg.inv(design.T @ design)[:2, :2]
+
+
+def _offset(centers: np.ndarray) -> complex:
+    """Least squares of centre = place - offset exp(i a)."""
+    design = np.column_stack([np.ones(len(TURNS)), -np.exp(1j * TURNS)])
+    return complex(np.linalg.lstsq(design, centers, rcond=None)[0][1])
+
+
+def _carried(of_centers: list[FloatArray]) -> FloatArray:
+    """Covariance of the offset: complex weights as matrices [[re, -im], [im, re]]."""
+    design = np.column_stack([np.ones(len(TURNS)), -np.exp(1j * TURNS)])
+    weights = np.linalg.inv(design.conj().T @ design) @ design.conj().T
+    total = np.zeros((2, 2))
+    for weight, covariance in zip(weights[1], of_centers, strict=True):
+        turn = np.array([[weight.real, -weight.imag], [weight.imag, weight.real]])
+        total += turn @ covariance @ turn.T
+    return total
+
+
+def _sources(places: FloatArray) -> dict[str, tuple[FloatArray, float]]:
+    """Covariance and degrees of freedom of each source, from the definitions."""
+    runs, count, directions, _ = places.shape
+    means = places.mean(axis=0)
+    circles = [_circle(points) for points in means]
+    centers = np.array([center for center, *_ in circles])
+    if runs > 1:
+        parts = []
+        for k, points in enumerate(means):
+            outward = points - [centers[k].real, centers[k].imag]
+            outward /= np.hypot(*outward.T)[:, None]
+            parts.append(np.einsum("rdx,dx->rd", places[:, k] - points, outward))
+        squares, dof = np.sum(np.square(parts)), (runs - 1) * count * directions
+    else:
+        squares = sum(np.sum(residuals**2) for _, _, residuals, _ in circles)
+        dof = count * (directions - 3)
+    of_centers = [squares / dof / runs * cofactor for *_, cofactor in circles]
+    touches = _carried(of_centers)
+    design = np.column_stack([np.ones(count), -np.exp(1j * TURNS)])
+    left = np.linalg.lstsq(design, centers, rcond=None)[1][0]
+    mean = np.mean([np.trace(single) for single in of_centers]) / 2.0
+    beyond = max(left / (2 * count - 4) - mean, 0.0)
+    sources = {
+        "scatter of the touches": (touches, float(dof)),
+        "what does not turn with the spindle": (
+            _carried([beyond * np.eye(2)] * count),
+            2.0 * count - 4.0,
+        ),
+    }
+    if runs > 1:
+        offsets = np.array([_offset(np.array([_circle(p)[0] for p in run])) for run in places])
+        spread = 0.5 * (np.var(offsets.real, ddof=1) + np.var(offsets.imag, ddof=1)) / runs
+        more = max(spread - 0.5 * np.trace(touches), 0.0)
+        sources["differences between the runs"] = (more * np.eye(2), 2.0 * (runs - 1))
+    return sources
+
+
+def _check_components(check: StandardCheck, sources: dict[str, tuple[FloatArray, float]]) -> None:
+    x, y, size, run_out = check.figures[:4]
+    towards = np.array([x.value, y.value]) / math.hypot(x.value, y.value)
+    for figure, along in ((x, [1, 0]), (y, [0, 1]), (size, towards), (run_out, 2.0 * towards)):
+        assert [part.name for part in figure.components] == list(sources)
+        for part, (covariance, dof) in zip(figure.components, sources.values(), strict=True):
+            expected = math.sqrt(np.asarray(along) @ covariance @ along)
+            assert part.standard_uncertainty == pytest.approx(expected, rel=1e-5, abs=1e-12)
+            assert part.dof == dof
+            assert part.evaluation == "A"
+        squares = sum(part.standard_uncertainty**2 for part in figure.components)
+        assert figure.u_test == pytest.approx(math.sqrt(squares), rel=1e-12)
+        assert figure.u_source == "the touches"
+        assert figure.status == "unchecked"
+
+
+@pytest.mark.parametrize(
+    ("runs", "moving", "wandering", "noise"),
+    [(1, 0.0, 2.0, 0.3), (3, 1.0, 2.0, 0.3), (2, 0.0, 0.0, 0.5), (4, 0.8, 0.0, 0.2)],
+)
+def test_all_figures_are_those_of_complex_numbers(
+    runs: int, moving: float, wandering: float, noise: float
+) -> None:
+    """Three orientations at unequal angles, nine directions at unequal azimuths."""
+    places = _made(runs, moving=moving, wandering=wandering, noise=noise)
+    check = check_tip_offset(
+        _touched(places), SPHERE, tip_diameter=6.0, limits={"offset": 7 * UM, "repeatability": UM}
     )
+    circles = [_circle(points) for points in places.mean(axis=0)]
+    offset = _offset(np.array([center for center, *_ in circles]))
+    values = [figure.value for figure in check.figures[:4]]
+    expected = [offset.real, offset.imag, abs(offset), 2.0 * abs(offset)]
+    assert values == pytest.approx(expected, rel=1e-7)
+    assert [figure.limit for figure in check.figures[:4]] == [None, None, 7 * UM, None]
+    _check_components(check, _sources(places))
+    if runs > 1:
+        offsets = np.array([_offset(np.array([_circle(p)[0] for p in run])) for run in places])
+        last = check.figures[4]
+        largest = max(np.ptp(offsets.real), np.ptp(offsets.imag))
+        assert last.value == pytest.approx(largest, rel=1e-6)
+        assert (last.u_test, last.limit, last.u_source) == (0.0, UM, "")
+    assert len(check.figures) == 4 + (runs > 1)
+    for some, circle, points, turn in zip(
+        check.sets, circles, places.mean(axis=0), TURNS, strict=True
+    ):
+        assert some.name == f"spindle at {math.degrees(turn):g}°"
+        assert some.places == pytest.approx(points, abs=1e-12)
+        assert some.frame == "probe"
+        assert some.fit.radius == pytest.approx(circle[1], rel=1e-9)
+    assert check.notes == ()
 
 
-def values(check: StandardCheck) -> dict[str, float]:
-    return {figure.name: figure.value / UM for figure in check.figures}
+@pytest.mark.parametrize("runs", [1, 3])
+def test_the_uncertainty_covers_noise(runs: int) -> None:
+    """Mean of (error/u)² over 40 machines with noise alone, half a turn apart."""
+    squares, turns = [], np.array([0.0, math.pi])
+    for seed in range(40):
+        places = _made(runs, turns=turns, noise=0.5, seed=seed)
+        x, y = check_tip_offset(_touched(places, turns), SPHERE).figures[:2]
+        for figure, true in ((x, OFFSET.real), (y, OFFSET.imag)):
+            assert figure.u_test is not None
+            squares.append(((figure.value - true) / figure.u_test) ** 2)
+    # 80 squares of a normal variable have a mean of 1 ± 0.16. What exceeds the noise by chance is
+    # added, so that u is somewhat large; with 12 degrees of freedom squares have a mean of 1.2.
+    assert 0.5 < np.mean(squares) < 1.7
 
 
-@pytest.mark.parametrize("degrees", [(0, 180), (180, 0), (0, 120, 240), ALL, (0, 90), (30, 210)])
-@pytest.mark.parametrize("ring", [False, True])
-def test_a_known_offset_comes_back(degrees: tuple[float, ...], ring: bool) -> None:
-    """4, -3 µm: the distance is 5 and the run-out of a whole turn 10, wherever the circle is."""
-    found = values(check_tip_offset(touched(degrees, ring=ring), SPHERE, tip_diameter=6.0))
-    assert found == pytest.approx(
-        {"tip offset, x": 4.0, "tip offset, y": -3.0, "tip offset": 5.0, "run-out of the tip": 10.0}
-    )
+def test_no_offset_is_not_along_anything() -> None:
+    """Touches on the axes: sums of ones and zeros, so that the offset is exactly zero."""
+    normals = np.tile(np.vstack([np.eye(3)[:2], -np.eye(3)[:2]]), (2, 1))
+    spindle = np.repeat([0.0, math.pi], 4)
+    touches = Touches(16.0 * normals, normals, spindle=spindle)
+    found = check_tip_offset(touches, SPHERE, tip_diameter=7.0)
+    assert [figure.value for figure in found.figures] == [0.0] * 4
+    assert [figure.u_test for figure in found.figures] == pytest.approx([0.0] * 4, abs=1e-12)
 
 
 def test_a_horizontal_spindle() -> None:
-    upright, axis = touched((0, 180)), (0.0, 1.0, 0.0)
-    laid = probe_rotation(axis).T
+    laid = probe_rotation((0.0, 1.0, 0.0)).T
+    upright = _touched(_made())
     touches = Touches(upright.positions @ laid, upright.normals @ laid, spindle=upright.spindle)
-    found = values(check_tip_offset(touches, SPHERE, axis=axis))
-    assert (found["tip offset, x"], found["tip offset, y"]) == pytest.approx((4.0, -3.0))
-
-
-def test_the_form_of_the_reference_cancels() -> None:
-    """A ring with 3 µm of a first and third harmonic stays where it is; the probe turns."""
-    azimuth = np.arange(36) * math.radians(10.0)
-    form = 3.0 * UM * (np.cos(azimuth) + np.cos(3.0 * azimuth))
-    touches = touched((0, 180))
-    moved = touches.positions + np.tile(form, 2)[:, None] * touches.normals
-    found = values(
-        check_tip_offset(Touches(moved, touches.normals, spindle=touches.spindle), SPHERE)
-    )
-    # The fit of a circle is not linear: form times offset over radius is 1e-6 µm.
-    assert found["tip offset, x"] == pytest.approx(4.0, abs=1e-5)
-    assert found["tip offset, y"] == pytest.approx(-3.0, abs=1e-5)
-
-
-def test_a_part_that_does_not_turn_is_stated() -> None:
-    """The spindle's axis moves by 1 µm along x at 90°; closed form of the least squares: with
-    R(90°)ᵀ d / 4 the offset takes -(0, -1) / 4 µm, and the residuals have 1 - 1/4 - 1/4 of d²."""
-    touches = touched(ALL)
-    moved = touches.positions.copy()
-    moved[36:72, 0] += 1.0 * UM
-    check = check_tip_offset(Touches(moved, touches.normals, spindle=touches.spindle), SPHERE)
-    assert check.tip_offset is not None
-    assert check.tip_offset.offset / UM == pytest.approx([4.0, -3.0 + 0.25])
-    assert np.sum(check.tip_offset.residuals**2) / UM**2 == pytest.approx(0.5)
-    # Four degrees of freedom: s² = 0.5 / 4, and an offset has the variance of a mean of four.
-    (u,) = {round((figure.u_test or 0.0) / UM, 6) for figure in check.figures[:3]}
-    assert u == pytest.approx(math.sqrt(0.5 / 4 / 4), rel=1e-3)
-    assert {part.name for part in check.figures[0].components} >= {
-        "what does not turn with the spindle"
-    }
-
-
-@pytest.mark.parametrize(("runs", "degrees"), [(1, (0, 180)), (3, (0, 180)), (2, ALL)])
-def test_the_uncertainty_covers_noise(runs: int, degrees: tuple[float, ...]) -> None:
-    """Mean of (error/u)² over 60 machines with noise alone; circles of 36 touches have
-    var(centre) = σ² 2/36, which the orientations and runs divide."""
-    squares, stated = [], []
-    for seed in range(60):
-        touches = touched(degrees, noise=0.5 * UM, runs=runs, seed=seed)
-        x, y = check_tip_offset(touches, SPHERE).figures[:2]
-        for figure, true in zip((x, y), OFFSET, strict=True):
-            assert figure.u_test is not None
-            squares.append(((figure.value - true) / figure.u_test) ** 2)
-            stated.append(figure.u_test)
-    wanted = 0.5 * UM * math.sqrt(2.0 / 36 / len(degrees) / runs)
-    # What exceeds the noise by chance is added, which makes u up to a fifth larger.
-    assert 0.95 * wanted < np.mean(stated) < 1.3 * wanted
-    # 120 squares of a normal variable have a mean of 1 ± 0.13; u is somewhat large.
-    assert 0.5 < np.mean(squares) < 1.3
-
-
-def test_repeatability_is_the_range_over_the_runs() -> None:
-    """The tip moves by 2 µm in x between two runs, such as after a change of the stylus. The runs
-    have the variances 2 and 0 µm² in x and y, 1 on average, and their mean has half of it."""
-    first, second = touched((0, 180)), touched((0, 180), offset=OFFSET + np.array([2.0 * UM, 0.0]))
-    assert first.spindle is not None
-    assert second.spindle is not None
-    touches = Touches(
-        np.vstack([first.positions, second.positions]),
-        np.vstack([first.normals, second.normals]),
-        spindle=np.concatenate([first.spindle, second.spindle]),
-    )
-    check = check_tip_offset(touches, SPHERE, limits={"repeatability": 1.5 * UM})
-    found = values(check)
-    assert found["tip offset, x"] == pytest.approx(5.0)
-    assert found["repeatability of the offset"] == pytest.approx(2.0)
-    assert check.figures[-1].outcome is LimitOutcome.EXCEEDS
-    assert [figure.u_test for figure in check.figures[:2]] == pytest.approx([0.5**0.5 * UM] * 2)
-
-
-@pytest.mark.parametrize(
-    ("limit", "outcome"), [(4.0, LimitOutcome.EXCEEDS), (6.0, LimitOutcome.WITHIN)]
-)
-def test_a_limit_is_of_the_distance(limit: float, outcome: LimitOutcome) -> None:
-    check = check_tip_offset(touched(ALL, noise=0.1 * UM), SPHERE, limits={"offset": limit * UM})
-    limited = [figure for figure in check.figures if figure.limit is not None]
-    assert [(figure.name, figure.outcome) for figure in limited] == [("tip offset", outcome)]
-    assert "not been checked" in "; ".join(check.why_no_conformity)
-
-
-def test_few_degrees_of_freedom_widen_the_zone() -> None:
-    """Four touches at two orientations: two degrees of freedom, k = 4.53 (GUM, Table G.2)."""
-    touches = touched((0, 180), normals=N[::9], noise=0.3 * UM)
-    check = check_tip_offset(touches, SPHERE)
-    assert check.figures[2].coverage == pytest.approx(4.53, abs=0.005)
-    assert any("lobes" in note for note in check.notes)
-
-
-def test_lobes_of_three_are_an_offset_of_four_touches_and_not_of_twelve() -> None:
-    """cos 3φ is cos φ at 0, 90, 180, 270°: all of the lobes' 2 µm goes to the offset. Pretravel p
-    is reported along -n, and the probe's lobes turn with it."""
-    for count, wanted in ((4, 2.0), (12, 0.0)):
-        normals = N[:: 36 // count]
-        touches = touched((0, 180), normals=normals, offset=np.zeros(2))
-        azimuth = np.arctan2(normals[:, 1], normals[:, 0])
-        lobes = np.concatenate([2.0 * UM * np.cos(3.0 * (azimuth - a)) for a in (0.0, math.pi)])
-        moved = touches.positions - lobes[:, None] * touches.normals
-        check = check_tip_offset(Touches(moved, touches.normals, spindle=touches.spindle), SPHERE)
-        # The shift of a reported centre by -2 µm is an offset of +2 µm.
-        assert values(check)["tip offset, x"] == pytest.approx(wanted, abs=1e-3)
-
-
-def test_angles_that_are_counted_clockwise_are_told() -> None:
-    turned = touched(ALL)
-    assert turned.spindle is not None
-    wrong = Touches(turned.positions, turned.normals, spindle=-turned.spindle)
-    assert any("other way" in note for note in check_tip_offset(wrong, SPHERE).notes)
-    assert not any("other way" in note for note in check_tip_offset(turned, SPHERE).notes)
-
-
-@pytest.mark.parametrize("size", [1e-4, 0.01, 3.0])
-@pytest.mark.parametrize(("apart", "told"), [(1.3, False), (1.6, True)])
-def test_a_clockwise_offset_is_told_at_a_tenth_of_its_size(
-    size: float, apart: float, told: bool
-) -> None:
-    """Orientations at ±e and 180° ± e, an offset s that turns clockwise. In the complex plane the
-    centres are ∓s exp(-i a), the best offset counter-clockwise is s cos 2e, and the root of the
-    sum of squares that it leaves 2 s sin 2e. It is a tenth of s at e = 1.43°, whatever s is."""
-    angles = np.radians([-apart, apart, 180.0 - apart, 180.0 + apart])
-    centers = -size * np.column_stack([np.cos(angles), -np.sin(angles)])
-    found = fit_tip_offset(angles, centers)
-    left = 2.0 * size * math.sin(2.0 * math.radians(apart))
-    assert math.sqrt(float(np.sum(found.residuals**2))) == pytest.approx(left, rel=1e-9)
-    assert turns_the_other_way(found) is told
-
-
-def test_what_cannot_be_compared_is_left_out_and_told() -> None:
-    """A touch on top, and one that is lacking at the other orientation."""
-    touches = touched((0, 180))
-    kept = touches.take(np.arange(72) != 40)
-    top = Touches(
-        np.vstack([kept.positions, [10.0, 20.0, 45.5]]),
-        np.vstack([kept.normals, [0.0, 0.0, 1.0]]),
-        spindle=np.append(np.asarray(kept.spindle), 0.0),
-    )
-    check = check_tip_offset(top, SPHERE)
-    assert values(check)["tip offset"] == pytest.approx(5.0)
-    assert any(note.startswith("1 touches beside the equator") for note in check.notes)
-    assert any(note.startswith("1 touches have no partner") for note in check.notes)
-
-
-@pytest.mark.parametrize(
-    ("touches", "words"),
-    [
-        (Touches(N * 15.5, N), "column spindle_deg"),
-        (touched((0,)), "two that are apart"),
-        (touched((0, 20)), "two that are apart"),
-        (touched((0, 180), normals=N[::12]), "4 are needed"),
-    ],
-)
-def test_errors_teach(touches: Touches, words: str) -> None:
-    with pytest.raises(PretravelError, match=words):
-        check_tip_offset(touches, SPHERE)
-
-
-def test_a_wrong_tip_is_refused_in_a_ring() -> None:
-    with pytest.raises(PretravelError, match=r"diameter of 29\.0000 mm, not of 25 mm"):
-        check_tip_offset(touched((0, 180), ring=True), SPHERE, tip_diameter=10.0)
-
-
-def test_other_tests_refuse_a_turned_spindle() -> None:
-    with pytest.raises(PretravelError, match=r"2 orientations of the spindle \(0°, 180°\)"):
-        check_iso230_10(touched((0, 180)), SPHERE)
-    assert check_iso230_10(touched((90,)), SPHERE).figures
+    x, y = check_tip_offset(touches, SPHERE, axis=(0.0, 1.0, 0.0)).figures[:2]
+    assert (x.value, y.value) == pytest.approx((4.0 * UM, -3.0 * UM))
 
 
 def test_the_picture_has_the_tip_at_each_orientation() -> None:
-    check = check_tip_offset(touched(ALL), SPHERE)
+    """The spindle's quarter turns take (4, -3) to (3, 4), (-4, 3), (-3, -4)."""
+    quarters = 0.5 * math.pi * np.arange(4)
+    check = check_tip_offset(_touched(_made(turns=quarters), quarters), SPHERE)
     place = check_view(check).charts[0]
     assert isinstance(place, PlaneChart)
     (dots,) = (mark for mark in place.marks if isinstance(mark, Dots))
-    # The spindle's quarter turns take (4, -3) to (3, 4), (-4, 3), (-3, -4).
     assert dots.x == pytest.approx([4.0, 3.0, -4.0, -3.0])
     assert dots.y == pytest.approx([-3.0, 4.0, 3.0, -4.0])
     assert "no statement of conformity" in standards_document(check).verdict
 
 
-@pytest.mark.parametrize(("degrees", "enough"), [(29.9, False), (30.1, True), (330.1, False)])
-def test_orientations_are_30_degrees_apart_at_least(degrees: float, enough: bool) -> None:
-    angles = np.radians([0.0, degrees])
-    if enough:
-        assert fit_tip_offset(angles, np.zeros((2, 2))).offset.tolist() == [0.0, 0.0]
-        return
-    with pytest.raises(PretravelError, match="within 30°"):
-        fit_tip_offset(angles, np.zeros((2, 2)))
+class TestOrientations:
+    @staticmethod
+    def _check(*degrees: float) -> StandardCheck:
+        turns = np.radians(degrees)
+        return check_tip_offset(_touched(_made(turns=turns), turns), SPHERE)
+
+    @pytest.mark.parametrize(
+        ("degrees", "found"),
+        [
+            pytest.param((-90.0, 450.25, 180.37), [90.25, 180.37, 270.0], id="counted in a turn"),
+            pytest.param((0.0, 90.01, 90.03, 180.0), [0.0, 90.01, 90.03, 180.0], id="a hundredth"),
+            pytest.param(
+                (359.996, 0.004, 180.004, 179.996, 0.0, 180.0), [0.0, 180.0], id="closer are one"
+            ),
+        ],
+    )
+    def test_are_those_of_the_spindle(self, degrees: tuple[float, ...], found: list[float]) -> None:
+        check = self._check(*degrees)
+        assert check.tip_offset is not None
+        assert np.degrees(check.tip_offset.angles) == pytest.approx(found, abs=1e-9)
+
+    @pytest.mark.parametrize(
+        ("degrees", "alone"), [((0, 180), True), ((0, 120, 240), False), ((0, 90, 180), False)]
+    )
+    def test_what_they_cannot_tell_is_noted(self, degrees: tuple[float, ...], alone: bool) -> None:
+        notes = self._check(*degrees).notes
+        words = "two orientations leave nothing to compare"
+        assert any(words in note for note in notes) == alone
+        turns = np.radians(degrees)
+        clockwise = _touched(_made(turns=turns), -turns)
+        told = check_tip_offset(clockwise, SPHERE).notes
+        assert any("other way" in note for note in told) != alone
+        assert not any("other way" in note for note in notes)
+
+    @pytest.mark.parametrize(("degrees", "enough"), [(29.9, False), (30.1, True), (330.1, False)])
+    def test_are_30_degrees_apart_at_least(self, degrees: float, enough: bool) -> None:
+        angles = np.radians([0.0, degrees])
+        if enough:
+            assert fit_tip_offset(angles, np.zeros((2, 2))).offset.tolist() == [0.0, 0.0]
+            return
+        with pytest.raises(PretravelError, match="at 2 orientations of the spindle within 30°"):
+            fit_tip_offset(angles, np.zeros((2, 2)))
+
+    def test_one_is_refused_in_the_singular(self) -> None:
+        with pytest.raises(PretravelError, match="at 1 orientation of the spindle within 30°"):
+            fit_tip_offset(np.array([0.3]), np.zeros((1, 2)))
+        with pytest.raises(PretravelError, match="at 0 orientation of the spindle"):
+            fit_tip_offset(np.zeros(0), np.zeros((0, 2)))
+        with pytest.raises(PretravelError, match="column spindle_deg"):
+            check_tip_offset(Touches(_ring() * 15.5, _ring()), SPHERE)
 
 
-def test_half_a_turn_apart_it_is_half_the_difference() -> None:
-    found = fit_tip_offset(np.array([0.5, 0.5 + math.pi]), np.array([[1.0, 2.0], [3.0, 2.0]]))
-    assert turn(0.5) @ found.offset == pytest.approx([1.0, 0.0])
-    assert found.place == pytest.approx([2.0, 2.0])
+class TestDirections:
+    TWO = np.array([0.0, math.pi])
+
+    def _check(self, first: FloatArray, second: FloatArray) -> StandardCheck:
+        """Of normals at two half turns, with an offset of 5 µm along x."""
+        normals = np.vstack([first, second])
+        spindle = np.repeat(self.TWO, [len(first), len(second)])
+        positions = 15.5 * normals - 5.0 * UM * np.cos(spindle)[:, None] * [1.0, 0.0, 0.0]
+        return check_tip_offset(Touches(positions, normals, spindle=spindle), SPHERE)
+
+    def test_are_the_same_within_two_degrees(self) -> None:
+        for apart in (1.9, -1.9):
+            found = self._check(_ring(), _ring(AZIMUTH + math.radians(apart)))
+            assert found.figures[0].value == pytest.approx(5.0 * UM, rel=1e-3)
+            assert not any("no partner" in note for note in found.notes)
+        steep = _ring(AZIMUTH, 30.0)
+        for first, second in ((_ring(), _ring(AZIMUTH + math.radians(2.1))), (steep, steep)):
+            with pytest.raises(PretravelError, match=r"^0 directions across the axis"):
+                self._check(first, second)
+
+    def test_a_touch_keeps_its_first_direction(self) -> None:
+        """1.5° beyond the first touch and before the third, which is another direction: of the
+        directions at 0° the first touch stays."""
+        first = np.append(AZIMUTH, AZIMUTH[0] + math.radians(3.0))
+        second = AZIMUTH + math.radians(1.5) * (np.arange(9) == 0)
+        found = self._check(_ring(first), _ring(second))
+        assert any(note.startswith("1 touches have no partner") for note in found.notes)
+        expected = 15.5 * _ring()[:, :2] - [5.0 * UM, 0.0]
+        assert found.sets[0].places == pytest.approx(expected, abs=1e-9)
+
+    def test_within_five_degrees_of_the_equator_count(self) -> None:
+        for polar in (85.1, 94.9):
+            steep = _ring(np.radians([20.0]), polar)
+            normals = np.vstack([_ring(), steep])
+            assert len(self._check(normals, normals).sets[0].places) == 10
+        for polar in (84.9, 95.1):
+            steep = _ring(np.radians([20.0, 130.0]), polar)
+            found = self._check(np.vstack([_ring(), steep]), np.vstack([_ring(), steep]))
+            assert len(found.sets[0].places) == 9
+            assert "4 touches beside the equator are not used" in found.notes
+
+    @pytest.mark.parametrize(("count", "told"), [(4, True), (7, True), (8, False), (9, False)])
+    def test_four_are_needed_and_eight_are_enough(self, count: int, told: bool) -> None:
+        found = self._check(_ring(AZIMUTH[:count]), _ring(AZIMUTH[:count]))
+        assert any(note.startswith(f"with {count} directions") for note in found.notes) == told
+        with pytest.raises(PretravelError, match=r"^3 directions .* each of the 2 orient.* 4 are"):
+            self._check(_ring(AZIMUTH[:3]), _ring())
+
+    def test_without_partners_are_told(self) -> None:
+        """Nine at one orientation, seven of them at the other, and one direction twice there: two
+        directions and a repeat have no partner."""
+        twice = AZIMUTH[[0, 1, 2, 3, 4, 5, 6, 3]]
+        found = self._check(_ring(), _ring(twice))
+        assert any(note.startswith("3 touches have no partner") for note in found.notes)
+        assert len(found.sets[0].places) == 7
+        assert found.figures[0].value == pytest.approx(5.0 * UM, rel=1e-6)
+
+    @pytest.mark.parametrize("ring", [False, True])
+    @pytest.mark.parametrize("off", [0.9, -0.9, 1.1, -1.1])
+    def test_the_diameter_of_every_circle_is_checked(self, ring: bool, off: float) -> None:
+        """A tip of 6 mm on a sphere of 25 mm: circles of 31 mm, 1 mm more or less is refused; in a
+        ring of 19 mm. The second circle alone is off."""
+        radius = 0.5 * (np.array([[0.0], [off]]) + (19.0 if ring else 31.0))
+        normals = np.tile(_ring(), (2, 1))
+        positions = np.repeat(radius, len(AZIMUTH), axis=0) * normals
+        touches = Touches(
+            positions, -normals if ring else normals, spindle=np.repeat([0.0, 3.0], 9)
+        )
+        assert len(check_tip_offset(touches, SPHERE).sets) == 2
+        if abs(off) < 1.0:
+            assert check_tip_offset(touches, SPHERE, tip_diameter=6.0).figures
+            return
+        with pytest.raises(PretravelError, match=rf"diameter of {25.0 + off:.4f} mm, not of"):
+            check_tip_offset(touches, SPHERE, tip_diameter=6.0)
 
 
-def test_the_covariance_is_that_of_the_offset() -> None:
-    """A quarter of a turn apart, with centres that are uncertain in x alone: the offset is
-    (R - 1)⁻¹ (c(0°) - c(90°)) = -(x(0°) - x(90°)) (1, 1) / 2."""
-    found = fit_tip_offset(np.array([0.0, 0.5 * math.pi]), np.zeros((2, 2)))
-    assert found.covariance([np.diag([1.0, 0.0])] * 2) == pytest.approx(np.full((2, 2), 0.5))
+def test_covariance_of_each_centre_is_carried() -> None:
+    """The offset is linear in the centres: its change by a unit of each coordinate is a column."""
+    rng = np.random.default_rng(3)
+    centers = rng.standard_normal((3, 2))
+    found = fit_tip_offset(TURNS, centers)
+    steps = np.eye(6).reshape(6, 3, 2)
+    columns = [fit_tip_offset(TURNS, centers + step).offset - found.offset for step in steps]
+    change = np.array(columns).T.reshape(2, 3, 2)
+    roots = rng.standard_normal((3, 2, 2))
+    of_centers = [root @ root.T for root in roots]
+    expected = sum(change[:, k] @ of_centers[k] @ change[:, k].T for k in range(3))
+    assert found.covariance(of_centers) == pytest.approx(expected, rel=1e-9)
+    assert found.dof == 2
+    assert found.size == pytest.approx(float(np.linalg.norm(found.offset)), rel=1e-12)
+    assert found.angles == pytest.approx(TURNS)
+    assert found.centers == pytest.approx(centers)
+    angles = np.exp(1j * TURNS)
+    offset, place = found.offset @ [1.0, 1.0j], found.place @ [1.0, 1.0j]
+    left = centers @ [1.0, 1.0j] - (place - offset * angles)
+    assert found.residuals @ [1.0, 1.0j] == pytest.approx(left, abs=1e-12)
+    assert abs(left.sum()) == pytest.approx(0.0, abs=1e-12)
+    assert abs((left * angles.conj()).sum()) == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("degrees", "noted"), [((0, 180), True), ((0, 120, 240), False), (ALL, False)]
-)
-def test_two_orientations_alone_are_noted(degrees: tuple[float, ...], noted: bool) -> None:
-    notes = check_tip_offset(touched(degrees), CalibratedSphere(25.0), tip_diameter=6.0).notes
-    assert any("two orientations leave nothing to compare" in note for note in notes) == noted
+class TestClockwise:
+    @pytest.mark.parametrize("size", [1e-4, 3.0])
+    @pytest.mark.parametrize(("apart", "told"), [(1.3, False), (1.6, True)])
+    def test_is_told_at_a_tenth_of_the_size(self, size: float, apart: float, told: bool) -> None:
+        """Orientations at ±e and 180° ± e, an offset s that turns clockwise. In the complex plane
+        the centres are ∓s exp(-i a), the best offset counter-clockwise is s cos 2e, and the root of
+        the sum of squares that it leaves 2 s sin 2e: a tenth of s at e = 1.43°."""
+        angles = np.radians([-apart, apart, 180.0 - apart, 180.0 + apart])
+        centers = -size * np.column_stack([np.cos(angles), -np.sin(angles)])
+        found = fit_tip_offset(angles, centers)
+        left = 2.0 * size * math.sin(2.0 * math.radians(apart))
+        assert math.sqrt(float(np.sum(found.residuals**2))) == pytest.approx(left, rel=1e-9)
+        assert turns_the_other_way(found) is told
 
+    @pytest.mark.parametrize(("beside", "told"), [(0.98, True), (1.02, False)])
+    def test_is_told_by_nine_times_the_squares(self, beside: float, told: bool) -> None:
+        """At quarter turns exp(-i a) and exp(2 i a) are at right angles to all that turns rightly:
+        the former leaves 4 s², the latter 4 t² with either sense. (s² + t²) / t² is 9 at
+        t = s / √8."""
+        angles = 0.5 * math.pi * np.arange(4)
+        off = np.exp(-1j * angles) + beside / math.sqrt(8.0) * np.exp(2j * angles)
+        centers = 1e-3 * np.column_stack([off.real, off.imag])
+        assert turns_the_other_way(fit_tip_offset(angles, centers)) is told
 
-def test_touches_beside_the_equator_alone_are_refused() -> None:
-    steep = touched((0, 180), normals=from_angles(0.5, np.radians(np.arange(0.0, 360.0, 10.0))))
-    with pytest.raises(PretravelError, match=r"^0 directions across the axis were touched at each"):
-        check_tip_offset(steep, CalibratedSphere(25.0), tip_diameter=6.0)
-
-
-@pytest.mark.parametrize("offset", [(0.0, 5.0), (3.0, -4.0)])
-def test_u_of_the_offset_is_that_along_it(offset: tuple[float, float]) -> None:
-    """Directions about the x axis alone, at 0° and at half a turn: the centres are more
-    certain along x than along y. The offset is half the difference of two circles: along a unit
-    vector t its variance is s² tᵀ C t / 2, with s² from the repeats and C of a fitted circle."""
-    normals = from_angles(0.5 * np.pi, np.radians([-60.0, -20.0, 10.0, 50.0, 130.0, 170.0]))
-    made = touched((0, 180), offset=np.array(offset) * UM, normals=normals, noise=2e-5, runs=4)
-    x, y, size, run_out, _ = check_tip_offset(made, CalibratedSphere(25.0)).figures
-    places = np.round((made.positions - [10.0, 20.0, 30.0])[:, :2], 12).reshape(4, 2, 6, 2)
-    outward = normals[:, :2]
-    along = np.sum((places - places.mean(axis=0)) * outward, axis=-1)
-    design = np.hstack([outward, np.ones((6, 1))])
-    cofactor = np.linalg.inv(design.T @ design)[:2, :2]
-    covariance = 0.5 * np.sum(along**2) / (3 * 2 * 6) / 4.0 * cofactor
-    assert covariance[1, 1] != pytest.approx(covariance[0, 0], rel=0.1)
-    towards = np.array([x.value, y.value]) / size.value
-    shown = ((x, np.eye(2)[0], 1.0), (y, np.eye(2)[1], 1.0), (size, towards, 1.0))
-    for figure, t, factor in (*shown, (run_out, towards, 2.0)):
-        part = figure.components[0]
-        expected = factor * math.sqrt(t @ covariance @ t)
-        # Directions are those of the touches about the fitted circle, which noise moves.
-        assert part.standard_uncertainty == pytest.approx(expected, rel=1e-3)
-        assert part.dof == 36.0
-    assert run_out.value == pytest.approx(2.0 * size.value, rel=1e-12)
-    assert size.value == pytest.approx(math.hypot(x.value, y.value), rel=1e-12)
+    def test_two_orientations_cannot_tell_it(self) -> None:
+        """0° and 90°: any two centres fit, with either sense."""
+        angles = np.array([0.0, 0.5 * math.pi])
+        found = fit_tip_offset(angles, np.array([[0.0, 1.0], [3.0, 2.0]]))
+        assert found.dof == 0
+        assert not turns_the_other_way(found)
+        assert np.abs(found.residuals).max() < 1e-12

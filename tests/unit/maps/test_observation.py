@@ -1,57 +1,93 @@
-"""Observations: repeats, draws of directions, and places where functions are evaluated."""
+"""Observations: normals and values, repeats, draws of directions, places of functions."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap
+from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base.directions import fibonacci_cap, from_angles, unit
+from pretravel.base.units import DEGREE
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.spherical_harmonics import DirectionMeans, real_spherical_harmonics
 
 
-def _observed(values: np.ndarray, groups: np.ndarray, directions: np.ndarray) -> Observation:
-    """Pretravel `values` on a ball of 12.5 mm with a tip of 3 mm, about the origin."""
-    positions = directions[groups] * (15.5 - values)[:, None]
-    return Observation(positions, groups, np.zeros(3), 12.5, 3.0, ring=False)
+def _observed(values: FloatArray, n: FloatArray, groups: IntArray | None = None) -> Observation:
+    """Pretravel `values` on a ball of 12.5 mm with a tip of 3 mm, about a centre."""
+    groups = np.arange(len(n)) if groups is None else groups
+    center = np.array([1.0, 2.0, 3.0])
+    positions = center + n[groups] * (15.5 - values)[:, None]
+    return Observation(positions, groups, center, 12.5, 3.0, ring=False)
 
 
-def test_touches_without_repeats_have_no_scatter() -> None:
-    n = fibonacci_cap(7, 1.2)
-    seen = _observed(0.01 + 0.001 * np.arange(7.0), np.arange(7), n)
-    assert seen.repeats == Scatter(0.0, 0.0)
+def test_of_a_ring() -> None:
+    """Inside a ring of 20 mm: contact normals point to the centre."""
+    azimuth = np.arange(24) * 15.0 * DEGREE
+    normals = -from_angles(0.5 * np.pi, azimuth)
+    values = 0.011 - 0.003 * np.cos(3.0 * azimuth)
+    positions = -normals * (7.0 + values)[:, None] + [1.0, 2.0, 0.7]
+    seen = Observation(positions, np.arange(24), np.array([1.0, 2.0, 0.0]), 10.0, 3.0, ring=True)
+    assert seen.axes == 2
+    assert seen.directions == pytest.approx(normals, abs=1e-12)
+    assert seen.values == pytest.approx(values, abs=1e-12)
+    assert seen.free_terms.tolist() == [[0, 0], [1, 1], [1, -1]]
+    design = np.column_stack([np.ones(24), normals[:, :2]])
+    assert seen.free_design == pytest.approx(design, abs=1e-12)
+    assert seen.to_sphere == pytest.approx(np.linalg.pinv(design), abs=1e-12)
 
 
-def test_scatter_is_pooled_over_the_directions() -> None:
-    """Pairs and a triple: squares about their means 0.5, 2 and 8 / 3 over 1 + 1 + 2 degrees."""
-    n = fibonacci_cap(3, 1.2)
+def test_of_a_sphere() -> None:
+    n = fibonacci_cap(9, 1.5)
+    seen = _observed(np.full(9, 0.010), n)
+    assert (seen.axes, seen.direction_count) == (3, 9)
+    assert (seen.tip_known, seen.u_reference_radius) == (True, 0.0)
+    assert seen.directions == pytest.approx(n, abs=1e-12)
+    assert seen.values == pytest.approx(np.full(9, 0.010), abs=1e-12)
+    assert seen.free_terms.tolist() == [[0, 0], [1, 1], [1, -1], [1, 0]]
+    assert seen.free_design == pytest.approx(np.column_stack([np.ones(9), n]))
+    part = seen.take(np.arange(9) % 3 == 1)
+    assert part.groups.tolist() == [0, 1, 2]
+    assert np.array_equal(part.positions, seen.positions[[1, 4, 7]])
+
+
+@pytest.mark.parametrize(
+    ("groups", "means", "squares", "dof"),
+    [
+        (range(7), [0.0, 1.0, 5.0, 3.0, 0.0, 2.0, 0.0], 0.0, 0.0),
+        # Pairs and a triple: squares about their means over 1 + 1 + 2 degrees of freedom.
+        ([0, 0, 1, 1, 2, 2, 2], [0.5, 4.0, 2.0 / 3.0], 0.5 + 2.0 + 8.0 / 3.0, 4.0),
+    ],
+)
+def test_scatter_is_pooled_over_the_directions(
+    groups: list[int], means: list[float], squares: float, dof: float
+) -> None:
     values = 0.01 + 1e-3 * np.array([0.0, 1.0, 5.0, 3.0, 0.0, 2.0, 0.0])
-    found = _observed(values, np.array([0, 0, 1, 1, 2, 2, 2]), n).repeats
-    assert found.dof == 4.0
-    assert found.deviation == pytest.approx(1e-3 * np.sqrt((0.5 + 2.0 + 8.0 / 3.0) / 4.0), rel=1e-9)
+    seen = _observed(values, fibonacci_cap(len(means), 1.2), np.array(groups))
+    assert seen.group_means == pytest.approx(0.01 + 1e-3 * np.array(means), rel=1e-9)
+    deviation = 1e-3 * np.sqrt(squares / max(dof, 1.0))
+    assert seen.repeats == Scatter(pytest.approx(deviation, rel=1e-9), dof)
 
 
-def test_group_means_are_those_of_the_repeats() -> None:
-    n = fibonacci_cap(2, 1.2)
-    seen = _observed(np.array([0.01, 0.02, 0.03]), np.array([0, 0, 1]), n)
-    assert seen.group_means == pytest.approx([0.015, 0.03], rel=1e-9)
+def test_the_mean_normal_of_repeats() -> None:
+    n = unit([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
+    seen = Observation(15.49 * n, np.array([0, 0, 1]), np.zeros(3), 12.5, 3.0, ring=False)
+    expected = unit([[1.0, 1.0, 2.0], [0.0, 0.0, 1.0]])
+    assert seen.group_directions == pytest.approx(expected)
 
 
 def test_drawn_directions_keep_all_their_repeats() -> None:
-    n = fibonacci_cap(40, 1.2)
+    """All of up to twice as many, else as many as are asked for."""
     groups = np.repeat(np.arange(40), 3)
     values = 0.01 + 1e-4 * np.arange(120.0)
-    seen = _observed(values, groups, n)
+    seen = _observed(values, fibonacci_cap(40, 1.2), groups)
     assert seen.drawn(20) is seen
-    part = seen.drawn(15)
-    assert part.direction_count == 15
-    assert np.bincount(part.groups).tolist() == [3] * 15
+    part = seen.drawn(19)
+    assert np.bincount(part.groups).tolist() == [3] * 19
     # Each touch is one of the given ones, with the pretravel of that.
     rows = [int(np.argmin(np.abs(values - value))) for value in part.values]
     assert part.values == pytest.approx(values[rows], abs=1e-12)
-    assert len(set(rows)) == 45
-    assert all(len(set(groups[np.array(rows)[part.groups == g]])) == 1 for g in range(15))
-    assert np.array_equal(seen.drawn(15).positions, part.positions)
+    assert len(set(rows)) == 57
+    assert all(len(set(groups[np.array(rows)[part.groups == g]])) == 1 for g in range(19))
+    assert np.array_equal(seen.drawn(19).positions, part.positions)
 
 
 @pytest.mark.parametrize(("off", "count"), [(0.0, 3), (2e-3, 5010)])
@@ -67,17 +103,3 @@ def test_many_touches_of_a_direction_share_its_place(off: float, count: int) -> 
     assert len(places.directions) == count
     of_touches = places.directions[places.of_touches]
     assert np.abs(of_touches - seen.directions).max() < 1e-3
-
-
-@pytest.mark.parametrize("repeats", [[1], [3, 1, 2], [5000, 2], [2, 9000], [4096, 4097]])
-def test_means_over_the_touches_of_a_direction(repeats: list[int]) -> None:
-    """More touches of one direction than are evaluated together, with normals of their own."""
-    generator = np.random.default_rng(3)
-    groups = np.repeat(np.arange(len(repeats)), repeats)
-    directions = fibonacci_cap(len(repeats), 1.2)[groups] + 0.2 * generator.random((len(groups), 3))
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    seen = Observation(15.49 * directions, groups, np.zeros(3), 12.5, 3.0, ring=False)
-    terms = np.array([[0, 0], [2, 1], [3, -3]])
-    rows = real_spherical_harmonics(directions, terms)
-    expected = np.stack([rows[groups == g].mean(axis=0) for g in range(len(repeats))])
-    assert DirectionMeans(seen.places, terms).rows() == pytest.approx(expected, abs=1e-12)

@@ -1,4 +1,4 @@
-"""The nearest point of a support, for directions outside it."""
+"""The support of a map: which directions it holds, and the nearest point of it for others."""
 
 from __future__ import annotations
 
@@ -7,53 +7,17 @@ import pytest
 from scipy.spatial import Delaunay
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
+from pretravel.base.directions import (
+    fibonacci_cap,
+    from_angles,
+    polar_angle,
+    sphere_pattern_25,
+    unit,
+)
+from pretravel.base.errors import PretravelError
+from pretravel.base.units import DEGREE
 from pretravel.maps import support as module
-from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.observation import Observation
-from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport, some_directions
-from pretravel.qualification.map_warnings import map_warnings
-from pretravel.uncertainty.covariance import Covariance
-
-
-def _nearest_by_trial(support: DirectionSupport, direction: np.ndarray) -> float:
-    """Largest cosine with points of all edges of the mesh, 2000 on each."""
-    mesh = support._mesh
-    share = np.linspace(0.0, 1.0, 2000)[:, None]
-    best = -1.0
-    for first, second in mesh.edges:
-        points = (1.0 - share) * support.nodes[first] + share * support.nodes[second]
-        points /= np.linalg.norm(points, axis=1, keepdims=True)
-        best = max(best, float((points @ direction).max()))
-    return best
-
-
-@pytest.mark.parametrize("uneven", [False, True])
-def test_beyond_the_support_the_nearest_of_its_edges_counts(uneven: bool) -> None:
-    """Also where one edge is so long that its middle is farther than those of many short ones."""
-    beside = np.array([[0.12, -0.01, 1.0], [0.2, -0.02, 1.0], [0.3, -0.03, 1.0]])
-    turn = np.linspace(0.0, 2.0 * np.pi, 121)[:-1]
-    if uneven:
-        # A small circle and a point far from it: beside the circle, the long tangent is nearest.
-        x, y = 0.1 * np.cos(turn), 0.1 + 0.1 * np.sin(turn)
-        nodes = unit(np.column_stack([[*x, 1.0], [*y, 0.0], np.ones(121)]))
-    else:
-        nodes = unit(np.column_stack([np.cos(turn), np.sin(turn), np.ones(120)]))
-    support = DirectionSupport(nodes)
-    assert len(support._mesh.edges) > 64  # fewer are all compared
-    outside = np.concatenate([fibonacci_cap(60, 1.4), unit(beside)])
-    outside = outside[~support.supports(outside, 1e-6)]
-    assert len(outside) > 10
-    nodes_of, weights, distance = support._nearest_on_edges(outside)
-    for row, direction in enumerate(outside):
-        best = _nearest_by_trial(support, direction)
-        # 2000 points on an edge of up to 1.5 rad are apart by less than a milliradian.
-        assert np.cos(distance[row]) == pytest.approx(best, abs=2e-6)
-        assert np.all(weights[row] >= -1e-12)
-        found = weights[row] @ support.nodes[nodes_of[row]]
-        # Weights are linear in the arc, and the chord is not: 1e-4 on a long edge.
-        assert found @ direction / np.linalg.norm(found) == pytest.approx(best, abs=1e-4)
 
 
 def _plane(n: FloatArray) -> FloatArray:
@@ -154,23 +118,12 @@ def test_the_support_is_that_of_all_triangles_one_by_one(nodes: FloatArray) -> N
     assert np.sum(distance > 0.0) > 10
 
 
-@pytest.mark.parametrize("away", [1.0, 0.2])
-def test_a_long_edge_behind_many_short_ones_is_found(away: float) -> None:
-    """80 short edges around a point; an edge of 0.3 rad begins a tenth of a radian nearer to the
-    pole than they do, and its middle lies farther from there than all of theirs."""
-    turn = np.arange(80) * 2.0 * np.pi / 80.0
-    ring = np.column_stack(
-        [np.sin(away) + 0.005 * np.cos(turn), 0.005 * np.sin(turn), np.full(80, np.cos(away))]
-    )
-    ends = from_angles(np.array([away - 0.1, away + 0.2]), np.full(2, 2.0))
-    support = DirectionSupport(np.vstack([unit(ring), ends]))
-    each = np.arange(80)
-    edges = np.vstack([np.stack([each, np.roll(each, -1)], axis=1), [[80, 81]]])
-    mesh = support._with_edges(None, np.zeros(0, dtype=bool), edges)
-    support.__dict__["_mesh"] = mesh
-    nodes, weights, distance = support._nearest_on_edges(np.array([[0.0, 0.0, 1.0]]))
-    assert distance == pytest.approx([away - 0.1], abs=1e-9)
-    assert nodes[0, weights[0].argmax()] == 80
+def test_beyond_many_edges_the_nearest_counts() -> None:
+    """Of a ring of 120 at 45°; an arc of 2.1° between two lies 0.01° nearer to the pole."""
+    support = DirectionSupport(from_angles(0.25 * np.pi, np.arange(120) * 3.0 * DEGREE))
+    d = fibonacci_cap(80, 2.0)
+    expected = np.maximum(polar_angle(d) - 0.25 * np.pi, 0.0)
+    assert support.interpolation(d)[2] == pytest.approx(expected, abs=2e-4)
 
 
 def test_results_do_not_depend_on_blocks_of_directions(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -192,10 +145,57 @@ def test_edges_of_wide_holes_support_up_to_twice_sixty_degrees() -> None:
     assert np.degrees(distance) == pytest.approx([0.0, 0.0, 63.5], abs=1e-6)
 
 
-def test_the_limit_of_170_degrees_itself_belongs_to_the_map() -> None:
-    """Stated as the height -0.985; 0.985 in degrees of the polar angle is 170.06."""
+def test_directions_that_would_pull_the_stylus_out_are_refused() -> None:
+    """The limit is the height -0.985; that of 170° in degrees of the polar angle is -0.98481."""
     at_limit = [[np.sqrt(1.0 - 0.985**2), 0.0, -0.985]]
     assert DirectionSupport(at_limit).nodes[0, 2] == -0.985
+    with pytest.raises(PretravelError, match="polar angle above 170°"):
+        DirectionSupport(from_angles(np.radians([20.0, 170.2]), np.array([0.0, 0.3])))
+    with pytest.raises(PretravelError, match="at least one direction"):
+        DirectionSupport(np.empty((0, 3)))
+
+
+@pytest.mark.parametrize(("radius", "held"), [(59.5, True), (60.5, False)])
+def test_wide_triangles_are_holes(radius: float, held: bool) -> None:
+    """Three touches around the pole: the circle through them has their polar angle."""
+    support = DirectionSupport(from_angles(np.full(3, radius) * DEGREE, np.arange(3) * 2.0943951))
+    distance = support.interpolation(np.array([[0.0, 0.0, 1.0]]))[2][0]
+    assert distance == 0.0 if held else distance > 5.0 * DEGREE
+
+
+@pytest.mark.parametrize("short", [0, 80])
+def test_an_arc_of_touches_supports_what_lies_along_it(short: int) -> None:
+    """Given in any order, on a meridian; the distance is the angle beside it. Its long edge is
+    found behind many short ones too, whose middles are nearer."""
+    polar = np.append(np.radians([60.0, 10.0, 35.0, 85.0]), np.linspace(0.612, 0.62, short))
+    support = DirectionSupport(from_angles(polar, np.full(4 + short, 0.4)))
+    beside = np.radians([0.0, 4.0, 4.9, 5.1, 20.0])
+    at = 47.5 if not short else 40.0
+    up = from_angles(np.full(5, np.radians(at)), np.full(5, 0.4))
+    across = np.array([-np.sin(0.4), np.cos(0.4), 0.0])
+    n = np.cos(beside)[:, None] * up + np.sin(beside)[:, None] * across
+    nodes, weights, distance = support.interpolation(n)
+    assert distance == pytest.approx(beside, abs=1e-7)
+    assert support.supports(n).tolist() == [True, True, True, False, False]
+    assert support.supports(n, 21.0 * DEGREE).all()
+    assert support.supports(n, 0.0).tolist()[1:] == [False] * 4
+    before = 3 + short if short else 2
+    share = (np.radians(at) - polar[before]) / (polar[0] - polar[before])
+    for row in range(5):
+        own = {int(k): float(w) for k, w in zip(nodes[row], weights[row], strict=True) if w}
+        assert own == {0: pytest.approx(share), before: pytest.approx(1.0 - share)}
+    ends = from_angles(np.radians([7.0, 88.0]), np.full(2, 0.4))
+    nodes, weights, distance = support.interpolation(ends)
+    assert distance == pytest.approx(np.radians([3.0, 3.0]))
+    for row, end in enumerate((1, 3)):
+        assert nodes[row, weights[row].argmax()] == end
+        assert weights[row].max() == 1.0
+
+
+def test_one_direction_supports_its_neighbourhood() -> None:
+    support = DirectionSupport([[0.0, 0.0, 1.0]])
+    n = from_angles(np.radians([0.0, 4.9, 5.1]), np.zeros(3))
+    assert support.supports(n).tolist() == [True, True, False]
 
 
 def test_nodes_their_opposites_and_poles_of_edges_have_a_distance() -> None:
@@ -230,30 +230,6 @@ def test_very_many_directions_are_drawn_in_their_order() -> None:
     assert np.array_equal(some_directions(many), drawn)
 
 
-def _warned(value: float, u: float, *, tip_known: bool = True) -> list[str]:
-    """Of a map of one value, touched all over the upper half with a tip of 6 mm."""
-    n = sphere_pattern_25()
-    made = PretravelMap(
-        HarmonicBasis(np.array([[0, 0]])), np.array([value]), Covariance.independent([u**2]),
-        DirectionSupport(n), tip_radius=3.0,
-    )  # fmt: skip
-    seen = Observation(
-        n * (15.5 - value), np.arange(25), np.zeros(3), 12.5, 3.0, ring=False, tip_known=tip_known
-    )
-    return map_warnings(made, seen)
-
-
-def test_pretravel_that_no_probe_has_is_told() -> None:
-    """Below -2 um by three u, which are 0.1 um here; above 0.1 mm."""
-    assert not any("before contact" in said for said in _warned(-2.2e-3, 1e-4))
-    assert any("no probe triggers before contact" in said for said in _warned(-2.4e-3, 1e-4))
-    assert not any("before contact" in said for said in _warned(-2.4e-3, 2e-4))
-    assert not any("before contact" in said for said in _warned(0.0, 1e-4))
-    assert not any("before contact" in said for said in _warned(-2.4e-3, 1e-4, tip_known=False))
-    assert not any("rises to" in said for said in _warned(0.099, 1e-4))
-    assert any("pretravel rises to 101.0 µm" in said for said in _warned(0.101, 1e-4))
-
-
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1), (1, 3, 0, 2)])
 @pytest.mark.parametrize("turn", [0.0, 40.0, 90.0])
 def test_directions_on_one_line_of_the_plane_are_joined_to_their_neighbours(
@@ -266,6 +242,9 @@ def test_directions_on_one_line_of_the_plane_are_joined_to_their_neighbours(
     x, y = 0.5 * c - across * s, 0.5 * s + across * c
     square = x**2 + y**2
     nodes = np.stack([2.0 * x, 2.0 * y, 1.0 - square], axis=1) / (1.0 + square)[:, None]
-    edges = DirectionSupport(nodes)._mesh.edges
-    joined = {tuple(sorted((order[a], order[b]))) for a, b in edges.tolist()}
-    assert joined == {(0, 1), (1, 2), (2, 3)}
+    line = nodes[np.argsort(order)]
+    found, weights, distance = DirectionSupport(nodes).interpolation(unit(line[1:] + line[:-1]))
+    assert distance == pytest.approx(np.zeros(3), abs=1e-7)
+    for row in range(3):
+        own = {order[k]: w for k, w in zip(found[row], weights[row], strict=True) if w}
+        assert own == {row: pytest.approx(0.5), row + 1: pytest.approx(0.5)}

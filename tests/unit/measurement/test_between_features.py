@@ -128,11 +128,11 @@ def test_axes_that_cross_have_an_angle_and_no_distance() -> None:
         ("line", 0.0, "distance"),
     ],
 )
-def test_every_relation_against_trials(kind: str, degrees: float, name: str) -> None:
-    """Points with own and common errors, both features fitted anew: the scatter is u.
-
-    The deviation of 80 trials scatters by 8 %; three and a half of that.
-    """
+def test_every_relation_is_as_uncertain_as_it_moves_with_the_points(
+    kind: str, degrees: float, name: str
+) -> None:
+    """Each point of both features moved by 1 µm along its normal, its feature found anew: the
+    changes of the relation, with the points' own errors and those that both features share."""
     rng = np.random.default_rng(5)
     positions, normals = features()[kind]
     axis = normals.mean(axis=0) if kind in ("plane", "line") else np.array([0.0, 0.0, 1.0])
@@ -141,26 +141,31 @@ def test_every_relation_against_trials(kind: str, degrees: float, name: str) -> 
                    _turned(axis, degrees)))  # fmt: skip
     count = len(positions)
     factors = 0.5e-3 * rng.normal(size=(2, 2 * count))
+    parts = (slice(None, count), slice(count, None))
     stated = [
         measure_feature(
             feature_points(p, n, shared={f"map {k + 1}": factors[k, part] for k in range(2)}),
             kind, axis=a,
         )
-        for (p, n, a), part in zip(
-            places, (slice(None, count), slice(count, None)), strict=True
-        )
+        for (p, n, a), part in zip(places, parts, strict=True)
     ]  # fmt: skip
-    expected = next(r.quantity for r in relations_between(stated) if r.quantity.name == name)
-    trials = []
-    for _ in range(80):
-        moved = OWN * rng.normal(size=2 * count) + rng.normal(size=2) @ factors
-        fits = [
-            associate(kind, p + part[:, None] * n, axis=a)
-            for (p, n, a), part in zip(places, np.split(moved, 2), strict=True)
-        ]
-        trials.append(_value(kind, name, *fits))
-    assert expected.value == pytest.approx(np.mean(trials), abs=4.0 * expected.u / 9.0 + 1e-6)
-    assert np.std(trials) == pytest.approx(expected.u, rel=0.28)
+    found = next(r.quantity for r in relations_between(stated) if r.quantity.name == name)
+
+    def fit(which: int, moved: FloatArray) -> object:
+        p, n, a = places[which]
+        return associate(kind, p + moved[:, None] * n, axis=a)
+
+    step, still = 1e-3, [fit(which, np.zeros(count)) for which in (0, 1)]
+    weights = []
+    for which in (0, 1):
+        for moved in step * np.eye(count):
+            both = [[fit(which, side * moved), still[1 - which]][:: 1 - 2 * which]
+                    for side in (1.0, -1.0)]  # fmt: skip
+            values = [_value(kind, name, *pair) for pair in both]
+            weights.append((values[0] - values[1]) / (2.0 * step))
+    expected = np.sqrt(OWN**2 * np.sum(np.square(weights)) + np.sum((factors @ weights) ** 2))
+    assert found.value == pytest.approx(_value(kind, name, *still), abs=1e-8)
+    assert found.u == pytest.approx(expected, rel=1e-3)
 
 
 def _value(kind: str, name: str, a: object, b: object) -> float:

@@ -11,7 +11,7 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles, ring_pattern
-from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.base.errors import ExtrapolationError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
@@ -22,7 +22,6 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import (
     UNCORRECTED,
     _supported,
-    _wozniak,
     compare_corrections,
 )
 from pretravel.uncertainty.covariance import Covariance
@@ -42,27 +41,9 @@ class TestComparison:
         assert left["eight sectors", "equator"].largest == pytest.approx(1.0)
         assert left["four directions", "equator"].rms > left["eight sectors", "equator"].rms
         assert left["full map", "all"].largest == 0.0
-
-    def test_all_directions_contain_the_equator(self) -> None:
-        found = compare_corrections(lobes(3, phase=90 * DEGREE)).rows
-        left = {(row.method, row.where): row.largest for row in found}
-        for (method, where), largest in left.items():
-            assert left[method, "all"] >= largest, where
-
-    def test_touched_directions_are_right_where_they_were_touched(self) -> None:
-        """Four radii along x and y; two, each the mean of both ways; one, the mean of all."""
-        three = lobes(3, phase=20 * DEGREE)
-        way = np.array([0.0, 90.0, 180.0, 270.0]) * DEGREE
-        normals = np.column_stack([np.cos(way), np.sin(way), 0.0 * way])
-        value = 10.0 + np.cos(3.0 * way - 20 * DEGREE)
-        part = {r.method: r for r in compare_corrections(three, normals).rows if r.where == "part"}
-        assert part["four directions"].largest == pytest.approx(0.0, abs=1e-9)
-        half = 0.5 * (value[:2] - value[2:])
-        assert part["two axis radii"].largest == pytest.approx(np.abs(half).max(), rel=1e-9)
-        assert part["two axis radii"].rms == pytest.approx(np.sqrt(np.mean(half**2)), rel=1e-9)
-        assert part["mean radius"].largest == pytest.approx(np.abs(value - 10.0).max(), rel=1e-9)
-        assert part["full map"].largest == pytest.approx(0.0, abs=1e-12)
-        assert part[UNCORRECTED].largest == pytest.approx(value.max(), rel=1e-9)
+        # All directions contain the equator.
+        for (method, where), row in left.items():
+            assert left[method, "all"].largest >= row.largest, where
 
     @pytest.mark.parametrize("lobe", [0.0, 17.0, 119.0])
     def test_wozniak_finds_itself(self, lobe: float) -> None:
@@ -113,12 +94,6 @@ class TestComparison:
         (row,) = (r for r in nothing.rows if (r.method, r.where) == ("alarm", "equator"))
         assert (row.count, row.largest) == (0, 0.0)
 
-    def test_along_the_axis_controls_have_their_length(self) -> None:
-        up = np.array([[0.0, 0.0, 1.0]])
-        result = compare_corrections(example_map(), up)
-        part = {row.method: row.largest for row in result.rows if row.where == "part"}
-        assert part["mean radius"] == pytest.approx(0.0, abs=1e-12)
-
     def test_between_axis_and_plane_radii_are_interpolated_by_the_normal(self) -> None:
         """Pretravel 10 mm and 1 mm of lobes on the equator, 10 mm along the axis; at 30° above the
         plane, half of the way. A map without the axis has the radii of the plane above it too."""
@@ -160,20 +135,6 @@ class TestComparison:
         assert tilted.supports(normals).all()
         assert not tilted.supports(normals @ np.diag([-1.0, 1.0, 1.0])).all()
 
-    def test_a_map_along_the_axis_alone_has_no_lobes(self) -> None:
-        axis = PretravelMap(
-            HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.none(1),
-            DirectionSupport([[0.0, 0.0, 1.0]]), tip_radius=3.0,
-        )  # fmt: skip
-        with pytest.raises(PretravelError, match="holds along the axis only"):
-            _wozniak(axis, np.array([[0.0, 0.0, 1.0]]))
-
-    def test_wozniak_s_constant_of_one_direction_is_right_there(self) -> None:
-        """However little of the lobes is in the direction."""
-        n = from_angles(np.radians([3.0]), np.radians([40.0]))
-        one = _wozniak(lobes(3), n)(n)
-        assert one == pytest.approx(lobes(3).pretravel(n))
-
     def test_a_map_that_does_not_hold_on_the_equator(self) -> None:
         cap = PretravelMap(
             HarmonicBasis(np.array([[0, 0]])), np.array([0.01]), Covariance.none(1),
@@ -187,9 +148,8 @@ class TestComparison:
         small = replace(small, coefficients=1e-3 * small.coefficients, tip_radius=3.0)
         write_map(tmp_path / "map.json", small)
         part = EXAMPLES / "part_touches.csv"
-        for ending in ("csv", "json", "html"):
-            told = run("compare", tmp_path / "map.json", "--part", part, "-o",
-                       tmp_path / f"c.{ending}", "--plot", tmp_path / "c.png")  # fmt: skip
+        told = run("compare", tmp_path / "map.json", "--part", part, "-o", tmp_path / "c.csv",
+                   "--plot", tmp_path / "c.png")  # fmt: skip
         assert "on the part: max" in told
         # The map left "full map 0.00" of itself: what it leaves is its u, of this one unknown.
         assert re.search(r"^map \(2 u, u\) *$", told, re.MULTILINE)

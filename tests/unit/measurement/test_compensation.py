@@ -1,4 +1,4 @@
-"""Compensated points and their covariances, against Monte Carlo and by hand."""
+"""Compensated touches: every field by hand, the inverse, and contacts on a nominal surface."""
 
 from __future__ import annotations
 
@@ -9,183 +9,156 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, from_angles, unit
-from pretravel.base.errors import ExtrapolationError
-from pretravel.files.csv_table import read_csv_table
-from pretravel.files.point_files import write_points
-from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.kinds.mean import MeanBasis
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin, Provenance
+from pretravel.base.directions import from_angles, unit
+from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.maps.support import DirectionSupport
-from pretravel.measurement.compensation import apply, compensation_warnings
-from pretravel.measurement.measured_sphere import measured_sphere
-from pretravel.measurement.point_budget import variances_along_normals
-from pretravel.measurement.point_errors import errors_of_points
-from pretravel.measurement.points_summary import TouchSummary
+from pretravel.measurement.compensation import apply, embed
+from pretravel.measurement.contact_slide import contact_slide
+from pretravel.prediction.described_map import described_map
+from pretravel.probing.simulation import simulate, simulate_some
+from pretravel.probing.targets import Targets
+from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
-from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import mean_map
+
+UP = np.array([[0.0, 0.0, 1.0]])
+FLOOR = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
 
 
-def _warned(touches: Touches, made: PretravelMap) -> list[str]:
-    """What compensation with a map warns about."""
-    return compensation_warnings(TouchSummary.of(touches, apply(touches, made), made), made)
+def test_every_field_of_a_compensated_touch() -> None:
+    """A map of 10 µm, a tip of 3 mm, an approach 60° off the normal: 20 µm of travel. A
+    control takes the radius off along the normal alone."""
+    a = np.array([[math.sqrt(0.75), 0.0, -0.5]])
+    touches = Touches([[5.0, 6.0, 7.0]], UP, a, nominal_points=[[4.0, 4.0, 4.0]])
+    found = apply(touches, mean_map(0.010))
+    position = np.array([[5.0 - 0.020 * a[0, 0], 6.0, 7.0 + 0.010 - 3.0]])
+    assert found.positions == pytest.approx(position, abs=1e-12)
+    assert np.array_equal(found.normals, UP)
+    assert found.pretravel == pytest.approx([0.010])
+    assert found.deviation == pytest.approx([0.010], abs=1e-12)
+    assert found.uncompensated is not None
+    assert found.uncompensated == pytest.approx(np.array([[5.0, 6.0, 4.0]]))
+    assert found.labels == ("1",)
+    assert found.shared == {}
+    assert apply(touches, mean_map(0.010), shared=False).shared is None
+    bare = apply(replace(touches, labels=("top",), nominal_points=None), mean_map(0.010))
+    assert (bare.labels, bare.deviation) == (("top",), None)
+    two = Touches([[0.0, 0.0, 3.0]] * 2, UP[[0, 0]], numbered_from=7)
+    assert apply(two, mean_map(0.010)).labels == ("7", "8")
 
 
-class TestCompensation:
-    SUPPORT = DirectionSupport(fibonacci_cap(60, np.pi / 2))
+def test_delay_is_taken_off_the_point_but_not_off_what_the_control_reports() -> None:
+    """60 mm/min for 4 ms are 4 µm of travel on."""
+    made = replace(mean_map(0.010), delay=4e-3)
+    found = apply(Touches([[0.0, 0.0, 2.986]], UP, feeds=[60.0]), made)
+    assert found.positions == pytest.approx(np.zeros((1, 3)), abs=1e-12)
+    assert found.uncompensated is not None
+    assert found.uncompensated[0, 2] == pytest.approx(-0.014)
 
-    def _map(self) -> PretravelMap:
-        return PretravelMap(
-            MeanBasis(), np.array([0.012]), Covariance.independent([4e-8]), self.SUPPORT,
-            tip_radius=3.0, u_tip_radius=1.5e-4, repeatability=3e-4,
-        )  # fmt: skip
 
-    def test_covariance_against_monte_carlo(self) -> None:
-        """Reading, map and tip radius drawn at random; 20 000 draws determine variances to 1 %."""
-        rng = np.random.default_rng(7)
-        n = np.array([[0.6, 0.0, 0.8]])
-        a = unit([[-0.2, 0.1, -1.0]])
-        pretravel_map = self._map()
-        points = apply(Touches([[10.0, 20.0, 30.0]], n, a), pretravel_map)
-        closing = -(a @ n.T).item()
-        draws = 20_000
-        reading = [10.0, 20.0, 30.0] + rng.normal(0.0, 3e-4, (draws, 1)) * a
-        travel = (0.012 + rng.normal(0.0, 2e-4, (draws, 1))) / closing
-        radius = 3.0 + rng.normal(0.0, 1.5e-4, (draws, 1))
-        sample = np.cov((reading - travel * a - radius * n).T)
-        assert np.allclose(sample, points.covariance[0], atol=0.04 * np.trace(sample))
-        along = (n @ sample @ n.T).item()
-        assert points.standard_uncertainty[0] == pytest.approx(np.sqrt(along), rel=0.03)
+def test_embedded_touches_state_what_they_were_given() -> None:
+    a = unit([[0.3, 0.1, -1.0], [0.0, 0.0, -1.0]])
+    n = np.repeat(UP, 2, axis=0)
+    made = replace(mean_map(0.010), delay=4e-3)
+    here = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+    for feeds, delay in (([60.0, 120.0], [0.004, 0.008]), (None, [0.0, 0.0])):
+        touches = embed(here, n, made, approaches=a, feeds=feeds)
+        assert touches.approaches == pytest.approx(a)
+        assert touches.feeds is None if feeds is None else touches.feeds == pytest.approx(feeds)
+        travel = 0.010 / -a[:, 2] + delay
+        expected = here + travel[:, None] * a + 3.0 * n
+        assert touches.positions == pytest.approx(expected, abs=1e-12)
+    with pytest.raises(ExtrapolationError):
+        embed([[0.0, 0.0, 0.0]], -UP, made)
+    below = embed([[0.0, 0.0, 0.0]], -UP, made, extrapolate=True)
+    assert below.positions == pytest.approx(-2.990 * UP)
 
-    def test_oblique_map_uncertainty_in_closed_form(self) -> None:
-        """Approach 60° off the normal: the uncertainty of the travel is that of the map over cos
-        60°, and along the normal that of the map again. Repeatability acts along the approach.
+
+@pytest.mark.parametrize("nominal", [None, FLOOR])
+def test_directions_outside_the_map(nominal: Plane | None) -> None:
+    side = replace(mean_map(0.01), support=DirectionSupport([[1.0, 0.0, 0.0]]))
+    touches = Touches([[0.0, 0.0, 2.99]], UP, nominal_points=[[0.0, 0.0, 0.0]])
+    with pytest.raises(ExtrapolationError, match="1 of 1 directions"):
+        apply(touches, side, nominal=nominal)
+    found = apply(touches, side, nominal=nominal, extrapolate=True)
+    assert found.deviation == pytest.approx([0.0], abs=1e-12)
+    assert contact_slide(touches, found, side) == pytest.approx(np.zeros((1, 3)), abs=1e-12)
+
+
+class TestNominal:
+    @pytest.mark.parametrize("lost", [1, 5, 6])
+    def test_touches_that_miss_are_named_up_to_five(self, lost: int) -> None:
+        """Approaches along a plane's outside never meet it: above, moving up."""
+        both = np.vstack([UP, np.repeat(-UP, lost, axis=0)])
+        with pytest.raises(PretravelError) as told:
+            apply(Touches(3.0 * both, both), mean_map(0.0), nominal=FLOOR)
+        named = ", ".join(f"touch {row}" for row in range(2, 2 + min(lost, 5)))
+        assert f"{lost} of {lost + 1} touches do not" in str(told.value)
+        assert f": {named}{'…' if lost > 5 else ''}. Is" in str(told.value)
+        assert "beyond its edges" not in str(told.value)
+
+    def test_touches_beyond_the_edges_of_the_nominal_are_counted(self, tmp_path: Path) -> None:
+        """Two over the missing corner of an L, within its length and width; one far away."""
+        from netgen.occ import Box
+
+        solid = Box((0, 0, 0), (20, 20, 5)) - Box((8, 8, -1), (21, 21, 6))
+        solid.WriteStep(str(tmp_path / "corner.step"))
+        part = read_step_part(tmp_path / "corner.step")
+        (top,) = (f.number for f in part.faces if f.bounds[:, 2].min() > 4.9)
+        places = [[5.0, 5.0, 8.0], [9.0, 15.0, 8.0], [18.0, 9.2, 8.0], [50.0, 20.0, 8.0]]
+        touches = Touches(places, np.repeat(UP, 4, axis=0))
+        words = r"3 of 4 touches do not touch the nominal surface \(2 of them beyond its edges\)"
+        with pytest.raises(PretravelError, match=words):
+            apply(touches, mean_map(0.0), nominal=part.select(str(top)))
+
+    def test_a_deviation_moves_the_point_along_the_normal_of_a_curved_nominal(self) -> None:
+        """A ball of 2.02 mm, touched and then compensated with a nominal one of 2 mm. Its
+        compression is (1 + 3 / 2)^(1/3) times that on a plane, 0.3 µm more: found to a nanometre.
         """
-        n = np.array([[0.0, 0.0, 1.0]])
-        a = np.array([[math.sqrt(0.75), 0.0, -0.5]])
-        quiet = replace(self._map(), repeatability=0.0, u_tip_radius=0.0)
-        points = apply(Touches([[0.0, 0.0, 3.0]], n, a), quiet)
-        assert np.allclose(points.covariance[0], 4.0 * 4e-8 * np.outer(a[0], a[0]), atol=1e-18)
-        assert points.standard_uncertainty[0] == pytest.approx(2e-4)
-        noisy = replace(quiet, repeatability=3e-4, covariance=Covariance.none(1))
-        along = apply(Touches([[0.0, 0.0, 3.0]], n, a), noisy).standard_uncertainty[0]
-        assert along == pytest.approx(0.5 * 3e-4)
+        real, nominal = (Sphere([1.0, 2.0, 3.0], radius) for radius in (2.02, 2.0))
+        n = from_angles(np.radians([20.0, 60.0, 85.0]), np.radians([10.0, 140.0, 260.0]))
+        touches = simulate("omp40-2", real, Targets([1.0, 2.0, 3.0] + 2.02 * n, n))
+        found = apply(touches, described_map("omp40-2", "analytic"), nominal=nominal)
+        assert found.deviation == pytest.approx(np.full(3, 0.02), abs=1e-6)
+        assert found.positions == pytest.approx([1.0, 2.0, 3.0] + 2.02 * found.normals, abs=1e-6)
+        # Between first contact and trigger the ball slides down: the contact lies below.
+        assert np.all(found.normals[:, 2] < n[:, 2])
 
-    def test_oblique_approaches_are_warned_of(self) -> None:
-        """Only for a measured map, because it can contain a delay."""
-        n = np.array([[0.0, 0.0, 1.0]])
-        for tilt, noise, expected in ((30.0, 3e-4, True), (5.0, 3e-4, False), (30.0, 0.0, False)):
-            a = [[math.sin(math.radians(tilt)), 0.0, -math.cos(math.radians(tilt))]]
-            touches = Touches([[0.0, 0.0, 3.0]], n, a)  # type: ignore[arg-type]
-            pretravel_map = replace(self._map(), repeatability=noise)
-            warnings = _warned(touches, pretravel_map)
-            assert any("off the normal" in warning for warning in warnings) == expected
+    def test_directions_in_which_the_probe_never_triggers_are_refused(self) -> None:
+        """Two of three, from below: the force lifts the whole probe."""
+        below = from_angles(np.radians([10.0, 179.0, 178.0]), np.radians([0.0, 40.0, 80.0]))
+        touches = Touches(15.0 * below, below, labels=("up", "one", "two"))
+        with pytest.raises(ExtrapolationError, match=r"touch 2 \(one\).*not trigger \(2 such"):
+            apply(touches, described_map("omp40-2", "analytic"), extrapolate=True)
 
-    def test_an_unknown_delay_acts_along_the_approach(self) -> None:
-        """300 mm/min between map and touches, for 2 ms: 10 µm of travel, beside the others."""
-        n, a = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, -0.8]])
-        made = replace(self._map(), feed=60.0)
-        same, other = (Touches([[0.0, 0.0, 3.0]], n, a, feeds=[feed]) for feed in (60.0, 360.0))
-        added = apply(other, made).covariance - apply(same, made).covariance
-        assert np.allclose(added[0], 0.010**2 * np.outer(a[0], a[0]), atol=1e-15)
 
-    @pytest.mark.parametrize(
-        ("made_at", "feed", "expected"),
-        [
-            (None, None, ""),
-            (None, 60.0, "the touches state a feed, the map does not"),
-            (60.0, None, "the map states a feed, the touches do not"),
-            (60.0, 60.0, ""),
-        ],
-    )
-    def test_feeds_that_are_not_known_are_said(
-        self, made_at: float | None, feed: float | None, expected: str
-    ) -> None:
-        """Of a qualified map, unless its delay is known."""
-        n = np.array([[0.0, 0.0, 1.0]])
-        touches = Touches([[0.0, 0.0, 3.0]], n, feeds=None if feed is None else [feed])
-        qualified = Provenance(origin=Origin.QUALIFIED)
-        made = replace(self._map(), feed=made_at, provenance=qualified)
-        told = " ".join(_warned(touches, made))
-        assert expected in told
-        assert ("feed" in told) == bool(expected)
-        if feed is not None:
-            known = replace(made, feed=60.0, delay=1e-3, u_delay=1e-5, delay_effect=np.zeros(1))
-            told = " ".join(_warned(touches, known))
-            assert "state" not in told
+class TestSlide:
+    @pytest.mark.parametrize(("polar", "tilt"), [(5.0, 20.0), (40.0, 0.0), (75.0, 20.0)])
+    def test_on_a_plane_it_is_that_of_the_simulated_touch(self, polar: float, tilt: float) -> None:
+        """The simulation solves the contact; on a plane without friction both are exact."""
+        normal = from_angles(np.radians(polar), np.radians(25.0))[0]
+        approach = -from_angles(np.radians(polar + tilt), np.radians(25.0))[0]
+        made = described_map("omp40-2", "analytic")
+        targets = Targets([[0.0, 0.0, 0.0]], [normal], [approach])
+        simulated = simulate_some(made, Plane([0.0, 0.0, 0.0], normal), targets)
+        assert simulated.touches is not None
+        points = apply(simulated.touches, made, extrapolate=True)
+        slide = contact_slide(simulated.touches, points, made)[0]
+        # The map's iteration of the contact ends below a nanometre.
+        expected = simulated.outcomes.slide[0]
+        assert np.linalg.norm(slide) == pytest.approx(expected, abs=2e-6)
+        assert not tilt or expected > 1e-4
 
-    def test_sources_of_a_point_add_up(self) -> None:
-        n, a = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, -0.8]])
-        touches = Touches([[0.0, 0.0, 3.0]], n, a, feeds=[360.0])
-        made = replace(self._map(), feed=60.0, fixed_scatter=1e-4)
-        sources = variances_along_normals(errors_of_points(touches, n, made))
-        # By hand: noise, fixed scatter and 10 µm of delay act along the approach, 0.8 of them.
-        expected = [(0.8 * 3e-4) ** 2, (0.8 * 1e-4) ** 2, 4e-8, 1.5e-4**2, (0.8 * 0.010) ** 2]
-        assert [value.item() for value in sources.values()] == pytest.approx(expected, rel=1e-9)
-        u = apply(touches, made).standard_uncertainty[0]
-        assert u == pytest.approx(math.sqrt(sum(expected)), rel=1e-9)
-
-    @pytest.mark.parametrize(("share", "count"), [(0.018, 1), (0.022, 2), (0.035, 2)])
-    def test_factors_below_a_fiftieth_of_every_variance_are_left_out(
-        self, share: float, count: int
-    ) -> None:
-        """Mean and three lobes at twelve equal azimuths are orthogonal, so each is a principal
-        component: of the variance at the top of a lobe, the lobes are the share given."""
-        n = from_angles(0.5 * np.pi, np.arange(12) * np.pi / 6.0)
-        basis = HarmonicBasis(np.array([[0, 0], [3, 3]]))
-        mean, lobe = basis.design(n[:1])[0]
-        variances = np.array([(1.0 - share) / mean**2, share / lobe**2]) * 4e-8
-        made = PretravelMap(
-            basis, np.array([0.012, 0.0]), Covariance.independent(variances),
-            DirectionSupport(n), tip_radius=3.0,
-        )  # fmt: skip
-        shared = apply(Touches(15.49 * n, n), made).shared
-        assert shared is not None
-        assert sorted(shared) == [f"map {k + 1}" for k in range(count)]
-        assert shared["map 1"] ** 2 == pytest.approx(np.full(12, 4e-8 * (1.0 - share)))
-
-    def test_repeatability_alone_has_degrees_of_freedom(self) -> None:
-        n = fibonacci_cap(25, 1.5)
-        touches = Touches(n * 15.49, n)
-        made = replace(self._map(), repeatability_dof=50.0)
-        budget = measured_sphere(touches, apply(touches, made), made).budget
-        assert {c.name: c.dof for c in budget.components} == {
-            "repeatability": 50.0, "map": math.inf, "tip radius": math.inf,
-        }  # fmt: skip
-
-    def test_deviation_has_a_sign_and_only_the_normal_part(self) -> None:
-        n = np.array([[0.0, 0.0, 1.0]])
-        low = Touches([[6.0, 5.0, 3.0 - 0.012 - 0.005]], n, nominal_points=[[5.0, 5.0, 0.0]])
-        deviation = apply(low, self._map()).deviation
-        assert deviation is not None
-        assert deviation[0] == pytest.approx(-0.005, abs=1e-12)
-
-    def test_u_um_in_the_file_is_along_the_normal(self, tmp_path: Path) -> None:
-        n = np.array([[0.0, 0.6, 0.8]])
-        a = unit([[0.3, -0.1, -1.0]])
-        points = apply(Touches([[0.0, 0.0, 3.0]], n, a), self._map())
-        write_points(tmp_path / "p.csv", points)
-        written = read_csv_table(tmp_path / "p.csv").numbers("u_um")[0, 0]
-        assert written == pytest.approx(1e3 * math.sqrt((n @ points.covariance[0] @ n.T).item()))
-
-    def test_deviation_from_nominal_points_and_surfaces(self) -> None:
-        n = np.array([[0.0, 0.0, 1.0], [0.0, 0.6, 0.8]])
-        surface = np.array([[5.0, 5.0, 0.0], [0.0, 6.0, 8.0]])
-        positions = surface + (3.0 - 0.012 + 0.005) * n
-        touches = Touches(positions, n, nominal_points=surface)
-        assert np.allclose(apply(touches, self._map()).deviation, 0.005, atol=1e-12)
-        ball = apply(touches, self._map(), nominal=Sphere([0.0, 0.0, 0.0], 10.0)).deviation
-        # The stem deflects 16 µm along the ball: the slide has an effect of 16² / (2 · 13 mm), 10
-        # nm.
-        assert ball[1] == pytest.approx(0.005, abs=2e-5)
-        floor = apply(touches, self._map(), nominal=Plane([0, 0, 0], [0, 0, 1])).deviation
-        assert floor[0] == pytest.approx(0.005, abs=1e-12)
-        assert apply(Touches(positions, n), self._map()).deviation is None
-
-    def test_outside_the_map(self) -> None:
-        down = unit([[0.0, 0.5, -0.8]])
-        with pytest.raises(ExtrapolationError, match="1 of 1 directions"):
-            apply(Touches([[0.0, 0.0, 0.0]], down), self._map())
-        apply(Touches([[0.0, 0.0, 0.0]], down), self._map(), extrapolate=True)
+    def test_each_contact_slides_along_its_own_surface(self) -> None:
+        """The way of the tip's centre: its displacement in the probe and a travel along the
+        approach, so that it stays on the surface; touch by touch, with unequal directions."""
+        made = described_map("omp40-2", "analytic")
+        n = from_angles(np.radians([20.0, 50.0, 80.0]), np.radians([10.0, 140.0, 260.0]))
+        a = unit(-n + [[0.3, 0.0, 0.1], [0.0, -0.4, 0.0], [0.1, 0.2, -0.3]])
+        touches = Touches(15.0 * n, n, a)
+        slide = contact_slide(touches, apply(touches, made), made)
+        assert np.sum(slide * n, axis=1) == pytest.approx(np.zeros(3), abs=1e-12)
+        back = slide - made.tip_displacement(n)
+        assert np.cross(back, a) == pytest.approx(np.zeros((3, 3)), abs=1e-12)
+        assert np.linalg.norm(slide, axis=1).min() > 1e-4

@@ -1,14 +1,11 @@
-"""Extreme features: pairs whose answer is known by construction, exhaustive search, response."""
+"""Extreme features: answers that are known by construction, and how they move with points."""
 
 from __future__ import annotations
 
 import math
-from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import NonlinearConstraint, linprog, minimize
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
@@ -18,7 +15,6 @@ from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associ
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.points import Points
-from pretravel.uncertainty.fitting.feature import across
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 
 E = 2e-3
@@ -34,7 +30,7 @@ EXTREME = [
     if criterion != "gaussian" and kind not in ("bore", "boss")
 ]
 """Bores and bosses are circles here."""
-SEEDS = range(3)
+SEEDS = range(2)
 
 
 def _perfect(kind: str, rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray]:
@@ -200,112 +196,6 @@ def _noisy(kind: str, seed: int, count: int = 9) -> FloatArray:
             return points + E * rng.normal(size=(count, 1)) * outward
 
 
-def _centres(q: FloatArray) -> FloatArray:
-    """Of all circles or spheres with d + 2 contacts of a zone, or d + 1 of one side, (m, d)."""
-    d, found = q.shape[1], []
-    for size, split in [(d + 1, 0)] + [(d + 2, i) for i in range(1, (d + 2) // 2 + 1)]:
-        for chosen in combinations(range(len(q)), size):
-            for inner in combinations(chosen, split):
-                outer = [i for i in chosen if i not in inner]
-                rows = [(group[0], i) for group in (outer, inner) for i in group[1:]]
-                slopes = np.array([2.0 * (q[i] - q[k]) for k, i in rows])
-                right = [q[i] @ q[i] - q[k] @ q[k] for k, i in rows]
-                if np.linalg.cond(slopes) < 1e8:
-                    found.append(np.linalg.solve(slopes, right))
-    return np.array(found)
-
-
-class TestAgainstExhaustiveSearch:
-    """All sets of contacts, in closed form: another way than that of the program."""
-
-    @pytest.mark.parametrize("seed", SEEDS)
-    @pytest.mark.parametrize("kind", ["circle", "sphere"])
-    def test_round(self, kind: str, seed: int) -> None:
-        points = _noisy(kind, seed)
-        basis = np.eye(3) if kind == "sphere" else _ideal(kind, points).located_along
-        q = (points - PLACE.points(np.zeros((1, 3)))) @ basis.T
-        centres = _centres(q)
-        centres = centres[np.linalg.norm(centres, axis=1) < 50.0 * E]  # local optima, near
-        for few in range(2, len(basis) + 1):  # circumscribed on fewer: centre in their plane
-            for chosen in combinations(q, few):
-                edges = np.array(chosen[1:]) - chosen[0]
-                right = 0.5 * np.sum(edges**2, axis=1)
-                centres = np.vstack([centres, chosen[0] + np.linalg.pinv(edges) @ right])
-        distance = np.linalg.norm(q[None] - centres[:, None], axis=2)
-        near = np.linalg.norm(centres, axis=1) < 50.0 * E
-        zone = associate_by("minimum-zone", kind, points, axis=UP)
-        assert zone.form == pytest.approx(np.ptp(distance, axis=1).min(), abs=NEAR)
-        inner = associate_by("inscribed", kind, points, axis=UP)
-        assert inner.diameter == pytest.approx(2.0 * distance.min(axis=1)[near].max(), abs=NEAR)
-        outer = associate_by("circumscribed", kind, points, axis=UP)
-        assert outer.diameter == pytest.approx(2.0 * distance.max(axis=1).min(), abs=NEAR)
-
-    @pytest.mark.parametrize("seed", SEEDS)
-    @pytest.mark.parametrize("criterion", ["minimum-zone", "tangent"])
-    def test_flat(self, criterion: str, seed: int) -> None:
-        points = _noisy("plane", seed)
-        normals = [np.cross(points[b] - points[a], points[c] - points[a])
-                   for a, b, c in combinations(range(9), 3)]  # fmt: skip
-        normals += [np.cross(points[b] - points[a], points[d] - points[c])
-                    for (a, b), (c, d) in product(combinations(range(9), 2), repeat=2)
-                    if len({a, b, c, d}) == 4]  # fmt: skip
-        unit = [n / np.linalg.norm(n) for n in normals if np.linalg.norm(n) > 1e-6]
-        widths = [np.ptp(points @ n) for n in unit if abs(n @ UP) > 0.9]
-        found = associate_by(criterion, "plane", points, axis=UP)
-        assert found.form == pytest.approx(min(widths), abs=NEAR)
-
-        points = _noisy("line", seed)
-        along = [points[b] - points[a] for a, b in combinations(range(9), 2)]
-        across = [UP - (UP @ e) / (e @ e) * e for e in along]
-        widths = [np.ptp(points @ n) / np.linalg.norm(n) for n in across]
-        found = associate_by(criterion, "line", points, axis=UP)
-        assert found.form == pytest.approx(min(widths), abs=NEAR)
-
-    @pytest.mark.parametrize("seed", SEEDS)
-    @pytest.mark.parametrize("criterion", ["minimum-zone", "inscribed", "circumscribed"])
-    def test_cylinder_against_another_solver(self, criterion: str, seed: int) -> None:
-        """SLSQP of the exact distances from random axes near: the best is not better, nor worse."""
-        points = _noisy("cylinder", seed, 14)
-        rng = np.random.default_rng(seed)
-        found = associate_by(criterion, "cylinder", points, axis=UP)
-        assert found.diameter is not None
-        wanted = found.form if criterion == "minimum-zone" else found.diameter
-        best = [_by_slsqp(criterion, points, rng) for _ in range(8)]
-        near = [value for value in best if value is not None]
-        exact = max(near) if criterion == "inscribed" else min(near)
-        assert wanted == pytest.approx(exact, abs=NEAR)
-
-
-def _by_slsqp(criterion: str, points: FloatArray, rng: np.random.Generator) -> float | None:
-    q = PLACE.inverse.points(points)
-
-    def distances(x: FloatArray) -> FloatArray:
-        axis = np.array([0.1 * x[2], 0.1 * x[3], 1.0]) / np.linalg.norm([0.1 * x[2], 0.1 * x[3], 1])
-        return np.asarray(np.linalg.norm(np.cross(q - [x[0], x[1], 0.0], axis), axis=1))
-
-    start = 0.01 * rng.normal(size=4)
-    low, high = distances(start).min(), distances(start).max()
-    goal = {"minimum-zone": (-1.0, 1.0), "inscribed": (-1.0, 0.0), "circumscribed": (0.0, 1.0)}
-    a, b = goal[criterion]
-
-    def between(x: FloatArray) -> FloatArray:
-        return 100.0 * np.concatenate([distances(x) - x[4], x[5] - distances(x)])
-
-    solver: Any = minimize
-    result = solver(
-        lambda x: float(100.0 * (a * x[4] + b * x[5])),
-        [*start, float(low), float(high)],
-        constraints=NonlinearConstraint(between, 0.0, np.inf),
-        method="SLSQP",
-        tol=1e-13,
-        options={"maxiter": 500},
-    )
-    if np.abs(result.x[:4]).max() > 0.1:  # another optimum, far away
-        return None
-    d = distances(result.x)
-    return float({"minimum-zone": np.ptp(d), "inscribed": 2 * d.min()}.get(criterion, 2 * d.max()))
-
-
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("criterion", "kind"),
@@ -314,7 +204,8 @@ def _by_slsqp(criterion: str, points: FloatArray, rng: np.random.Generator) -> f
 def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) -> None:
     """Each point moved by 20 pm along the normal, the feature found anew: the stated change.
 
-    The features are found to some fm; the contacts do not change by so small a movement.
+    The features are found to some fm; the contacts do not change by so small a movement. The
+    points that carry, and two others.
     """
     points = _noisy(kind, seed, 40 if kind in ("cone", "torus") else 14)
     at = points.mean(axis=0)
@@ -332,11 +223,13 @@ def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) 
     rows.append(np.zeros((3, k)) if here.direction_rows is None else 10.0 * here.direction_rows)
     stated = np.vstack(rows) @ here.response
     axis = here.direction if kind == "circle" else UP  # the plane of a circle is no result of it
-    for index, outward in enumerate(here.outward):
+    carrying = _carrying(here)
+    others = [i for i in range(len(points)) if i not in carrying]
+    for index in [*carrying, *others[:2]]:
         found = []
         for side in (1.0, -1.0):
             moved = points.copy()
-            moved[index] += side * step * outward
+            moved[index] += side * step * here.outward[index]
             again = associate_by(criterion, kind, moved, axis=axis, at=at, side="outside")
             found.append(values(again))
         change = (found[0] - found[1]) / (2.0 * step)
@@ -463,46 +356,21 @@ class TestMeasured:
         assert np.mean(found, axis=0) / sigma == pytest.approx([2.2, 2.2, 2.6, 3.0], abs=0.15)
 
 
-class TestMessages:
-    def test_an_arc_has_no_inscribed_circle(self) -> None:
-        turn = np.radians(np.arange(0.0, 100.0, 10.0))
-        arc = np.c_[10.0 * np.cos(turn), 10.0 * np.sin(turn), np.zeros(10)]
-        arc[::2] *= 1.0001
-        for criterion in ("inscribed", "circumscribed"):
-            with pytest.raises(PretravelError, match="do not surround the " + criterion):
-                associate_by(criterion, "circle", arc)
-
-    def test_what_has_no_such_association(self) -> None:
-        with pytest.raises(PretravelError, match="a plane has no association 'inscribed'"):
-            associate_by("inscribed", "plane", np.eye(3))
-        with pytest.raises(PretravelError, match="'least' is not an association: gaussian, min"):
-            associate_by("least", "plane", np.eye(3))
-
-    def test_the_side_of_a_tangent_plane(self) -> None:
-        with pytest.raises(PretravelError, match="no normals that say on which side"):
-            associate_by("tangent", "plane", np.eye(3))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("kind", ["plane", "line"])
-def test_zone_against_a_linear_program(kind: str, seed: int) -> None:
-    """Another program: heights over the zone's own plane or line, in one linear program.
-
-    There, no other plane or line has a narrower zone: along one direction that is linear.
-    """
-    points = _noisy(kind, seed, 25)
-    found = associate_by("minimum-zone", kind, points, axis=UP)
-    assert found.direction is not None
-    offset = points - found.point
-    sideways = across(found.outward[0]) if kind == "plane" else found.direction[None]
-    design = np.column_stack([np.ones(25), offset @ sideways.T])
-    height = offset @ found.outward[0]
-    ones = -np.ones((25, 1))
-    k = design.shape[1]
-    best = linprog(
-        np.eye(k + 1)[k],
-        A_ub=np.vstack([np.hstack([-design, ones]), np.hstack([design, ones])]),
-        b_ub=np.concatenate([-height, height]),
-        bounds=[(None, None)] * (k + 1),
-    )
-    assert 2.0 * best.fun == pytest.approx(found.form, abs=NEAR)
+@pytest.mark.parametrize(
+    ("criterion", "kind", "words"),
+    [
+        ("inscribed", "circle", "do not surround the inscribed"),
+        ("circumscribed", "circle", "do not surround the circumscribed"),
+        ("inscribed", "plane", "a plane has no association 'inscribed'"),
+        ("least", "plane", "'least' is not an association: gaussian, min"),
+        ("tangent", "plane", "no normals that say on which side"),
+        ("tangent", "circle", "no normals that say on which side"),
+    ],
+)
+def test_what_is_refused(criterion: str, kind: str, words: str) -> None:
+    """The points are an arc of 90°, which has no inscribed and no circumscribed circle."""
+    turn = np.radians(np.arange(0.0, 100.0, 10.0))
+    arc = np.c_[10.0 * np.cos(turn), 10.0 * np.sin(turn), np.zeros(10)]
+    arc[::2] *= 1.0001
+    with pytest.raises(PretravelError, match=words):
+        associate_by(criterion, kind, arc)

@@ -10,18 +10,11 @@ import pytest
 from pretravel.measurement.gross_points import gross_points, gross_points_sentence
 from tests.support.commands import both_outputs
 from tests.support.examples import EXAMPLES
+from tests.support.feature_points import block_points
 
 CHANCE = np.random.default_rng(7)
 GROSS = 0.146
 """A wrong digit of a session that tried the program. [mm]"""
-
-
-def _block(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points on the six sides of a block beside the origin, and normals."""
-    half = np.array([40.0, 30.0, 20.0])
-    normals = np.array([*np.eye(3), *-np.eye(3)])[np.arange(count) % 6]
-    inside = CHANCE.uniform(-1.0, 1.0, (count, 3)) * half
-    return np.where(normals != 0.0, normals * half, inside) + np.array([100.0, 20.0, 0.0]), normals
 
 
 def _named(positions: np.ndarray, normals: np.ndarray, deviation: np.ndarray) -> list[str]:
@@ -32,7 +25,7 @@ def _named(positions: np.ndarray, normals: np.ndarray, deviation: np.ndarray) ->
 @pytest.mark.parametrize("count", [8, 24, 60])
 def test_a_wrong_digit_is_named(count: int) -> None:
     """Deviations of the part of 1 µm; in simulation 99 to 100 % of 500 parts."""
-    positions, normals = _block(count)
+    positions, normals = block_points(CHANCE, count)
     deviation = CHANCE.normal(0.0, 1e-3, count)
     assert _named(positions, normals, deviation) == []
     deviation[5] -= GROSS
@@ -41,7 +34,7 @@ def test_a_wrong_digit_is_named(count: int) -> None:
 
 def test_a_wrong_digit_is_named_on_a_part_that_lies_elsewhere() -> None:
     """Deviations of 0.5 mm by its place conceal nothing."""
-    positions, normals = _block(60)
+    positions, normals = block_points(CHANCE, 60)
     deviation = normals @ [0.3, -0.4, 0.1] + np.cross(positions, normals) @ [0.003, 0.0, 0.004]
     deviation = deviation + CHANCE.normal(0.0, 1e-3, 60)
     assert _named(positions, normals, deviation) == []
@@ -52,7 +45,7 @@ def test_a_wrong_digit_is_named_on_a_part_that_lies_elsewhere() -> None:
 @pytest.mark.parametrize("count", [60, 200])
 def test_a_side_of_the_part_is_no_gross_error(count: int) -> None:
     """One of six sides 0.1 mm off; the same side with 20 times the roughness of the others."""
-    positions, normals = _block(count)
+    positions, normals = block_points(CHANCE, count)
     fine = CHANCE.normal(0.0, 1e-3, count)
     side = np.arange(count) % 6 == 0
     assert _named(positions, normals, fine + 0.1 * side) == []
@@ -61,7 +54,7 @@ def test_a_side_of_the_part_is_no_gross_error(count: int) -> None:
 
 def test_many_wrong_points_are_another_part() -> None:
     """Of 60 points 12 are a fifth; 13 are more."""
-    positions, normals = _block(60)
+    positions, normals = block_points(CHANCE, 60)
     for wrong, named in ((12, 12), (13, 0)):
         deviation = np.zeros(60)
         deviation[:wrong] = GROSS * 2.0 ** np.arange(wrong)
@@ -69,12 +62,12 @@ def test_many_wrong_points_are_another_part() -> None:
 
 
 def test_of_four_points_none_is_named() -> None:
-    positions, normals = _block(4)
+    positions, normals = block_points(CHANCE, 4)
     assert _named(positions, normals, np.array([0.0, 0.0, 0.0, 1.0])) == []
 
 
 def test_a_long_list_is_shortened() -> None:
-    positions, normals = _block(60)
+    positions, normals = block_points(CHANCE, 60)
     deviation = np.zeros(60)
     deviation[:8] = 0.1 * 2.0 ** np.arange(8)
     found = gross_points(positions, normals, deviation, np.full(60, 5e-4), str)

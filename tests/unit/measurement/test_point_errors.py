@@ -1,4 +1,4 @@
-"""Stated uncertainties of maps, points and spheres against trials."""
+"""Errors of compensated points, of their budgets and of spheres: by hand, and against trials."""
 
 from __future__ import annotations
 
@@ -7,15 +7,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
 
-from pretravel.base.directions import sphere_pattern_25, unit
+from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25, unit
+from pretravel.base.frames import probe_rotation
 from pretravel.files.touches_csv import read_touches
+from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.support import DirectionSupport
+from pretravel.measurement import point_errors
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.measured_sphere import measured_sphere
+from pretravel.measurement.point_budget import (
+    budget_of_variances,
+    point_budget,
+    variances_along_normals,
+)
 from pretravel.measurement.point_errors import (
     PointErrors,
+    errors_of_points,
     point_sources,
     total_covariance,
     unknown_delay_travel,
@@ -23,15 +33,9 @@ from pretravel.measurement.point_errors import (
 from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.errors_by_trials import (
-    errors_by_trials,
-    map_by_trials,
-    points_by_trials,
-    sphere_by_trials,
-)
+from tests.support.errors_by_trials import points_by_trials, sphere_radii
 from tests.support.example_maps import mean_map
 from tests.support.examples import EXAMPLES
-from tests.support.made_up_probes import PATTERN, made_up_response, touches_of
 
 TRIALS = 20_000
 # Four standard errors of a deviation from 20 000 trials: 2 %.
@@ -55,123 +59,250 @@ def made(request: pytest.FixtureRequest) -> PretravelMap:
     ).pretravel_map  # fmt: skip
 
 
-def test_map(made: PretravelMap) -> None:
-    n = sphere_pattern_25()
-    trials = map_by_trials(made, n, trials=TRIALS)
-    standard_error = made.standard_uncertainty(n).max() / np.sqrt(TRIALS)
-    assert trials.mean(axis=0) == pytest.approx(made.pretravel(n), abs=4.0 * standard_error)
-    assert trials.std(axis=0) == pytest.approx(made.standard_uncertainty(n), rel=NEAR, abs=1e-9)
+class TestAgainstTrials:
+    def test_points_and_what_they_share(self, made: PretravelMap) -> None:
+        """Oblique approaches, so that all nine elements of each point matter."""
+        n = sphere_pattern_25()
+        touches = Touches(n * 15.49, n, approaches=unit(-n + 0.3 * np.roll(n, 1, axis=1)))
+        points = apply(touches, made)
+        trials = points_by_trials(touches, points, made, trials=TRIALS)
+        for i in (0, 7, 20):
+            found = np.cov(trials[:, i], rowvar=False)
+            scale = np.trace(points.covariance[i])
+            assert found == pytest.approx(points.covariance[i], abs=0.03 * scale)
+        stated = total_covariance(point_sources(touches, points, made)).matrix
+        along = np.einsum("tni,ni->tn", trials - points.positions, n)
+        found = np.cov(along, rowvar=False)
+        assert found == pytest.approx(stated, abs=0.04 * np.diag(stated).max())
+
+    def test_sphere(self, made: PretravelMap) -> None:
+        """A sphere is nearly linear in its points, so that the law of propagation holds."""
+        n = sphere_pattern_25()
+        touches = Touches(n * 15.49, n)
+        points = apply(touches, made)
+        ball = measured_sphere(touches, points, made)
+        along = total_covariance(ball.sources).errors(np.random.default_rng(1), TRIALS)
+        radii = sphere_radii(points.positions + along[:, :, None] * n, ball.fit)
+        assert 2.0 * radii.std() == pytest.approx(ball.budget.combined, rel=NEAR)
+        assert 2.0 * radii.mean() == pytest.approx(ball.diameter, abs=0.04 * ball.budget.combined)
 
 
-def test_points_with_their_covariance(made: PretravelMap) -> None:
-    """Oblique approaches, so that all nine elements matter."""
-    n = sphere_pattern_25()
-    a = unit(-n + 0.3 * np.roll(n, 1, axis=1))
-    touches = Touches(n * 15.49, n, approaches=a)
-    points = apply(touches, made)
-    trials = points_by_trials(touches, points, made, trials=TRIALS)
-    for i in (0, 7, 20):
-        found = np.cov(trials[:, i], rowvar=False)
-        scale = np.trace(points.covariance[i])
-        assert found == pytest.approx(points.covariance[i], abs=0.03 * scale)
+N = from_angles(np.radians([15.0, 40.0, 65.0]), np.radians([10.0, 130.0, 220.0]))
+A = unit(-N + [[0.5, 0.0, 0.1], [0.0, -0.4, 0.0], [0.1, 0.2, -0.3]])
+CLOSING = -np.sum(A * N, axis=1)
+FEEDS = np.array([60.0, 300.0, 120.0])
+TOUCHES = Touches(15.0 * N, N, A, feeds=FEEDS)
+BASIS = HarmonicBasis(np.array([[0, 0], [1, 0], [3, 3], [3, -3]]))
+RICH = PretravelMap(
+    BASIS, np.array([0.05, 4e-3, 6e-3, -2e-3]),
+    Covariance.independent(np.array([1.6, 0.2, 0.3, 0.5]) * 1e-5),
+    DirectionSupport(fibonacci_cap(200, 2.5)), tip_radius=3.0, u_tip_radius=7e-4,
+    rotation=probe_rotation(from_angles(0.4, 1.1)[0], rotation=0.7),
+    repeatability=6e-4, repeatability_dof=17.0, fixed_scatter=5e-4, feed=60.0, delay=0.002,
+    u_delay=3e-4, delay_effect=np.array([-1.2e-3, 3e-4, -2e-4, 4e-4]),
+)  # fmt: skip
+"""Every source of error, each about as large as the others; the probe is turned."""
 
 
-def test_points_share_what_they_share(made: PretravelMap) -> None:
-    n = sphere_pattern_25()
-    touches = Touches(n * 15.49, n)
-    points = apply(touches, made)
-    stated = total_covariance(point_sources(touches, points, made)).matrix
-    trials = points_by_trials(touches, points, made, trials=TRIALS)
-    along = np.einsum("tni,ni->tn", trials - points.positions, n)
-    assert np.cov(along, rowvar=False) == pytest.approx(stated, abs=0.04 * np.diag(stated).max())
+def _by_hand() -> dict[str, FloatArray]:
+    """Covariance of the travel along the approaches, source by source, without the radius.
 
-
-def test_sphere_by_both(made: PretravelMap) -> None:
-    """A sphere is nearly linear in its points: the GUM is validated."""
-    n = sphere_pattern_25()
-    touches = Touches(n * 15.49, n)
-    points = apply(touches, made)
-    ball = measured_sphere(touches, points, made)
-    trials, judged = sphere_by_trials(ball, digits=1, most_trials=60_000)
-    # GUM Supplement 1, 7.9.2: half a unit of the digit of u; a fifth of it (8.2) settles trials.
-    unit_of_digit = 10.0 ** np.floor(np.log10(trials.standard_uncertainty))
-    assert trials.tolerance == pytest.approx(0.2 * 0.5 * unit_of_digit)
-    assert trials.standard_uncertainty[0] == pytest.approx(ball.budget.combined, rel=NEAR)
-    assert trials.value[0] == pytest.approx(ball.diameter, abs=0.02 * ball.budget.combined)
-    assert judged.valid[0]
-    assert {c.name for c in ball.budget.components} == {"repeatability", "map", "tip radius"}
-
-
-@pytest.mark.parametrize("draws", [15, pytest.param(40, marks=pytest.mark.slow)])
-def test_sphere_errors_are_as_stated(draws: int) -> None:
-    """The complete chain, many times: a known simulated probe is qualified on one sphere, of exact
-    diameter, and measures another. Errors of the diameter over u have a deviation of one and the
-    mean zero: within what so many draws show with all but one in ten thousand."""
-    z = []
-    response = made_up_response(np.random.default_rng(0), 0.0)
-    n = sphere_pattern_25()
-    for seed in range(draws):
-        rng = np.random.default_rng(seed)
-        made = qualify(
-            touches_of(response, PATTERN, rng), 25.0, tip_diameter=6.0, kind="harmonic",
-            search_outliers=False, u_diameter=0.0, u_temperature=0.0,
-        ).pretravel_map  # fmt: skip
-        distance = 13.0 - response.pretravel(n) + rng.normal(0.0, 0.3e-3, len(n))
-        touches = Touches(n * distance[:, None], n)
-        ball = measured_sphere(touches, apply(touches, made), made)
-        z.append((ball.diameter - 20.0) / ball.budget.combined)
-    least, most = stats.chi2(draws - 1).ppf([0.5e-4, 1.0 - 0.5e-4])
-    assert least < (draws - 1) * np.var(z, ddof=1) < most
-    assert abs(np.mean(z)) < stats.norm.ppf(1.0 - 0.5e-4) / np.sqrt(draws)
-
-
-def _fed(made_at: float | None, feeds: list[float] | None, uncertain: bool = True) -> list[float]:
-    """Travel, in um, of an unknown delay in three touches."""
-    variance = Covariance.independent([1e-8]) if uncertain else Covariance.none(1)
-    made = replace(mean_map(0.01), covariance=variance, feed=made_at)
-    n = np.array([[0.0, 0.0, 1.0]] * 3)
-    found = unknown_delay_travel(Touches(2.99 * n, n, feeds=feeds), made)
-    return (1e3 * found).round(9).tolist()
-
-
-def test_an_unknown_delay_travels_the_difference_of_the_feeds() -> None:
-    """2 ms at 60 mm/min, 1 mm/s, are 2 um; feeds within a per cent are the same."""
-    assert _fed(60.0, [60.0, 120.0, 30.0]) == [0.0, 2.0, 1.0]
-    assert _fed(60.0, [60.5, 59.5, 61.0]) == [0.0, 0.0, pytest.approx(1.0 / 30.0)]
-    assert _fed(None, [60.0, 120.0, 30.0]) == [2.0, 4.0, 1.0]
-    assert _fed(60.0, None) == [2.0] * 3
-    assert _fed(None, None) == [0.0] * 3
-    assert _fed(60.0, [60.0, 120.0, 30.0], uncertain=False) == [0.0] * 3
-
-
-def test_errors_of_a_point_by_hand() -> None:
-    """Oblique by 60°: repeatability and delay along the approach, the map over the cosine, the tip
-    along the normal; along the normal, their parts in it."""
-    normal, approach = np.array([[0.0, 0.0, 1.0]]), np.array([[math.sqrt(0.75), 0.0, -0.5]])
-    made = replace(
-        mean_map(0.01), covariance=Covariance.independent([4e-8]), repeatability=3e-4,
-        u_tip_radius=5e-4, fixed_scatter=4e-4,
-    )  # fmt: skip
-    errors = PointErrors(
-        made, normal, approach, np.array([0.5]), np.array([1e-4]), np.array([6e-4])
-    )
-    along = (3e-4**2 + 4e-4**2) + (4e-8 - 1e-8) / 0.25 + 6e-4**2
-    expected = along * np.outer(approach, approach) + 5e-4**2 * np.outer(normal, normal)
-    assert errors.covariance(np.array([2e-4]))[0] == pytest.approx(expected, rel=1e-9)
-    variances = {name: part.matrix[0, 0] for name, part in errors.along_normals().items()}
-    assert variances == {
-        "repeatability": pytest.approx(25e-8 * 0.25),
-        "map": pytest.approx(3e-8),
-        "tip radius": pytest.approx(25e-8),
-        "signal delay": pytest.approx(36e-8 * 0.25),
+    The delay moves a point by feed times its uncertainty, and by the map's change, over the cosine.
+    """
+    weights = BASIS.design(N @ RICH.rotation) / CLOSING[:, None]
+    assert RICH.delay_effect is not None
+    delay = FEEDS / 60.0 * 3e-4 + weights @ RICH.delay_effect
+    return {
+        "repeatability": (36e-8 + 25e-8) * np.eye(3),
+        "map": weights @ RICH.covariance.matrix @ weights.T,
+        "signal delay": np.outer(delay, delay),
     }
-    shared = errors.shared_along_normals()
-    assert shared is not None
-    assert shared["tip radius"].tolist() == [5e-4]
-    assert shared["signal delay"] == pytest.approx([3e-4])
-    # With many trials, the same covariance: 3 % of 20,000.
-    drawn = errors_by_trials(errors, np.array([0.01]), 20_000, np.random.default_rng(2))[:, 0]
-    assert drawn.mean(axis=0) == pytest.approx(np.zeros(3), abs=3e-5)
-    whole = (3e-4**2 + 4e-4**2) + 4e-8 / 0.25 + 6e-4**2
-    expected = whole * np.outer(approach, approach) + 5e-4**2 * np.outer(normal, normal)
-    assert np.cov(drawn.T) == pytest.approx(expected, abs=0.04 * np.abs(expected).max())
+
+
+class TestByHand:
+    def test_sources_along_normals(self) -> None:
+        errors = errors_of_points(TOUCHES, N, RICH)
+        found = {name: part.matrix for name, part in errors.along_normals().items()}
+        expected = {n: m * np.outer(CLOSING, CLOSING) for n, m in _by_hand().items()}
+        expected["tip radius"] = np.full((3, 3), 49e-8)
+        assert found.keys() == expected.keys()
+        for name, matrix in expected.items():
+            assert found[name] == pytest.approx(matrix, rel=1e-9, abs=1e-16), name
+
+    def test_covariances_of_single_points(self) -> None:
+        travel = np.diagonal(sum(_by_hand().values()))
+        points = apply(TOUCHES, RICH)
+        for row in range(3):
+            own = travel[row] * np.outer(A[row], A[row]) + 49e-8 * np.outer(N[row], N[row])
+            assert points.covariance[row] == pytest.approx(own, rel=1e-9, abs=1e-16)
+        variance = travel * CLOSING**2 + 49e-8
+        assert points.standard_uncertainty == pytest.approx(np.sqrt(variance))
+
+    @pytest.mark.parametrize(
+        ("row", "which"), [(None, "rms of 3 points"), (1, "point 2"), (0, "point 1")]
+    )
+    def test_budget_of_one_point_and_of_all(self, row: int | None, which: str) -> None:
+        errors = errors_of_points(TOUCHES, N, RICH)
+        parts = {name: np.diagonal(m) * CLOSING**2 for name, m in _by_hand().items()}
+        by_hand = {
+            "repeatability": 36e-8 * CLOSING**2,
+            "fixed scatter": 25e-8 * CLOSING**2,
+            "map": parts["map"],
+            "tip radius": np.full(3, 49e-8),
+            "signal delay": parts["signal delay"],
+        }
+        found = variances_along_normals(errors)
+        assert list(found) == list(by_hand)
+        for name, own in by_hand.items():
+            assert found[name] == pytest.approx(own, rel=1e-9), name
+        budget = point_budget(errors, row)
+        every = np.array(list(by_hand.values()))
+        variances = every.mean(axis=1) if row is None else every[:, row]
+        assert budget.result == f"a point along its normal, {which}"
+        assert [c.name for c in budget.components] == list(by_hand)
+        assert [c.evaluation for c in budget.components] == ["A", "B", "B", "B", "B"]
+        stated = [c.standard_uncertainty for c in budget.components]
+        assert stated == pytest.approx(np.sqrt(variances))
+        assert [c.dof for c in budget.components] == [17.0, *[math.inf] * 4]
+        assert budget.combined == pytest.approx(math.sqrt(variances.sum()))
+
+    @pytest.mark.parametrize("dof", [0.0, 1.0, 24.0])
+    def test_unknown_degrees_of_freedom_are_infinite(self, dof: float) -> None:
+        (noise, made) = budget_of_variances({"repeatability": 1.0, "map": 1.0}, dof, "x").components
+        assert (noise.dof, made.dof) == (dof or math.inf, math.inf)
+
+    def test_errors_of_some_points_are_their_rows(self) -> None:
+        errors = errors_of_points(TOUCHES, N, RICH)
+        some = errors.at(np.array([2, 0]))
+        for name in ("normals", "approaches", "closing", "by_delay", "delay_along_approach"):
+            assert np.array_equal(getattr(some, name), getattr(errors, name)[[2, 0]]), name
+        assert some.pretravel_map is errors.pretravel_map
+
+    def test_a_sphere(self) -> None:
+        """Against the design matrix: an error along n moves centre and radius by the least squares
+        of n and one. Errors common to all points move the radius alone."""
+        n = fibonacci_cap(6, 0.5 * np.pi)
+        made = replace(
+            mean_map(0.010), covariance=Covariance.independent([1e-8]), repeatability=3e-4,
+            u_tip_radius=2e-4, repeatability_dof=50.0,
+        )  # fmt: skip
+        touches = Touches(np.array([5.0, 6.0, 7.0]) + 15.49 * n, n)
+        points = apply(touches, made)
+        ball = measured_sphere(touches, points, made)
+        assert ball.center == pytest.approx([5.0, 6.0, 7.0])
+        assert ball.diameter == pytest.approx(25.0)
+        assert ball.points is points
+        assert list(ball.sources) == ["repeatability", "map", "tip radius"]
+        design = np.column_stack([n, np.ones(6)])
+        expected = 9e-8 * np.linalg.inv(design.T @ design)
+        expected[3, 3] += 1e-8 + 4e-8
+        assert ball.covariance == pytest.approx(expected, abs=1e-13)
+        assert ball.budget.combined == pytest.approx(2.0 * math.sqrt(expected[3, 3]))
+        stated = [(c.evaluation, c.sensitivity, c.dof) for c in ball.budget.components]
+        assert stated == [("A", 2.0, 50.0), ("B", 2.0, math.inf), ("B", 2.0, math.inf)]
+        assert ball.budget.result == "diameter of the sphere, compensated"
+
+
+class TestDelay:
+    @pytest.mark.parametrize(
+        ("made_at", "feeds", "uncertain", "travel"),
+        [
+            (60.0, [60.0, 120.0, 30.0], True, [0.0, 2.0, 1.0]),
+            (60.0, [60.5, 59.5, 61.0], True, [0.0, 0.0, pytest.approx(1.0 / 30.0)]),
+            (None, [60.0, 120.0, 30.0], True, [2.0, 4.0, 1.0]),
+            (60.0, None, True, [2.0] * 3),
+            (None, None, True, [0.0] * 3),
+            (60.0, [60.0, 120.0, 30.0], False, [0.0] * 3),
+        ],
+    )
+    def test_an_unknown_delay_travels_the_difference_of_the_feeds(
+        self, made_at: float | None, feeds: list[float] | None, uncertain: bool, travel: list[float]
+    ) -> None:
+        """2 ms at 60 mm/min, 1 mm/s, are 2 µm; feeds within a per cent are the same."""
+        variance = Covariance.independent([1e-8]) if uncertain else Covariance.none(1)
+        made = replace(mean_map(0.01), covariance=variance, feed=made_at)
+        n = np.array([[0.0, 0.0, 1.0]] * 3)
+        found = unknown_delay_travel(Touches(2.99 * n, n, feeds=feeds), made)
+        assert (1e3 * found).round(9).tolist() == travel
+
+    def test_the_sign_of_an_unknown_delay_is_that_of_its_travel(self) -> None:
+        """240 mm/min of difference for 2 ms: 8 µm. Where feeds agree, nothing moves."""
+        expected = [0.0, 8e-3, 2e-3]
+        errors = errors_of_points(TOUCHES, N, replace(RICH, delay=None, delay_effect=None))
+        assert errors.delay_along_approach == pytest.approx(expected)
+        assert errors.by_delay.tolist() == [0.0, 0.0, 0.0]
+        moved = np.array(expected) * CLOSING
+        sources = errors.along_normals()
+        assert sources["signal delay"].matrix == pytest.approx(np.outer(moved, moved))
+        shared = errors.shared_along_normals()
+        assert shared is not None
+        assert shared["signal delay"] == pytest.approx(moved)
+
+    def test_a_delay_that_moves_no_point_is_no_shared_error(self) -> None:
+        """A delay that is known exactly, as is its effect in the map."""
+        errors = errors_of_points(TOUCHES, N, replace(RICH, u_delay=0.0, delay_effect=None))
+        assert "signal delay" in errors.along_normals()
+        shared = errors.shared_along_normals()
+        assert shared is not None
+        assert "signal delay" not in shared
+
+    def test_an_effect_above_the_map_s_own_uncertainty_leaves_none(self) -> None:
+        """Rounding, or a stated uncertainty that is too small, makes no negative variance."""
+        made = replace(
+            mean_map(0.01), covariance=Covariance.independent([1e-8]), repeatability=3e-4
+        )
+        errors = PointErrors(made, N[:1], -N[:1], np.ones(1), np.array([2e-4]), np.zeros(1))
+        expected = 9e-8 * np.outer(N[0], N[0])
+        assert errors.covariance(np.array([1e-4]))[0] == pytest.approx(expected)
+        assert variances_along_normals(errors)["map"].tolist() == [0.0]
+
+
+def _unequal_points(seed: int) -> PointErrors:
+    """Six points of very unequal variances, under a map of 16 numbers of very unequal variances."""
+    rng = np.random.default_rng(seed)
+    terms = [[order, k] for order in range(4) for k in range(-order, order + 1)]
+    normals = from_angles(rng.uniform(0.1, 1.5, 6), rng.uniform(0.0, 6.2, 6))
+    approaches = unit(-normals + 0.9 * rng.uniform(-1.0, 1.0, (6, 3)))
+    made = PretravelMap(
+        HarmonicBasis(np.array(terms)), np.full(16, 1e-3),
+        Covariance.independent(1e-6 * np.exp(rng.uniform(-9.0, 0.0, 16))),
+        DirectionSupport(normals), tip_radius=3.0, u_tip_radius=1e-4, fixed_scatter=1e-4,
+        rotation=probe_rotation(rotation=rng.uniform(0.2, 1.0)), repeatability=4e-4, delay=1e-3,
+    )  # fmt: skip
+    closing = -np.sum(approaches * normals, axis=1)
+    delays = 1e-3 * np.exp(rng.uniform(-5.0, 0.5, 6))
+    return PointErrors(made, normals, approaches, closing, np.zeros(6), delays)
+
+
+class TestSharedErrors:
+    @pytest.mark.parametrize("seed", range(12))
+    def test_a_map_s_factors_leave_a_fiftieth_of_no_point_s_variance(self, seed: int) -> None:
+        """The principal components of the map's covariance at the points, the largest first: so
+        many that nowhere more than a fiftieth of the variance is left, and no more than needed."""
+        errors = _unequal_points(seed)
+        shared = errors.shared_along_normals()
+        assert shared is not None
+        sources = errors.along_normals()
+        total = sum(np.diagonal(part.matrix) for part in sources.values())
+        sizes, vectors = np.linalg.eigh(sources["map"].matrix)
+        parts = (vectors * np.sqrt(np.maximum(sizes, 0.0)))[:, ::-1]
+        left = [np.sum(parts[:, k:] ** 2, axis=1) for k in range(7)]
+        needed = next(k for k in range(1, 7) if np.all(left[k] <= 0.02 * total))
+        names = [f"map {k}" for k in range(1, needed + 1)]
+        assert list(shared) == ["tip radius", "fixed scatter", "signal delay", *names]
+        assert shared["tip radius"].tolist() == [1e-4] * 6
+        assert shared["fixed scatter"] == pytest.approx(1e-4 * errors.closing)
+        moved = errors.delay_along_approach * errors.closing
+        assert shared["signal delay"] == pytest.approx(moved)
+        for k, name in enumerate(names):
+            assert np.outer(shared[name], shared[name]) == pytest.approx(
+                np.outer(parts[:, k], parts[:, k]), abs=1e-9 * total.max()
+            )
+
+    @pytest.mark.parametrize(("most", "found"), [(96, True), (95, False)])
+    def test_very_many_numbers_and_touches_have_no_factors(
+        self, most: int, found: bool, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Here of 16 numbers and six touches."""
+        monkeypatch.setattr(point_errors, "_MOST_FACTOR_VALUES", most)
+        assert (_unequal_points(0).shared_along_normals() is not None) == found

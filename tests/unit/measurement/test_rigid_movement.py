@@ -12,17 +12,10 @@ from scipy.spatial.transform import Rotation
 from pretravel.measurement.rigid_movement import MovementSums
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
+from tests.support.feature_points import block_points
 
 CHANCE = np.random.default_rng(5)
 SHIFT, TURN = np.array([0.3, -0.4, 0.1]), np.radians(0.3) * np.array([0.6, 0.0, 0.8])
-
-
-def _block(count: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    """Points on the six sides of a block of 80 x 60 x 40 mm beside the origin, and normals."""
-    half = np.array([40.0, 30.0, 20.0])
-    normals = np.array([*np.eye(3), *-np.eye(3)])[np.arange(count) % 6]
-    inside = CHANCE.uniform(-1.0, 1.0, (count, 3)) * half
-    return np.where(normals != 0.0, normals * half, inside) + np.array([100.0, 20.0, 0.0]), normals
 
 
 def _moved(positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -32,7 +25,7 @@ def _moved(positions: np.ndarray, normals: np.ndarray) -> np.ndarray:
 def test_a_shift_and_a_turn_are_found() -> None:
     """With deviations of the part itself of 5 µm, which turn it by 0.003°; the shift is that of the
     middle of the points."""
-    positions, normals = _block()
+    positions, normals = block_points(CHANCE, 60)
     deviation = _moved(positions, normals) + CHANCE.normal(0.0, 0.005, len(positions))
     said = MovementSums.of(positions, normals, deviation).sentence()
     found = re.search(
@@ -48,7 +41,7 @@ def test_a_shift_and_a_turn_are_found() -> None:
 
 
 def test_sums_of_parts_of_a_table_are_those_of_the_whole() -> None:
-    positions, normals = _block()
+    positions, normals = block_points(CHANCE, 60)
     deviation = _moved(positions, normals)
     whole = MovementSums.of(positions, normals, deviation)
     parts = [MovementSums.of(positions[k], normals[k], deviation[k])
@@ -74,7 +67,7 @@ def test_a_plane_shows_three_of_the_movements() -> None:
     ],
 )
 def test_other_deviations_are_none(deviation: object) -> None:
-    positions, normals = _block()
+    positions, normals = block_points(CHANCE, 60)
     values = deviation(len(positions))  # type: ignore[operator]
     assert MovementSums.of(positions, normals, values).sentence() == ""
 
@@ -84,7 +77,7 @@ def test_by_chance_hardly_ever() -> None:
     2 % are taken for those of a part elsewhere."""
     told = 0
     for _ in range(500):
-        positions, normals = _block(int(CHANCE.integers(7, 15)))
+        positions, normals = block_points(CHANCE, int(CHANCE.integers(7, 15)))
         deviation = CHANCE.normal(0.0, 0.2, len(positions))
         told += MovementSums.of(positions, normals, deviation).sentence() != ""
     assert told <= 10

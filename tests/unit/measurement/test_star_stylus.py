@@ -1,4 +1,4 @@
-"""Five tips on one sphere, simulated apart: offsets, and a bore that two tips touched."""
+"""Tips on one sphere, simulated apart: offsets, and a bore that two tips touched."""
 
 from __future__ import annotations
 
@@ -50,10 +50,11 @@ def _touches(
     return Touches(at, normals, tips=(name,) * len(normals))
 
 
-def _star(seed: int) -> StarStylus:
+@cache
+def _star(seed: int, tips: int = 3) -> StarStylus:
     rng = np.random.default_rng([39, seed])
     found = {}
-    for name, axis in AXES.items():
+    for name, axis in list(AXES.items())[:tips]:
         normals = np.repeat(sphere_pattern_25() @ probe_rotation(axis).T, 3, axis=0)
         touches = _touches(rng, name, SPHERE + RADIUS * normals, normals)
         found[name] = qualify(
@@ -63,17 +64,12 @@ def _star(seed: int) -> StarStylus:
     return star_stylus(found)
 
 
-@cache
-def _first() -> StarStylus:
-    return _star(0)
-
-
 @pytest.mark.parametrize("sets", [1, pytest.param(20, marks=pytest.mark.slow)])
 def test_offsets_lie_within_their_uncertainty(sets: int) -> None:
-    """k = 2: 95 % of 4 tips x 3 axes: 12 cases, or 240 with a standard deviation of 1.4 %."""
+    """k = 2: 95 % of 2 tips x 3 axes, or of 4 in 20 stars: 240 with a deviation of 1.4 %."""
     ratios = []
     for seed in range(sets):
-        star = _star(seed)
+        star = _star(seed) if sets == 1 else _star(seed, tips=5)
         for name in star.names[1:]:
             error = star.offset(name) - np.array(OFFSETS[name])
             ratios += (np.abs(error) / np.sqrt(np.diag(star.offset_covariance(name)))).tolist()
@@ -103,9 +99,7 @@ def test_a_bore_that_two_tips_touched(sets: int) -> None:
     """Its diameter and place within U; without the offsets' part of u, the diameter is not."""
     within = []
     for seed in range(sets):
-        points = apply_star(
-            _bore(np.random.default_rng(seed)), _star(seed) if sets > 10 else _first()
-        )
+        points = apply_star(_bore(np.random.default_rng(seed)), _star(seed))
         found = {one.name: one for one in measure_feature(points, "bore").quantities}
         for name, truth in (("diameter", 40.0), ("x", 10.0), ("y", 5.0)):
             within.append(abs(found[name].value - truth) < found[name].expanded_u)
@@ -113,7 +107,7 @@ def test_a_bore_that_two_tips_touched(sets: int) -> None:
 
 
 def test_offsets_are_common_to_the_points_of_a_tip() -> None:
-    points = apply_star(_bore(np.random.default_rng(1)), _first())
+    points = apply_star(_bore(np.random.default_rng(1)), _star(0))
     assert points.shared is not None
     right = points.normals[:, 0] < 0.0
     moved = np.stack([points.shared[f"centre of tip right {k}"] for k in (1, 2, 3)])
@@ -121,26 +115,26 @@ def test_offsets_are_common_to_the_points_of_a_tip() -> None:
     assert not moved[:, ~right].any()
     together = np.sum(moved**2, axis=0)[right]
     n = points.normals
-    of_tip = np.einsum("ni,ij,nj->n", n[right], _first().tip("right").covariance, n[right])
+    of_tip = np.einsum("ni,ij,nj->n", n[right], _star(0).tip("right").covariance, n[right])
     assert together == pytest.approx(of_tip, rel=1e-9)
     # The error of the first tip is in the offsets of both.
     first = np.stack([points.shared[f"centre of tip down {k}"] for k in (1, 2, 3)])
-    of_first = np.einsum("ni,ij,nj->n", n, _first().tip("down").covariance, n)
+    of_first = np.einsum("ni,ij,nj->n", n, _star(0).tip("down").covariance, n)
     assert np.sum(first**2, axis=0) == pytest.approx(of_first, rel=1e-9)
 
 
 def test_the_order_of_the_touches_stays() -> None:
     touches = _bore(np.random.default_rng(2))
     mixed = np.random.default_rng(3).permutation(len(touches))
-    whole, part = apply_star(touches, _first()), apply_star(touches.take(mixed), _first())
+    whole, part = apply_star(touches, _star(0)), apply_star(touches.take(mixed), _star(0))
     assert np.allclose(part.positions, whole.positions[mixed], atol=1e-12)
 
 
 def test_refused() -> None:
     touches = _bore(np.random.default_rng(2))
     with pytest.raises(PretravelError, match="a column tip is needed"):
-        apply_star(Touches(touches.positions, touches.normals), _first())
+        apply_star(Touches(touches.positions, touches.normals), _star(0))
     with pytest.raises(PretravelError, match="tip 'right'; there are down"):
         rows_of_tips(touches, ("down",))
     with pytest.raises(PretravelError, match="there is no tip 'up'"):
-        _first().tip("up")
+        _star(0).tip("up")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import pytest
 
 from pretravel.base.errors import DescriptionError, InputError
@@ -11,6 +13,7 @@ from pretravel.prediction.catalogue import (
     load_probe,
     parse_probe,
 )
+from pretravel.prediction.described_map import described_map
 
 
 def _edited(old: str, new: str) -> str:
@@ -56,6 +59,21 @@ def test_impossible_descriptions(old: str, new: str, words: str) -> None:
     assert str(error.value).startswith("mine.toml")
 
 
+@pytest.mark.parametrize("mean", [3.0, 87.0])
+def test_both_angles_of_uneven_seats_lie_within_the_limits(mean: float) -> None:
+    """2° from a limit each way: a difference of up to 4°, half of it on each side."""
+    uneven = f"support_angle_deg = {mean}\nright_less_left_deg = "
+    stated = "support_angle_deg = 27.266"
+    parse_probe(_edited(stated, f"{uneven}3.9"))
+    with pytest.raises(DescriptionError, match=r"differ by 4\.1°.* one is not between 1° and 89°"):
+        parse_probe(_edited(stated, f"{uneven}4.1"))
+
+
+def test_a_name_that_the_catalogue_does_not_have() -> None:
+    with pytest.raises(DescriptionError, match=r"no probe .omp41. in .*; there are .*omp"):
+        description_text("omp41")
+
+
 def test_stylus_must_be_a_list() -> None:
     text = description_text("omp40-2")
     single = text[: text.index("[[stylus]]")] + text[text.index("[tip]") :]
@@ -65,19 +83,8 @@ def test_stylus_must_be_a_list() -> None:
         parse_probe(single + "\n[stylus]\nlength_mm = 50.0\n")
 
 
-def test_a_threshold_that_is_reached_at_rest(omp40) -> None:  # type: ignore[no-untyped-def]
-    from dataclasses import replace
-
-    from pretravel.prediction.predict import predict
-
-    with pytest.raises(DescriptionError, match="never be seated"):
-        predict(replace(omp40, threshold=2.2), [[1.0, 0.0, 0.0]])
-
-
 @pytest.mark.parametrize("name", catalogue_names())
 def test_every_number_of_the_catalogue_has_its_source(name: str) -> None:
-    import tomllib
-
     tables = tomllib.loads(description_text(name))
     sources = tables.pop("sources")
     tables.pop("name")
@@ -90,3 +97,9 @@ def test_every_number_of_the_catalogue_has_its_source(name: str) -> None:
     assert set(sources) == expected
     assert all(sources.values())
     load_probe(name)
+
+
+def test_a_map_with_another_tip_than_the_description_s() -> None:
+    """A ball of 5 mm has a radius of 2.5 mm; the description's has 3 mm."""
+    assert described_map("omp40-2", tip_diameter=5.0).tip_radius == 2.5
+    assert described_map("omp40-2").tip_radius == 3.0

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.elastic_field import TriggerField, field_at_trigger, stress_by_direction
@@ -116,15 +117,18 @@ def test_the_body_moves_with_its_modes_and_stays_on_its_seats(
     assert seats == pytest.approx(-sunk, abs=1e-12)
 
 
+def stress(probe: Probe, body: ReducedModel, direction: FloatArray, share: float) -> FloatArray:
+    elastic = body.elastic_field
+    moved = elastic.modes @ interface(probe, direction, share)
+    return von_mises(elastic.mesh, elastic.materials, moved)
+
+
 def test_stress_is_that_of_all_forces_and_at_rest_of_the_spring(
     probe: Probe, body: ReducedModel, field: TriggerField
 ) -> None:
-    elastic = body.elastic_field
     for share, found in ((0.0, field.rest_stress), (1.0, field.stress)):
-        moved = elastic.modes @ interface(probe, DIRECTIONS[0], share)
-        stress = von_mises(elastic.mesh, elastic.materials, moved)
-        assert found == pytest.approx(stress, rel=1e-9)
-    assert field.elastic is elastic
+        assert found == pytest.approx(stress(probe, body, DIRECTIONS[0], share), rel=1e-9)
+    assert field.elastic is body.elastic_field
     assert field.rest_reactions == pytest.approx(interface(probe, DIRECTIONS[0], 0.0)[:6])
 
 
@@ -161,32 +165,39 @@ def test_seats_that_carry_nothing_are_open(field: TriggerField) -> None:
 def test_the_highest_stress_of_each_part_and_its_place(
     probe: Probe, body: ReducedModel, field: TriggerField
 ) -> None:
-    """Part by part, element by element, direction by direction."""
-    elastic = body.elastic_field
-    mesh = elastic.mesh
+    """Part by part, element by element, direction by direction. A field of the first direction is
+    taken as it is, and not for the others."""
+    mesh = body.elastic_field.mesh
     centres = np.array([mesh.points[nodes].mean(axis=0) for nodes in mesh.elements])
-
-    def stress(direction: FloatArray, share: float) -> FloatArray:
-        moved = elastic.modes @ interface(probe, direction, share)
-        return von_mises(mesh, elastic.materials, moved)
-
-    found = stress_by_direction(probe, DIRECTIONS, body)
-    assert found.parts == ("rods", "stylus 1", "tip")
-    assert found.directions == pytest.approx(DIRECTIONS)
-    for part in range(3):
-        own = np.flatnonzero(part == REGIONS)
-        rest = stress(DIRECTIONS[0], 0.0)
-        assert found.rest[part] == pytest.approx(rest[own].max(), rel=1e-9)
-        for row, direction in enumerate(DIRECTIONS):
-            of_part = stress(direction, 1.0)[own]
-            assert found.highest[row, part] == pytest.approx(of_part.max(), rel=1e-9)
-            place = centres[own[int(np.argmax(of_part))]]
-            assert found.places[row, part] == pytest.approx(place, rel=1e-12)
-    # A field of the first direction is taken as it is, and not for the others.
     known = np.arange(1.0, len(REGIONS) + 1.0)
     stated = replace(field, stress=known, rest_stress=2.0 * known)
-    once = stress_by_direction(probe, DIRECTIONS, body, stated)
-    assert once.highest[0].tolist() == [2.0, 5.0, 7.0]
-    assert once.places[0] == pytest.approx(centres[[1, 4, 6]])
-    assert once.highest[1:] == pytest.approx(found.highest[1:])
-    assert once.rest.tolist() == [4.0, 10.0, 14.0]
+    rest = stress(probe, body, DIRECTIONS[0], 0.0)
+    touched = np.array([stress(probe, body, direction, 1.0) for direction in DIRECTIONS])
+    for given, at_rest, of_first in ((None, rest, touched[0]), (stated, 2.0 * known, known)):
+        found = stress_by_direction(probe, DIRECTIONS, body, given)
+        assert found.parts == ("rods", "stylus 1", "tip")
+        assert found.directions == pytest.approx(DIRECTIONS)
+        for part in range(3):
+            own = np.flatnonzero(part == REGIONS)
+            assert found.rest[part] == pytest.approx(at_rest[own].max(), rel=1e-9)
+            for row, of_all in enumerate((of_first, *touched[1:])):
+                highest = own[int(np.argmax(of_all[own]))]
+                assert found.highest[row, part] == pytest.approx(of_all[highest], rel=1e-9)
+                assert found.places[row, part] == pytest.approx(centres[highest], rel=1e-12)
+
+
+@pytest.mark.parametrize("component", range(6))
+def test_a_millionth_of_the_forces_may_be_left(body: ReducedModel, component: int) -> None:
+    """Of their sum of amounts; of a moment, times the largest lever of the interface."""
+    resultants = np.random.default_rng(4).normal(size=(6, 22)) * -np.repeat([1.0, 12.0], 3)[:, None]
+    uneven, inverse = replace(body, resultants=resultants), np.linalg.pinv(resultants)
+    balanced = np.random.default_rng(5).normal(size=22)
+    balanced -= inverse @ (resultants @ balanced)
+    allowed = 1e-6 * np.abs(balanced).sum()
+    allowed *= np.abs(resultants[3:]).max() if component > 2 else 1.0
+    left = inverse @ (-allowed * np.eye(6)[component])
+    found = uneven.lift(balanced + 0.99 * left)
+    modes = body.elastic_field.modes
+    assert found == pytest.approx(modes @ (balanced + 0.99 * left), rel=1e-9, abs=1e-18)
+    with pytest.raises(PretravelError, match="in equilibrium"):
+        uneven.lift(balanced + 1.01 * left)

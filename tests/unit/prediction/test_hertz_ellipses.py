@@ -87,15 +87,13 @@ def test_half_axes_of_extreme_ratios_stay_between_the_limits_of_the_search() -> 
     assert np.all((found > 1e-6) & (found < 0.02))
 
 
-@pytest.mark.parametrize("ratio", [0.999, 1e6, np.nan])
-def test_ratios_that_are_no_ratio_are_refused(ratio: float) -> None:
-    with pytest.raises(PretravelError, match="between 1 and a million"):
+@pytest.mark.parametrize(
+    ("ratio", "named"), [(0.999, "2"), (1e6, r"1e\+06"), (3e6, r"3e\+06"), (np.nan, "nan")]
+)
+def test_ratios_that_are_no_ratio_are_refused(ratio: float, named: str) -> None:
+    """The largest one is named."""
+    with pytest.raises(PretravelError, match=f"ratio {named}: .*between 1 and a million"):
         ellipticity([2.0, ratio])
-
-
-def test_the_larger_ratio_is_named() -> None:
-    with pytest.raises(PretravelError, match="ratio 3e"):
-        ellipticity([2.0, 3e6])
 
 
 @pytest.mark.parametrize(("larger", "smaller"), [(1.0, 1.01), (1.0, 0.0), (1.0, -1.0)])
@@ -105,12 +103,6 @@ def test_radii_in_the_wrong_order_or_without_size_are_refused(
     with pytest.raises(PretravelError, match="larger one first") as refused:
         approach_coefficient([2.0, larger], [1.5, smaller], 1e5)
     assert f"radii {larger:g} and {smaller:g} mm" in str(refused.value)
-
-
-def test_a_ball_on_a_larger_ball() -> None:
-    """The relative radius of two balls: the approach goes with its power -1/3."""
-    factor = curved_part_factor(3.0, np.array([[0.02, 0.02], [-0.1, -0.1]]))
-    assert factor == pytest.approx([1.06 ** (1 / 3), 0.7 ** (1 / 3)], rel=1e-12)
 
 
 def test_a_ball_in_a_bore_and_on_a_shaft() -> None:
@@ -124,18 +116,14 @@ def test_a_ball_in_a_bore_and_on_a_shaft() -> None:
 
 
 def test_a_ball_that_does_not_fit_has_no_factor() -> None:
-    curvatures = np.array([[-0.5, 0.0], [-1.0 / 2.0, -1.0 / 2.0], [np.nan, 0.0], [0.0, np.inf]])
-    assert np.isnan(curved_part_factor(2.0, curvatures)).all()
-    assert np.isnan(curved_part_factor(3.0, curvatures)).all()
-    some = curved_part_factor(1.9, curvatures[:1])
-    assert np.isfinite(some).all()
-
-
-def test_one_that_does_not_fit_leaves_the_others() -> None:
-    curvatures = np.array([[0.02, 0.02], [-0.5, 0.0], [np.nan, 0.0]])
-    factor = curved_part_factor(3.0, curvatures)
-    assert factor[0] == pytest.approx(1.06 ** (1 / 3), rel=1e-12)
-    assert np.isnan(factor[1:]).all()
+    """And leaves the others theirs. The relative radius of two balls: the approach goes with its
+    power -1/3."""
+    curvatures = np.array([[0.02, 0.02], [-0.1, -0.1], [-0.5, 0.0], [np.nan, 0.0], [0.0, np.inf]])
+    for radius, fits in ((3.0, 2), (2.0, 2), (1.9, 3)):
+        factor = curved_part_factor(radius, curvatures)
+        assert factor[:2] == pytest.approx(np.cbrt(1.0 + radius * curvatures[:2, 0]), rel=1e-12)
+        assert np.isfinite(factor).tolist() == [row < fits for row in range(5)]
+        assert np.all(np.isnan(factor[fits:]))
 
 
 def test_a_hollow_of_nearly_the_ball_s_radius_counts_as_a_long_ellipse() -> None:

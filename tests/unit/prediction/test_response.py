@@ -15,13 +15,10 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.maps.basis import StoredBasis
 from pretravel.maps.support import DirectionSupport
-from pretravel.prediction.beam import stylus_compliance
 from pretravel.prediction.compliance import analytic
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
-from pretravel.prediction.description import Moving, Probe
-from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
+from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
-from pretravel.prediction.materials import material
 from pretravel.prediction.predict import predict
 from pretravel.prediction.response import (
     ProbeResponse,
@@ -31,7 +28,9 @@ from pretravel.prediction.response import (
     probe_response,
     response_map,
 )
-from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.six_seat_basis import SixSeatBasis
+from pretravel.prediction.six_seat_slopes import six_seat_pretravel
+from pretravel.prediction.six_seats import PARAMETERS
 
 DIRECTIONS = np.array([[0.6, 0.48, 0.64], [-0.8, 0.6, 0.0], [0.28, -0.96, 0.0], [0.0, 0.0, 1.0]])
 TIP_RADIUS = 2.5
@@ -170,40 +169,17 @@ def test_the_form_on_a_control_is_the_probe_itself() -> None:
     assert basis.constant is None
 
 
-def test_a_described_probe_is_condensed_by_hand(omp40: Probe) -> None:
-    """Beam, Hertz at seats and tip, statics: each number of the response by its own formula."""
+def test_seats_and_tip_of_a_described_probe(omp40: Probe) -> None:
+    """What the law of `tests/laws/test_touches_on_surfaces.py` does not show, which compares
+    pretravel: rigid seats give way by no force, and Shen's tip neither."""
     probe = replace(omp40, threshold=0.1)
-    statics = seat_statics(probe)
-    response = probe_response(probe, workpiece=material("aluminium"))
-    beam = np.diag(np.ones(3) * stylus_compliance(probe.stylus))
-    assert response.compliance == pytest.approx(beam, rel=1e-9, abs=1e-12)
-    modulus = contact_modulus(probe.tip.material, material("aluminium"))
-    tip = (9.0 / (16.0 * probe.tip.radius * modulus**2)) ** (1.0 / 3.0)
-    assert response.tip_coefficient == pytest.approx(tip, rel=1e-12)
-    modulus = contact_modulus(probe.tripod.material, probe.seats.material)
-    seat = rod_on_ball_coefficient(probe.tripod.rod_radius, probe.seats.ball_radius, modulus)
-    assert response.seat_coefficient == pytest.approx(seat, rel=1e-12)
-    change = statics.unit_reactions(np.eye(3))
-    assert response.reaction_change == pytest.approx(change.T, rel=1e-12, abs=1e-15)
-    assert response.rest_reactions == pytest.approx(statics.rest_reactions)
-    # Virtual work: what the seats sink, the tip moves against the reactions to its force.
-    assert response.seat_motion == pytest.approx(response.reaction_change.T, rel=1e-9, abs=1e-12)
+    response = probe_response(probe)
     assert (response.criterion, response.threshold) == ("first_contact", 0.1)
     assert response.tip_radius == probe.tip.radius
     rigid = replace(probe, seats=replace(probe.seats, contact="rigid"))
     assert probe_response(rigid).seat_coefficient == 0.0
-    assert probe_response(probe, "shen").seat_coefficient == 0.0
-    assert probe_response(probe, "shen").tip_coefficient == 0.0
-
-
-def test_weight_is_in_the_response(omp40: Probe) -> None:
-    """In any direction the response is the prediction, with gravity and a rod that must lift."""
-    probe = replace(omp40, moving=Moving(mass=0.02, height=5.0), criterion="arm_lift")
-    across = [0.6, 0.0, -0.8]
-    response = probe_response(probe, gravity=across)
-    found = predict(probe, DIRECTIONS, gravity=across)
-    assert response.pretravel(DIRECTIONS) == pytest.approx(found.pretravel, rel=1e-9)
-    assert not np.allclose(found.force, predict(probe, DIRECTIONS).force, rtol=1e-3)
+    shen = probe_response(probe, "shen")
+    assert shen.seat_coefficient == shen.tip_coefficient == 0.0
 
 
 class Uneven(ComplianceModel):
@@ -231,13 +207,6 @@ def test_a_model_of_another_form_is_refused(omp40: Probe, share: str) -> None:
     probe_response(omp40, Uneven(share, 0.9e-10))
 
 
-def test_friction_is_refused_where_statics_is_all(omp40: Probe) -> None:
-    rubbing = replace(omp40, seats=replace(omp40.seats, friction=1e-9))
-    with pytest.raises(PretravelError, match="has friction") as refused:
-        probe_response(rubbing)
-    assert refused.value.inputs == ("friction",)
-
-
 def test_the_map_of_a_response_is_exact_between_directions(omp40: Probe) -> None:
     response, trigger = probe_response(omp40), predict(omp40, fibonacci_cap(40))
     made = response_map(omp40, response, trigger)
@@ -249,3 +218,24 @@ def test_the_map_of_a_response_is_exact_between_directions(omp40: Probe) -> None
     assert np.asarray(made.covariance.matrix).tolist() == [[0.0]]
     assert made.tip_radius == omp40.tip.radius
     assert made.support.nodes == pytest.approx(trigger.directions)
+
+
+class TestSixSeats:
+    VALUES = np.array([p.prior for p in PARAMETERS]) + 0.002 * np.arange(18)
+
+    @pytest.mark.filterwarnings("error")
+    def test_a_direction_that_never_triggers_has_no_pretravel_and_no_warning(self) -> None:
+        directions = np.array([[0.0, 0.0, -1.0], [0.0, 0.6, 0.8]])
+        found, slopes = six_seat_pretravel(self.VALUES, directions)
+        assert np.isfinite(found).tolist() == [False, True]
+        assert np.all(np.isfinite(slopes[1]))
+
+    def test_numbers_of_a_basis_are_eighteen_and_its_own(self) -> None:
+        for wrong in (self.VALUES[:17], np.append(self.VALUES, 0.0), self.VALUES[:, None]):
+            with pytest.raises(PretravelError, match="has 18 parameters"):
+                SixSeatBasis(wrong, 2.0)
+        mine = self.VALUES.copy()
+        basis = SixSeatBasis(mine, 2.0)
+        mine[:] = 0.0
+        assert np.array_equal(basis.values, self.VALUES)
+        assert not basis.values.flags.writeable

@@ -12,14 +12,8 @@ from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.obstacles import stylus_outline
-from pretravel.probing.simulation import (
-    Latch,
-    PartSetup,
-    refuse_failures,
-    simulate,
-    simulate_some,
-)
-from pretravel.probing.surface_touches import TouchStatus, describe_failures
+from pretravel.probing.simulation import Latch, simulate, simulate_some
+from pretravel.probing.surface_touches import TouchStatus
 from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
@@ -83,46 +77,42 @@ def _face_at(part: Part, point: list[float]) -> int:
 
 
 class TestOnABlock:
-    def test_floor_wall_and_hole(self, tip: PredictedTip, step: Part) -> None:
-        for point, normal in (
+    @pytest.mark.parametrize(
+        ("point", "normal"),
+        [
             ([45.0, 20.0, 20.0], UP),
             ([45.0, 40.0, 30.0], [0.0, -1.0, 0.0]),
             ([0.0, 30.0, 10.0], [-1.0, 0.0, 0.0]),
             ([16.0, 10.0, 12.0], [-1.0, 0.0, 0.0]),
             ([10.0, 10.0, 5.0], UP),
-        ):
-            status, face = _one(tip, step, point, normal)
-            assert status == TouchStatus.CONVERGED
-            assert face == _face_at(step, point)
+        ],
+        ids=["floor", "wall", "side", "hole", "bottom"],
+    )
+    def test_faces_are_touched(
+        self, tip: PredictedTip, step: Part, point: list[float], normal: list[float]
+    ) -> None:
+        assert _one(tip, step, point, normal) == (TouchStatus.CONVERGED, _face_at(step, point))
 
-    def test_beyond_the_edge_the_ball_meets_it(self, tip: PredictedTip, step: Part) -> None:
-        assert _one(tip, step, [61.0, 20.0, 20.0], UP)[0] == TouchStatus.EDGE
-
-    def test_further_out_it_meets_nothing(self, tip: PredictedTip, step: Part) -> None:
-        assert _one(tip, step, [64.0, 20.0, 20.0], UP)[0] == TouchStatus.MISSED
+    @pytest.mark.parametrize(
+        ("point", "status"),
+        [
+            ([61.0, 20.0, 20.0], TouchStatus.EDGE),  # beyond the edge the ball meets it
+            ([64.0, 20.0, 20.0], TouchStatus.MISSED),  # further out nothing
+            ([30.0, 15.0, 10.0], TouchStatus.OTHER_FACE),  # a slot of 4 mm
+            ([45.0, 36.99, 20.0], TouchStatus.CONVERGED),  # 3.01 mm from the wall
+            ([45.0, 37.02, 20.0], TouchStatus.OTHER_FACE),  # 2.98 mm
+        ],
+    )
+    def test_from_above(
+        self, tip: PredictedTip, step: Part, point: list[float], status: TouchStatus
+    ) -> None:
+        assert _one(tip, step, point, UP)[0] == status
 
     def test_too_near_to_the_step_its_wall_comes_first(self, tip: PredictedTip, step: Part) -> None:
         """The wall is 2 mm away, the ball radius is 3: moving down it meets edge or wall."""
         status, face = _one(tip, step, [45.0, 38.0, 20.0], UP, clearance=5.0)
         assert status == TouchStatus.OTHER_FACE
         assert face in (_face_at(step, [45.0, 40.0, 30.0]), _face_at(step, [45.0, 50.0, 40.0]))
-
-    def test_in_the_corner_both_are_touched_at_once(self, tip: PredictedTip, step: Part) -> None:
-        """3.001 mm from the wall the floor is free, 2.99 mm not."""
-        assert _one(tip, step, [45.0, 36.99, 20.0], UP)[0] == TouchStatus.CONVERGED
-        assert _one(tip, step, [45.0, 37.02, 20.0], UP)[0] == TouchStatus.OTHER_FACE
-
-    def test_a_slot_narrower_than_the_ball(self, tip: PredictedTip, step: Part) -> None:
-        """4 mm wide: its floor cannot be reached by 6 mm."""
-        status, _ = _one(tip, step, [30.0, 15.0, 10.0], UP)
-        assert status == TouchStatus.OTHER_FACE
-
-    def test_the_stem_is_asked_for(self, tip: PredictedTip, step: Part) -> None:
-        """Under an overhang only the ball has room: a probe from above hits with its stem."""
-        outline = stylus_outline(load_probe("omp40-2"), np.array(UP))
-        # Outside at the foot of the block, under no overhang: free.
-        free = {"clearance": 1.0, "stylus": outline}
-        assert _one(tip, step, [45.0, 40.0, 30.0], [0.0, -1.0, 0.0], **free)[0] == 0
 
     def test_an_overhang_hits_the_stem(self, tip: PredictedTip, tmp_path: Path) -> None:
         from netgen.occ import Box
@@ -141,6 +131,7 @@ class TestOnABlock:
         assert face in {_face_at(part, [30.0, 30.0, z]) for z in (30.0, 40.0)} | {
             _face_at(part, [30.0, 20.0, 35.0])
         }
+        # Outside, under no overhang, the stem is free.
         assert _one(tip, part, [30.0, 10.0, 10.0], UP, stylus=outline)[0] == 0
 
     def test_one_chosen_face_leaves_the_others_in_the_way(
@@ -171,16 +162,12 @@ class TestOnABlock:
         normal = from_angles(np.radians(30.0), 0.0)[0]
         # On the rounding near its joint with the top (at x = 36).
         near = from_angles(np.radians(0.02), 0.0)[0]
-        for n in (normal, near, np.array(UP)):
-            target = np.array([36.0, 20.0, 16.0]) + 4.0 * n
-            done = touch(tip, part, Targets([target], [n]))
-            assert done.status[0] == TouchStatus.CONVERGED
-            assert done.residual[0] < 1e-9
-        kinds = {
-            part.faces[int(touch(tip, part, Targets([[x, 20.0, 20.0]], [UP])).face[0])].kind
-            for x in (20.0, 35.99)
-        }
-        assert "plane" in kinds
+        n = np.array([normal, near, UP])
+        done = touch(tip, part, Targets([36.0, 20.0, 16.0] + 4.0 * n, n))
+        assert np.all(done.status == TouchStatus.CONVERGED)
+        assert done.residual.max() < 1e-9
+        flat = touch(tip, part, Targets([[x, 20.0, 20.0] for x in (20.0, 35.99)], [UP] * 2))
+        assert "plane" in {part.faces[face].kind for face in flat.face.tolist()}
 
 
 class TestLargePart:
@@ -235,17 +222,6 @@ class TestOthers:
         assert done.status[0] == TouchStatus.MISSED
         assert np.isnan(done.travel[0])
 
-    def test_sentences_name_targets_and_faces(self, tip: PredictedTip, step: Part) -> None:
-        targets = Targets(
-            [[45, 20, 20], [64, 20, 20], [45, 38, 20]], [UP] * 3, labels=("good", "far", "near")
-        )
-        sentences = describe_failures(touch(tip, step, targets), targets, step)
-        assert len(sentences) == 2
-        assert sentences[0].startswith("1 missed")
-        assert sentences[0].endswith("target 2 (far)")
-        assert "other face" in sentences[1]
-        assert "(face " in sentences[1]
-
     def test_simulate_refuses_or_leaves_out(self, step: Part) -> None:
         probe = load_probe("omp40-2")
         targets = Targets([[45, 20, 20], [64, 20, 20], [45, 30, 20]], [UP] * 3, labels=("a",) * 3)
@@ -260,40 +236,3 @@ class TestOthers:
         quiet = simulate(probe, step, good)
         moved = quiet.positions[:, 2] - some.touches.positions[:, 2]
         assert moved == pytest.approx(draws[[0, 2]], abs=1e-12)
-
-    def test_the_stem_of_a_map_is_not_known(self) -> None:
-        from pretravel.base.directions import fibonacci_cap
-        from pretravel.prediction.predict import predict, predicted_map
-
-        probe = load_probe("omp40-2")
-        table = predicted_map(probe, predict(probe, fibonacci_cap(100)))
-        with pytest.raises(PretravelError, match="need a described probe"):
-            simulate(
-                table,
-                Plane([0, 0, 0], UP),
-                Targets([[0, 0, 0]], [UP]),
-                setup=PartSetup(check_stylus=True),
-            )
-
-
-def _advice_on(points: list[list[float]], normals: list[list[float]]) -> str:
-    surface = Sphere([0, 0, 0], 20.0)
-    targets = Targets(points, normals)
-    outcomes = touch(predicted_tip(load_probe("omp40-2")), surface, targets)
-    with pytest.raises(PretravelError) as refused:
-        refuse_failures(outcomes, targets, surface)
-    return str(refused.value)
-
-
-GOOD = [[0.0, 0.0, 20.0], [12.0, 0.0, 16.0], [16.0, 0.0, 12.0]]
-
-
-def test_advice_is_on_the_targets_that_failed() -> None:
-    """Three good targets beside one that is far, or one whose normal points inwards."""
-    normals = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [0.8, 0.0, 0.6]]
-    far = _advice_on([*GOOD, [0.0, 12.0, 66.0]], [*normals, [0.0, 0.6, 0.8]])
-    assert "1 of 4 targets cannot be touched" in far
-    assert "47.1 mm from the surface: are they in mm" in far
-    inwards = _advice_on([*GOOD, [0.0, 12.0, 16.0]], [*normals, [0.0, -0.6, -0.8]])
-    assert "1 of 4 targets cannot be touched" in inwards
-    assert "point into the part; they must point out of it" in inwards

@@ -79,8 +79,13 @@ def _fillets(part: Part, radius: float) -> list[int]:
     ]
 
 
-@pytest.mark.parametrize("way", [{"grid": (3, 3)}, {"spacing": 3.0}])
-@pytest.mark.parametrize("fillet", [2.0, 3.0, 3.04, 3.2, 5.0])
+@pytest.mark.parametrize(
+    ("fillet", "way"),
+    [
+        *((fillet, {"grid": (3, 3)}) for fillet in (2.0, 3.0, 3.04)),
+        *((fillet, {"spacing": 4.0}) for fillet in (3.0, 3.04, 3.2, 5.0)),
+    ],
+)
 def test_what_simulate_accepts_compensate_accepts(fillet: float, way: dict[str, object]) -> None:
     """Within 1e-6 mm of the nominal, and every contact at its target: those of a pretravel of
     6 µm slide by less than 0.05 mm where the ball has at least 0.06 mm of play."""

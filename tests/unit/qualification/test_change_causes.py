@@ -17,8 +17,6 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.predict import predict
 from pretravel.qualification.change_causes import (
-    CAUSES,
-    CHANCE,
     LOOSE,
     ONE_DIRECTION,
     PRELOAD,
@@ -28,7 +26,7 @@ from pretravel.qualification.change_causes import (
     TURNED,
 )
 from pretravel.qualification.qualify import qualify
-from pretravel.qualification.verification import Verification, verify
+from pretravel.qualification.verification import verify
 from pretravel.tasks.reports.verification_report import cause_text, verification_document
 from pretravel.touches import Touches
 
@@ -84,13 +82,6 @@ def alarms(case: str, kind: str, maps: int, sets: int) -> int:
 
 
 CASES = ["normal", "step of 1 µm", "heavy tails", "noise at the rods"]
-
-
-@pytest.mark.parametrize("case", ["heavy tails", "noise at the rods"])
-def test_false_alarms_of_uncomfortable_noise(case: str) -> None:
-    """Of the noises that are farthest from normal; 8 %, in 40 sets with four maps: more than 9 come
-    once in 500 trials."""
-    assert alarms(case, "harmonic", 4, 10) <= int(stats.binom.ppf(0.998, 40, 0.08))
 
 
 @pytest.mark.slow
@@ -155,10 +146,10 @@ class TestCauses:
     @pytest.mark.parametrize("cause", [*CLEAR, ONE_DIRECTION])
     def test_clear_changes_are_named(self, cause: str) -> None:
         pretravel, noise = changed(cause)
-        results = [verify(touches(pretravel, 10 + s, noise), old_map(), 25.0) for s in range(5)]
+        results = [verify(touches(pretravel, 10 + s, noise), old_map(), 25.0) for s in range(3)]
         first = Counter(result.causes[0].name for result in results)
-        # Nine of ten sets name it: three of five come always but once in 100.
-        assert first[cause] >= 3
+        # Nine of ten sets name it: two of three come always but once in 36.
+        assert first[cause] >= 2
         best = next(r.causes[0] for r in results if r.causes[0].name == cause)
         if cause in CLEAR:
             assert best.value == pytest.approx(CLEAR[cause], abs=4.0 * best.u)
@@ -175,13 +166,6 @@ class TestCauses:
         ]
         assert named.count(cause) >= 40
 
-    def test_probabilities_are_of_all_causes_together(self) -> None:
-        pretravel, noise = changed(TIP_SIZE)
-        causes = verify(touches(pretravel, 3, noise), old_map(), 25.0).causes
-        assert {cause.name for cause in causes} == {*CAUSES, CHANCE}
-        assert sum(cause.probability for cause in causes) == pytest.approx(1.0)
-        assert sum(CAUSES.values()) == pytest.approx(1.0)
-
     def test_the_report_says_what_and_how_much(self) -> None:
         pretravel, noise = changed(PRELOAD)
         result = verify(touches(pretravel, 4, noise), old_map(), 25.0)
@@ -190,51 +174,21 @@ class TestCauses:
         assert "probability" in str(document.figures[0])
         assert "bent stylus" in " ".join(document.notes)
 
-    def test_an_unchanged_probe_has_no_cause(self) -> None:
-        assert verify(touches(seen(PROBE), 5), old_map(), 25.0).causes == ()
 
-
-class TestGrossTouches:
-    def with_one_bad(self, distance: float, repeats: int = REPEATS) -> Verification:
-        good = touches(seen(PROBE), 6)
-        positions = np.array(good.positions)
-        positions[40] += distance * NORMALS[40]
-        bad = replace(good, positions=positions)
-        if repeats < REPEATS:
-            bad = bad.take(np.flatnonzero(np.arange(len(NORMALS)) % REPEATS >= REPEATS - repeats))
-        return verify(bad, old_map(), 25.0)
-
-    @pytest.mark.parametrize(
-        ("distance", "repeats"), [(0.035, 3), (-0.01, 3), (0.035, 2), (0.035, 1)]
-    )
-    def test_is_named_and_left_out(self, distance: float, repeats: int) -> None:
-        # Repeats from the end of each direction: row 40 is the second of direction 13.
-        if repeats == 1:
-            result = self.single_touches(distance)
-            row = 13
-        else:
-            result, row = self.with_one_bad(distance, repeats), {3: 40, 2: 26}[repeats]
-        assert [outlier.rows for outlier in result.gross] == [(row,)]
-        assert not result.changed
-        told = " ".join(result.warnings)
-        assert f"touch {row + 1}" in told
-        # Beside two good repeats it makes its direction uncertain, which is no change either.
-        assert result.changed_with_gross == (repeats < REPEATS)
-        same = "the verdict is the same with it"
-        different = "without it the verdict is: no change; with: changed"
-        assert (same if repeats == REPEATS else different) in told
-
-    def single_touches(self, distance: float) -> Verification:
-        good = touches(seen(PROBE), 7).take(np.arange(0, len(NORMALS), REPEATS))
-        positions = np.array(good.positions)
-        positions[13] += distance * DIRECTIONS[13]
-        return verify(replace(good, positions=positions), old_map(), 25.0)
-
-    def test_good_touches_are_not(self) -> None:
-        assert all(not verify(touches(seen(PROBE), s), old_map(), 25.0).gross for s in range(8))
-
-    def test_a_direction_whose_repeats_agree_is_a_change(self) -> None:
-        pretravel, noise = changed(ONE_DIRECTION)
-        result = verify(touches(pretravel, 8, noise), old_map(), 25.0)
-        assert result.gross == ()
-        assert result.changed
+@pytest.mark.parametrize(("repeats", "row"), [(3, 40), (2, 26), (1, 13)])
+def test_a_gross_touch_is_named_and_left_out(repeats: int, row: int) -> None:
+    """Direction 14 of 25, with its other repeats or alone. Beside two good repeats it makes its
+    direction uncertain, which is no change either."""
+    good = touches(seen(PROBE), 6)
+    good = good.take(np.flatnonzero(np.arange(len(NORMALS)) % REPEATS >= REPEATS - repeats))
+    positions = np.array(good.positions)
+    positions[row] += 0.035 * good.normals[row]
+    result = verify(replace(good, positions=positions), old_map(), 25.0)
+    assert [outlier.rows for outlier in result.gross] == [(row,)]
+    assert not result.changed
+    assert result.changed_with_gross == (repeats < REPEATS)
+    told = " ".join(result.warnings)
+    assert f"touch {row + 1}" in told
+    same = "the verdict is the same with it"
+    different = "without it the verdict is: no change; with: changed"
+    assert (same if repeats == REPEATS else different) in told

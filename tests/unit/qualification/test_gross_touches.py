@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.qualification.change_tests import TouchesAndMap
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.touch_noise import TouchNoise
-from pretravel.qualification.verification import _left_out, gross_touch
+from pretravel.qualification.verification import _left_out, _robust_scatter, gross_touch
 from pretravel.touches import Touches
 
 NOISE = 3e-4  # mm
@@ -158,3 +160,17 @@ def test_predictions_are_those_of_the_other_directions() -> None:
         assert apart[mine] == pytest.approx(values[mine] - compared.value[g] - expected, abs=1e-9)
         single = math.sqrt(variance - noise[g] + 4.0 * NOISE**2)
         assert u[mine] == pytest.approx(np.full(mine.sum(), single), rel=1e-6)
+
+
+@pytest.mark.parametrize("known", [0.1, 5.0])
+def test_scatter_of_a_touch_is_that_of_the_median_direction(known: float) -> None:
+    """Sums of squares about the means of the directions, by hand: 0.5, 2, 8, 50 and 5; of 1, 2, 2,
+    1 and 3 degrees of freedom. At least that of the map."""
+    values = [9.0, 1.0, 2.0, 1.0, 2.0, 3.0, -2.0, 0.0, 2.0, 5.0, 15.0, 0.0, 1.0, 2.0, 3.0]
+    groups = np.repeat([0, 1, 2, 3, 4, 5], [1, 2, 3, 3, 2, 4])
+    compared: Any = SimpleNamespace(scatter_of_map=Scatter(known, 20.0))
+    medians = sorted(stats.chi2.median(dof) for dof in (1, 2, 2, 1, 3))
+    expected = max(math.sqrt(5.0 / medians[2]), known)
+    found = _robust_scatter(np.array(values), groups, compared)
+    assert found == pytest.approx(expected, rel=1e-9)
+    assert _robust_scatter(np.arange(4.0), np.arange(4), compared) == known

@@ -13,7 +13,6 @@ from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.maps.observation import Observation
 from pretravel.qualification.machine_effects import (
     MachineEffects,
-    _log_density,
     _memory,
     _memory_warnings,
     _scatter_by_memory,
@@ -140,23 +139,6 @@ def test_scatter_by_memory_is_a_mean_over_pairs() -> None:
     assert square == pytest.approx(total / 625.0, rel=1e-9)
 
 
-def test_a_row_of_repeats_leaves_the_memory_in_the_map() -> None:
-    """All follow their own direction: the map is off by the whole memory, a part by none of it."""
-    even = np.vstack([NORMALS, -NORMALS])
-    own = np.column_stack([even[:, 0] ** 2 + even[:, 1] ** 2, even[:, 2] ** 2])
-    lateral = np.array([[1.0, 0.0], [0.0, 0.0]])
-    apart = _scatter_by_memory(even, lateral, 0.0 * own, lateral)
-    square = _scatter_by_memory(even, lateral, own, lateral)
-    assert square - apart == pytest.approx(np.mean(own[:, 0] ** 2), rel=1e-9)
-
-
-def test_logarithm_of_a_normal_density() -> None:
-    covariance = np.array([[2.0, 0.7], [0.7, 1.0]])
-    value = np.array([0.4, -1.1])
-    expected = stats.multivariate_normal(np.zeros(2), covariance).logpdf(value)
-    assert _log_density(value, covariance) == pytest.approx(expected + math.log(2.0 * math.pi))
-
-
 def test_what_is_told_of_a_memory() -> None:
     """Above 95 % its size; above 50 % its root mean square if there is one, and its probability."""
     expected, moments = np.array([0.5, -2.0]) * UM, np.diag([1.0, 3.24]) * UM**2
@@ -184,19 +166,6 @@ def test_a_sure_memory_is_subtracted_and_scatters() -> None:
     scatter = math.sqrt(square)
     assert found.fixed_scatter == pytest.approx(scatter, rel=0.05)
     assert [w.partition(":")[0] for w in found.warnings] == ["hysteresis of about 2.0 µm"]
-
-
-def test_a_drift_is_subtracted_with_its_sign() -> None:
-    """A reference that moves towards the tip is touched earlier: its pretravel falls."""
-    move = np.array([3.0, -1.0, 2.0]) * UM
-    rng = np.random.default_rng(3)
-    errors = -(NORMALS[PASSES] @ move) * relative_times(np.arange(100)) + 0.05 * UM * (
-        rng.standard_normal(100)
-    )
-    found = _effects(errors, PASSES)
-    assert found.drift == pytest.approx(move, abs=0.1 * UM)
-    assert found.change == pytest.approx(errors, abs=0.4 * UM)
-    assert f"drifted by {np.linalg.norm(found.drift) / UM:.1f} µm" in found.warnings[0]
 
 
 def test_the_form_of_the_sphere_is_uniform_between_its_extremes() -> None:

@@ -15,11 +15,7 @@ from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport, some_directions
-from pretravel.qualification.map_warnings import (
-    height_warnings,
-    map_warnings,
-    repeat_warnings,
-)
+from pretravel.qualification.map_warnings import height_warnings, map_warnings, repeat_warnings
 from pretravel.uncertainty.covariance import Covariance
 
 NODES = fibonacci_cap(40, 90.0 * DEGREE)

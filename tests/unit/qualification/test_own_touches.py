@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
-from pretravel.qualification.own_touches import own_touches_warnings
+from pretravel.qualification.own_touches import (
+    _by_chance,
+    own_touches_warnings,
+    touch_digests,
+    touches_that_made,
+)
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualify import qualify
 from pretravel.qualification.verification import verify
@@ -21,7 +28,6 @@ from tests.support.examples import SPHERE
 
 N = sphere_pattern_25()
 NOISE = 0.3e-3
-"""Repeatability of the example probe. [mm]"""
 
 
 def _touches(seed: int, step: float = 0.0, repeats: int = 1) -> Touches:
@@ -38,53 +44,15 @@ def _map(touches: Touches, kind: str = "mean") -> PretravelMap:
 
 
 def test_the_touches_of_a_map_are_known_after_it_was_stored(tmp_path: Path) -> None:
-    touches = _touches(1)
+    touches = replace(_touches(1), source="a.csv")
     write_map(tmp_path / "map.json", _map(touches))
     stored = read_map(tmp_path / "map.json")
     (found,) = own_touches_warnings(touches, stored, "why.")
     assert found.startswith(
         "all 25 touches are touches that the map was made from, to the last digit"
     )
-    assert own_touches_warnings(_touches(2), stored, "why.") == []
-
-
-def test_order_and_normals_and_feeds_do_not_hide_them() -> None:
-    touches = _touches(1)
-    rows = np.random.default_rng(3).permutation(25)
-    other = Touches(touches.positions[rows], touches.normals[rows], feeds=np.full(25, 60.0))
-    assert own_touches_warnings(other, _map(touches), "why.")
-
-
-def test_a_part_of_them_is_counted() -> None:
-    made, new = _touches(1), _touches(2)
-    mixed = Touches(np.vstack([new.positions[:15], made.positions[15:]]), N)
-    (found,) = own_touches_warnings(mixed, _map(made), "why.")
-    assert found.startswith("10 of 25 touches are touches that the map was made from")
-
-
-@pytest.mark.parametrize("seed", range(2, 6))
-def test_steps_of_a_micrometre_repeat_touches_by_chance(seed: int) -> None:
-    """Two touches of a direction that scatter by 0.3 µm are alike in about every second case."""
-    made = _touches(1, step=1e-3)
-    again = _touches(seed, step=1e-3)
-    alike = np.all(made.positions == again.positions, axis=1).sum()
-    assert alike > 0  # else this test shows nothing
-    assert own_touches_warnings(again, _map(made), "why.") == []
-    assert own_touches_warnings(made, _map(made), "why.")
-
-
-def test_a_large_map_keeps_a_short_digest_and_knows_a_part() -> None:
-    """1000 digests are kept of 5000 touches; half of the new touches made the map."""
-    made, new = _touches(1, repeats=200), _touches(2, repeats=200)
-    large = _map(made)
-    assert len(large.provenance.touch_digests) == 12_000
-    mixed = Touches(np.vstack([made.positions[:2500], new.positions[2500:]]), made.normals)
-    (found,) = own_touches_warnings(mixed, large, "why.")
-    count, _, compared, *_ = found.split()
-    # Of the half that was kept in part; five standard deviations of a binomial share.
-    share = int(count) / int(compared)
-    assert share == pytest.approx(0.5, abs=5.0 * 0.5 / np.sqrt(int(compared)))
-    assert own_touches_warnings(new, large, "why.") == []
+    # New touches in a file of the same name are others: `today.csv` is written anew every day.
+    assert own_touches_warnings(replace(_touches(2), source="a.csv"), stored, "why.") == []
 
 
 def test_maps_of_earlier_versions_know_the_name_of_the_file() -> None:
@@ -95,14 +63,6 @@ def test_maps_of_earlier_versions_know_the_name_of_the_file() -> None:
     assert "a file of this name, sphere.csv" in found
     assert own_touches_warnings(replace(touches, source="new.csv"), old, "why.") == []
     assert Provenance.from_dict({"origin": "qualified"}).touch_digests == ""
-
-
-def test_a_file_of_the_same_name_with_new_touches_is_no_reason_to_warn() -> None:
-    """`today.csv` is written anew every day."""
-    made = _map(replace(_touches(1, repeats=2), source="today.csv"), "harmonic")
-    again = replace(_touches(2, repeats=2), source="today.csv")
-    assert not any("made the map" in words for words in verify(again, made, 25.0).warnings)
-    assert own_touches_warnings(again, made, "why.") == []
 
 
 def test_an_update_knows_the_touches_of_both_series() -> None:
@@ -132,3 +92,85 @@ def test_touches_that_were_left_out_did_not_make_the_map() -> None:
     ).pretravel_map
     (found,) = own_touches_warnings(good, made, "why.")
     assert found.startswith(f"{len(good) - 1} of {len(good)} touches are touches that")
+
+
+# Digests.
+
+
+def split_mix(state: int) -> int:
+    """Steele, Lea and Flood 2014, with integers of Python."""
+    z = (state + 0x9E3779B97F4A7C15) % 2**64
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB % 2**64
+    return z ^ (z >> 31)
+
+
+def test_digests_are_those_of_stored_maps() -> None:
+    """A map of an earlier version keeps them: coordinates in 1e-9 mm, mixed one after the other,
+    of which 48 bits are kept. The first value is that of published tests of SplitMix64."""
+    assert split_mix(1234567) == 6457827717110365317
+    positions = np.array([[1.25, -3.5, 1e-9], [0.0, 0.0, 3.1], [-7.0, 2.0, 0.4]])
+    expected = []
+    for place in positions:
+        mixed = 0
+        for step in np.rint(place * 1e9).astype(int).tolist():
+            mixed = split_mix((mixed + step) % 2**64)
+        expected.append(f"{mixed >> 16:012x}")
+    assert touch_digests(positions) == "".join(sorted(expected))
+    assert touch_digests(positions[:1], touch_digests(positions[1:])) == "".join(sorted(expected))
+    assert touches_that_made(Touches(positions, N[:3]), "no digests at all") == (0, 3)
+
+
+def test_of_a_thousand_digests_the_touches_below_the_last_are_compared() -> None:
+    positions = np.random.default_rng(1).uniform(-9.0, 9.0, (1600, 3))
+    normals = np.tile([0.0, 0.0, 1.0], (1600, 1))
+    each = [touch_digests(row[None]) for row in positions]
+    for count in (999, 1000, 1300):
+        kept = sorted(each[:count])[:1000]
+        digests = touch_digests(positions[:count])
+        assert digests == "".join(kept)
+        last = kept[-1] if count >= 1000 else "g"
+        below = [row for row, own in enumerate(each) if own <= last]
+        found = sum(row < count for row in below)
+        assert touches_that_made(Touches(positions, normals), digests) == (found, len(below))
+
+
+def _known(digests: str, repeatability: float = NOISE) -> PretravelMap:
+    made = _map(_touches(1))
+    return replace(made, repeatability=repeatability, provenance=Provenance(touch_digests=digests))
+
+
+def rounded(count: int) -> np.ndarray:
+    return np.asarray(np.round(np.random.default_rng(5).uniform(-9.0, 9.0, (count, 3)), 3))
+
+
+@pytest.mark.parametrize(("sigma", "made"), [(3.0, 40), (5.0, 25), (5.0, 10), (500.0, 3000)])
+def test_touches_alike_by_chance_are_a_binomial_number(sigma: float, made: int) -> None:
+    """Two normal values fall into one cell of 1 µm with the sum of the squares of the cells'
+    probabilities; each touch has as many chances as a direction was touched. Four standard
+    deviations above; the number that a thousand kept digests are of is known to 3 %."""
+    kept = touch_digests(rounded(made))
+    known = _known(kept, 1e-3 * sigma)
+    cells = np.diff(stats.norm(scale=sigma).cdf(np.arange(-8.0 * sigma - 0.5, 8.0 * sigma + 1.0)))
+    chance = min(max(made / 25.0, 1.0) * float(np.sum(cells**2)), 1.0)
+    expected = 50.0 * chance + 4.0 * math.sqrt(50.0 * chance * (1.0 - chance))
+    near = 0.01 if made < 1000 else 0.05  # steps are not quite fine
+    assert _by_chance(rounded(50), known, 50) == pytest.approx(min(expected, 45.0), rel=near)
+
+
+def test_only_more_touches_than_by_chance_are_named() -> None:
+    """Steps of 1 µm at 0.3 µm: any touch can be alike. Nine of ten are then still by chance; those
+    of positions without a step are never."""
+    kept = rounded(50)
+    known = _known(touch_digests(kept))
+    other = kept + 1.0
+    for count, named in ((45, 0), (46, 1)):
+        mixed = np.vstack([kept[:count], other[count:]])
+        given = Touches(mixed, np.tile(N, (2, 1)))
+        assert len(own_touches_warnings(given, known, "why.")) == named
+    smooth = np.random.default_rng(2).uniform(-9.0, 9.0, (50, 3))
+    known = _known(touch_digests(smooth[:1]))
+    (found,) = own_touches_warnings(Touches(smooth, np.tile(N, (2, 1))), known, "why.")
+    assert found == (
+        "1 of 50 touches are touches that the map was made from, to the last digit: why."
+    )

@@ -1,25 +1,240 @@
-"""Maps, uncertainties and outliers of a qualification, against Monte Carlo and by hand."""
+"""Maps, uncertainties and warnings of a qualification as a whole; budgets by hand."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, sphere_pattern_25, unit
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.files.touches_csv import read_touches
+from pretravel.base.frames import probe_rotation
+from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kind import usual_shift_covariance
-from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicMapFit
-from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
+from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
+from pretravel.maps.kinds.mean import MeanKind
+from pretravel.maps.pretravel_map import over_support
+from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, Origin, QualificationSetup
 from pretravel.measurement.compensation import apply
+from pretravel.qualification.own_touches import touch_digests
+from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
+from pretravel.qualification.qualify import qualified
+from pretravel.qualification.qualify import qualify as qualify_with_all_kinds
+from pretravel.tasks.qualify import Qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.examples import EXAMPLES
 from tests.support.plain_qualification import qualify_plainly as qualify
 from tests.support.reference_touches import sphere_touches
+
+UM = 1e-3
+N = sphere_pattern_25()
+AXIS = (0.48, 0.6, 0.64)
+TILT = probe_rotation(AXIS)
+CENTER = np.array([120.0, -40.0, 7.0])
+SETUP = QualificationSetup(25.0, tip_diameter=6.0, u_diameter=0.5 * UM)
+
+
+def _touches(tilt: np.ndarray, fed: bool = False, wrong: float = 0.0) -> Touches:
+    """A three-lobed probe, three times in each direction; at two feeds with a delay of 5 ms."""
+    rng = np.random.default_rng(7)
+    n = np.tile(N, (4 if fed else 3, 1))
+    basis = HarmonicBasis(np.array([[0, 0], [2, 0], [3, 3]]))
+    value = basis.design(n) @ (np.array([10.0, -3.0, 2.0]) * UM)
+    value += 0.3 * UM * rng.standard_normal(len(n))
+    value[31] -= wrong
+    feeds = np.repeat([60.0, 180.0] * 2, 25) if fed else np.linspace(49.9, 50.3, 75)
+    value += 5e-3 * feeds / 60.0 if fed else 0.0
+    positions = (n * (15.5 - value)[:, None]) @ tilt.T + CENTER
+    return Touches(positions, n @ tilt.T, feeds=feeds, source="sphere.csv")
+
+
+@pytest.mark.parametrize("fed", [False, True])
+def test_a_tilted_probe_is_an_upright_one_in_another_frame(fed: bool) -> None:
+    kind = HarmonicKind()
+    upright = qualified(_touches(np.eye(3), fed), SETUP, kind)
+    tilted = qualified(_touches(TILT, fed), replace(SETUP, axis=AXIS), kind)
+    off = TILT @ (upright.center - CENTER)
+    assert tilted.center - CENTER == pytest.approx(off, abs=1e-6)
+    assert np.abs(upright.center - CENTER).max() > 0.1 * UM
+    expected = TILT @ upright.center_covariance @ TILT.T
+    assert tilted.center_covariance == pytest.approx(expected, rel=1e-3, abs=1e-12)
+    assert tilted.contact_normals == pytest.approx(upright.contact_normals @ TILT.T, abs=1e-6)
+    for name in ("residuals", "observed", "effective_radius", "u_effective_radius",
+                 "repeatability", "repeatability_dof"):  # fmt: skip
+        assert getattr(tilted, name) == pytest.approx(getattr(upright, name), rel=1e-4, abs=1e-6)
+    assert tilted.pretravel_map.rotation == pytest.approx(TILT)
+    assert tilted.pretravel_map.coefficients == pytest.approx(
+        upright.pretravel_map.coefficients, abs=1e-6
+    )
+    assert tilted.degrees_of_freedom == pytest.approx(upright.degrees_of_freedom, rel=1e-4)
+    if fed:
+        assert tilted.pretravel_map.delay_effect == pytest.approx(
+            upright.pretravel_map.delay_effect, abs=1e-6
+        )
+
+
+def _compare_observed(found: Qualification, given: Touches) -> None:
+    """By distances from the centre that was found."""
+    away = given.positions - found.center
+    distance = np.linalg.norm(away, axis=1)
+    assert found.contact_normals == pytest.approx(away / distance[:, None], abs=1e-9)
+    made = found.pretravel_map
+    assert found.observed == pytest.approx(12.5 + made.tip_radius - distance, abs=1e-9)
+    residuals = found.observed - made.pretravel(found.contact_normals, extrapolate=True)
+    assert found.residuals == pytest.approx(residuals, abs=1e-9)
+
+
+def test_a_qualification_states_what_it_saw() -> None:
+    given = _touches(TILT, wrong=0.03)
+    setup = replace(SETUP, axis=AXIS)
+    found = qualified(given, setup, HarmonicKind())
+    _compare_observed(found, given)
+    assert (~found.used).nonzero()[0].tolist() == [31]
+    assert [one.rows for one in found.outliers] == [(31,)]
+    assert found.delay is None
+    assert found.setup is setup
+    groups = np.tile(np.arange(25), 3)
+    assert (found.groups[:, None] == found.groups).tolist() == (groups[:, None] == groups).tolist()
+    rest = found.used
+    pooled = sum(
+        float(np.sum((x - x.mean()) ** 2))
+        for x in (found.observed[rest & (groups == g)] for g in range(25))
+    )
+    assert found.repeatability == pytest.approx(math.sqrt(pooled / 49.0), rel=1e-3)
+    assert found.repeatability_dof == 49.0
+    # 0.5 µm, and 11.5e-6 / K of 25 mm in 0.2 K; the half of them is in a radius.
+    u_reference = 0.5 * math.hypot(0.5 * UM, 11.5e-6 * 25.0 * 0.2)
+    assert found.u_effective_radius == pytest.approx(math.hypot(found.fit.u_mean, u_reference))
+    assert found.effective_radius == pytest.approx(3.0 - found.fit.mean, abs=1e-12)
+    made = found.pretravel_map
+    assert made.u_tip_radius == pytest.approx(u_reference)
+    assert (made.tip_radius, made.delay, made.u_delay, made.delay_effect) == (3.0, None, 0.0, None)
+    assert made.feed == pytest.approx(50.1)
+    assert made.repeatability == found.repeatability
+    scatter = math.hypot(
+        max(found.fit.fixed_scatter, found.effects.step_scatter), found.effects.fixed_scatter
+    )
+    assert made.fixed_scatter == pytest.approx(scatter)
+    assert made.fixed_scatter >= 0.13 * UM / math.sqrt(12.0)
+    assert repr(found) == (
+        f"Qualification(harmonic; 75 touches, 1 left out; effective radius "
+        f"{found.effective_radius:.4f} mm; repeatability {1e3 * found.repeatability:.2f} µm; "
+        f"{len(found.warnings)} warnings)"
+    )
+    told = made.provenance
+    assert told.origin is Origin.QUALIFIED
+    assert told.source == "qualified on a sphere of 25 mm"
+    assert told.touches == "74 touches in 25 directions, from sphere.csv"
+    assert told.touches_file == "sphere.csv"
+    assert told.touch_digests == touch_digests(given.positions[rest])
+    assert told.gauge.startswith("pretravel is relative to ")
+    assert told.level_known
+    assert told.setup is setup
+
+
+def _sphere(positions: np.ndarray) -> tuple[np.ndarray, float]:
+    """Geometric least squares by Gauss and Newton."""
+    center, radius = CENTER.copy(), 15.49
+    for _ in range(20):
+        away = positions - center
+        distance = np.linalg.norm(away, axis=1)
+        columns = np.column_stack([away / distance[:, None], np.ones(len(away))])
+        step, *_ = np.linalg.lstsq(columns, distance - radius)
+        center, radius = center + step[:3], radius + float(step[3])
+    return center, radius
+
+
+def test_the_effect_of_a_touch_that_was_left_out() -> None:
+    """Spheres by least squares through all touches and through those that were used: in a
+    direction the surface moves by the change of the radius and that of the centre along it."""
+    given = _touches(np.eye(3), wrong=0.08)
+    found = qualified(given, replace(SETUP, axial_pretravel=None), MeanKind())
+    assert (~found.used).sum() == 1
+    (first, small), (second, large) = _sphere(given.positions[found.used]), _sphere(given.positions)
+    moved = np.abs((large - small) + N @ (second - first)).max()
+    assert moved > 0.5 * UM
+    assert found.effect_of_outliers == pytest.approx(moved, rel=0.01)
+    assert found.effective_radius == pytest.approx(small - 12.5, abs=1e-6)
+    assert qualified(_touches(np.eye(3)), SETUP, MeanKind()).effect_of_outliers == 0.0
+
+
+def test_without_a_tip_diameter_the_map_is_relative_to_its_mean() -> None:
+    """The tip is the effective one, observed pretravel and map are less by the mean."""
+    given = _touches(np.eye(3))
+    known = qualified(given, replace(SETUP, axial_pretravel=None), MeanKind())
+    found = qualified(given, replace(SETUP, axial_pretravel=None, tip_diameter=None), MeanKind())
+    made = found.pretravel_map
+    assert found.effective_radius == pytest.approx(known.effective_radius, abs=1e-7)
+    assert made.tip_radius == pytest.approx(known.effective_radius, abs=1e-7)
+    assert made.pretravel(N) == pytest.approx(np.zeros(25), abs=1e-7)
+    assert known.pretravel_map.pretravel(N) == pytest.approx(
+        np.full(25, 3.0 - known.effective_radius), abs=1e-7
+    )
+    assert found.residuals == pytest.approx(known.residuals, abs=1e-7)
+    _compare_observed(found, given)
+    assert not made.provenance.level_known
+    assert made.provenance.gauge.endswith("and to its mean, since no tip diameter was given")
+    assert known.pretravel_map.provenance.level_known
+
+
+def test_budgets_of_a_qualification_at_two_feeds() -> None:
+    """Every source with its type, its u and its degrees of freedom."""
+    found = qualified(_touches(np.eye(3), fed=True), SETUP, HarmonicKind())
+    made = found.pretravel_map
+    assert found.delay is not None
+    assert (made.feed, made.delay, made.u_delay) == (0.0, found.delay.delay, found.delay.u_delay)
+    assert found.delay.delay == pytest.approx(5e-3, abs=4.0 * found.delay.u_delay)
+    reference = [
+        ("diameter of the reference", "B", 0.5 * UM, 0.5, math.inf),
+        ("temperature of the reference", "B", 11.5e-6 * 25.0 * 0.2, 0.5, math.inf),
+    ]
+    radius = radius_budget(found)
+    # All errors by the delay at the mean feed of 120 mm/min are alike: 2 mm/s.
+    delay = 2.0 * found.delay.u_delay
+    dof = found.repeatability_dof
+    _compare(radius, [
+        ("touches", "A", found.fit.u_mean, 1.0, dof), *reference,
+        ("signal delay", "B", delay, 1.0, math.inf),
+    ])  # fmt: skip
+    assert radius.result == "effective radius"
+    assert radius.combined == pytest.approx(found.u_effective_radius)
+    u_map = math.sqrt(float(np.mean(over_support(made)[2] ** 2)))
+    point = part_point_budget(found)
+    _compare(point, [
+        ("repeatability", "A", found.repeatability, 1.0, dof),
+        ("fixed scatter", "B", made.fixed_scatter, 1.0, math.inf),
+        ("map", "B", u_map, 1.0, math.inf), *reference,
+    ])  # fmt: skip
+    assert point.result == "a point on a part, rms over the map"
+
+
+def _compare(budget, expected) -> None:  # type: ignore[no-untyped-def]
+    assert len(budget.components) == len(expected)
+    for one, (name, evaluation, u, sensitivity, dof) in zip(
+        budget.components, expected, strict=True
+    ):
+        assert (one.name, one.evaluation, one.dof) == (name, evaluation, dof)
+        assert one.sensitivity == sensitivity
+        assert one.standard_uncertainty == pytest.approx(u, rel=0.01)
+
+
+def test_budgets_name_what_was_assumed_and_leave_out_what_is_zero() -> None:
+    found = qualified(
+        replace(_touches(np.eye(3)), feeds=None), replace(SETUP, u_diameter=None), MeanKind()
+    )
+    names = [one.name for one in radius_budget(found).components]
+    assert names == [
+        "touches", "diameter of the reference (assumed)", "temperature of the reference"
+    ]  # fmt: skip
+    assert radius_budget(found).components[1].standard_uncertainty == pytest.approx(0.2 * UM)
+    certain = replace(SETUP, u_diameter=0.0, u_temperature=0.0)
+    exact = replace(found, setup=certain, repeatability_dof=0.0)
+    (touches,) = radius_budget(exact).components
+    assert (touches.name, touches.dof) == ("touches", math.inf)
 
 
 class TestQualification:
@@ -33,53 +248,6 @@ class TestQualification:
         rng = np.random.default_rng(seed)
         return sphere_touches(self._pretravel(n) + rng.normal(0.0, noise, len(n)), n)
 
-    def test_repeatability_is_pooled(self) -> None:
-        """By hand: the mean of 25 variances, each of three touches."""
-        touches = self._touches()
-        result = qualify(touches, 25.0, tip_diameter=6.0)
-        distance = np.linalg.norm(touches.positions - result.center, axis=1)
-        assert not result.effects.change.any()
-        pooled = np.sqrt(distance.reshape(25, 3).var(axis=1, ddof=1).mean())
-        assert result.repeatability == pytest.approx(pooled, rel=1e-3)
-        assert result.repeatability_dof == 50.0
-
-    def test_an_outlier_among_repeats_is_named_not_dropped(self) -> None:
-        touches = self._touches()
-        assert qualify(touches, 25.0, tip_diameter=6.0).outliers == ()
-        positions = touches.positions.copy()
-        positions[31] += 0.005 * touches.normals[31]
-        bad = Touches(positions, touches.normals, lines=tuple(range(2, 77)))
-        result = qualify(bad, 25.0, tip_diameter=6.0)
-        assert [outlier.rows for outlier in result.outliers] == [(31,)]
-        assert "touch 32 (line 33)" in result.outliers[0].message
-        assert len(result.residuals) == 75
-
-    def test_an_outlier_without_repeats_is_named(self) -> None:
-        n = fibonacci_cap(120, np.radians(90.0))
-        rng = np.random.default_rng(1)
-        pretravel = self._pretravel(n) + rng.normal(0.0, 3e-4, 120)
-        assert qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers == ()
-        pretravel[60] += 0.01
-        rows = [
-            o.rows for o in qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
-        ]
-        assert rows == [(60,)]
-
-    def test_a_suspect_does_not_predict_itself(self) -> None:
-        """Its distance is from what the others predict: a direction that is 10 µm further off
-        lies exactly 10 µm further from the same prediction."""
-        n = sphere_pattern_25()
-        noise = np.random.default_rng(3).normal(0.0, 3e-4, 25)
-        distances = []
-        for error in (0.03, 0.04):
-            pretravel = self._pretravel(n) + noise
-            pretravel[8] += error
-            (found,) = qualify(sphere_touches(pretravel, n), 25.0, tip_diameter=6.0).outliers
-            assert found.rows == (8,)
-            distances.append(found.distance)
-        # The centre of all touches, about which distances are linear, moves with it a little.
-        assert distances[1] - distances[0] == pytest.approx(0.01, rel=0.01)
-
     def test_two_wrong_directions_are_named_once_each(self) -> None:
         """With the others' prediction, which contains neither: both errors come out as made."""
         n = np.concatenate([sphere_pattern_25(), fibonacci_cap(35, np.radians(85.0))])
@@ -91,11 +259,13 @@ class TestQualification:
             made = {10: 0.03, 40: -0.04}[outlier.rows[0]]
             assert outlier.distance == pytest.approx(made, abs=outlier.limit)
 
-    @pytest.mark.parametrize("kind", ["mean", "sectors", "harmonic"])
-    def test_tip_uncertainty_comes_from_the_sphere(self, kind: str) -> None:
-        result = qualify(self._touches(), 25.0, tip_diameter=6.0, kind=kind, u_diameter=4e-4)
-        assert result.pretravel_map.u_tip_radius == pytest.approx(2e-4)
-        assert result.u_effective_radius > 2e-4
+    def test_one_bad_touch_does_not_hide_a_bad_direction(self) -> None:
+        touches = self._touches()
+        positions = touches.positions.copy()
+        positions[30:33] += 0.02 * touches.normals[30:33]
+        positions[50] += 0.005 * touches.normals[50]
+        result = qualify(Touches(positions, touches.normals), 25.0, tip_diameter=6.0)
+        assert {outlier.rows for outlier in result.outliers} == {(50,), (30, 31, 32)}
 
     def test_uncertainties_of_the_mean_kind_by_hand(self) -> None:
         """Eight directions once. The variance of the mean in any direction is the sum of squares
@@ -130,28 +300,19 @@ class TestQualification:
         assert result.repeatability_dof < 150
 
     def test_repeatability_without_repeats_has_the_fit_s_degrees_of_freedom(self) -> None:
-        n = fibonacci_cap(150, np.radians(90.0))
+        n = fibonacci_cap(60, np.radians(90.0))
         result = qualify(sphere_touches(self._pretravel(n), n), 25.0, tip_diameter=6.0)
         assert result.repeatability_dof == result.degrees_of_freedom
 
-    @pytest.mark.parametrize(
-        ("told", "draws", "most"),
-        [
-            (1e-3, 30, 1.5),
-            pytest.param(1e-3, 60, 1.3, marks=pytest.mark.slow),
-            pytest.param(None, 60, 1.3, marks=pytest.mark.slow),
-        ],
-    )
-    def test_harmonic_centre_radius_and_map_in_either_gauge(
-        self, told: float | None, draws: int, most: float
-    ) -> None:
+    @pytest.mark.slow
+    @pytest.mark.parametrize("told", [1e-3, None])
+    def test_harmonic_centre_radius_and_map_in_either_gauge(self, told: float | None) -> None:
         """Many noises on one probe. Scatter of a standard deviation from 60 draws is 9 % (one
-        sigma), from 30 draws 13 %; a prior makes the map scatter less than stated, never more:
-        factors of 0.5 to 1.3 or 1.5.
+        sigma); a prior makes the map scatter less than stated, never more: factors of 0.5 to 1.3.
         In the gauge of the pole the value there is given, so it has no uncertainty."""
         centers, radii, values, stated = [], [], [], []
         check = fibonacci_cap(40, np.radians(85.0))
-        for seed in range(draws):
+        for seed in range(60):
             result = qualify(
                 self._touches(seed), 25.0, tip_diameter=6.0, axial_pretravel=told,
                 search_outliers=False,
@@ -174,8 +335,8 @@ class TestQualification:
         scatter = np.concatenate([np.std(centers, axis=0), [np.std(radii)], np.std(values, axis=0)])
         u = np.mean(stated, axis=0)
         ratio = scatter[:4] / u[:4]
-        assert np.all((ratio > 0.5) & (ratio < most)), ratio
-        assert np.all(scatter[4:] < most * u[4:])
+        assert np.all((ratio > 0.5) & (ratio < 1.3)), ratio
+        assert np.all(scatter[4:] < 1.3 * u[4:])
         pole = result.pretravel_map.standard_uncertainty([[0.0, 0.0, 1.0]])[0]
         assert (pole < 1e-9) == (told is not None)
 
@@ -202,39 +363,6 @@ class TestQualification:
             found.append(apply(touches, made).positions)
         assert np.allclose(found[0], found[1], atol=1e-9)
 
-    def test_a_pair_that_disagrees_is_named(self) -> None:
-        touches = self._touches(repeats=2)
-        assert qualify(touches, 25.0, tip_diameter=6.0).outliers == ()
-        positions = touches.positions.copy()
-        positions[20] += 0.005 * touches.normals[20]
-        result = qualify(Touches(positions, touches.normals), 25.0, tip_diameter=6.0)
-        assert [outlier.rows for outlier in result.outliers] == [(20, 21)]
-
-    def test_one_bad_touch_does_not_hide_a_bad_direction(self) -> None:
-        touches = self._touches()
-        positions = touches.positions.copy()
-        positions[30:33] += 0.02 * touches.normals[30:33]
-        positions[50] += 0.005 * touches.normals[50]
-        result = qualify(Touches(positions, touches.normals), 25.0, tip_diameter=6.0)
-        assert {outlier.rows for outlier in result.outliers} == {(50,), (30, 31, 32)}
-
-    def test_repeats_are_told_by_distance(self) -> None:
-        """The border of a cell between two normals 1e-9 apart does not separate them."""
-        n = np.repeat(sphere_pattern_25(), 2, axis=0)
-        n[::2, 0] += 1e-9
-        n[:, 0] += 0.0005 * n[:, 2]
-        result = qualify(sphere_touches(self._pretravel(n), unit(n)), 25.0, tip_diameter=6.0)
-        assert result.groups.max() == 24
-
-    def test_mixed_feeds_tell_the_delay(self) -> None:
-        """Touches made without a shift: zero, within three standard uncertainties."""
-        touches = self._touches()
-        mixed = replace(touches, feeds=np.where(np.arange(75) % 2 == 0, 50.0, 500.0))
-        result = qualify(mixed, 25.0, tip_diameter=6.0, kind="mean")
-        assert result.delay is not None
-        assert abs(result.delay.delay) < 3.0 * result.delay.u_delay
-        assert result.pretravel_map.feed == 0.0
-
     def test_centre_of_a_three_lobed_probe(self) -> None:
         """Rings of four and eight touches with lobes shift the least-squares sphere by 1 um, but
         not the centre of the harmonic kind: within three of its standard uncertainties, and 0.5 um.
@@ -258,48 +386,6 @@ class TestQualification:
         )
         harmonic = qualify(self._touches(), 25.0, tip_diameter=6.0)
         assert 50.0 <= harmonic.degrees_of_freedom < 71.0
-
-    @pytest.mark.parametrize("draws", [100, pytest.param(600, marks=pytest.mark.slow)])
-    def test_centre_and_radius_covariance_against_monte_carlo(self, draws: int) -> None:
-        """Mean kind, perfect probe; n draws determine variances to √(2/n), four of that are
-        allowed, and half of it for a deviation."""
-        n = np.repeat(sphere_pattern_25(), 3, axis=0)
-        rng = np.random.default_rng(3)
-        results = [
-            qualify(
-                sphere_touches(0.01 + rng.normal(0.0, 3e-4, 75), n),
-                25.0,
-                tip_diameter=6.0,
-                kind="mean",
-                search_outliers=False,
-            )
-            for _ in range(draws)
-        ]
-        centers = np.array([r.center for r in results])
-        by_noise = [
-            r.center_covariance - usual_shift_covariance(r.fit.observation) for r in results
-        ]
-        stated = np.mean([np.diag(covariance) for covariance in by_noise], axis=0)
-        allowed = 4.0 * np.sqrt(2.0 / draws)
-        assert np.allclose(centers.var(axis=0), stated, rtol=allowed)
-        radii = np.array([r.effective_radius for r in results])
-        u_radius = np.mean([r.u_effective_radius for r in results])
-        assert radii.std() == pytest.approx(u_radius, rel=0.5 * allowed)
-
-    @pytest.mark.slow
-    def test_harmonic_uncertainty_at_the_touches_against_monte_carlo(self) -> None:
-        """A fixed smooth probe, many noises: where it is touched, the map scatters no more than
-        stated, and its mean error is small against u (a prior's bias)."""
-        n = sphere_pattern_25()
-        values, stated = [], []
-        for seed in range(60):
-            result = qualify(self._touches(seed), 25.0, tip_diameter=6.0, axial_pretravel=None)
-            values.append(result.pretravel_map.pretravel(n))
-            stated.append(result.pretravel_map.standard_uncertainty(n))
-        scatter = np.array(values).std(axis=0)
-        u = np.mean(stated, axis=0)
-        assert np.all(scatter < 1.3 * u)
-        assert np.median(scatter) > 0.5 * np.median(u)
 
 
 class TestWhatAQualificationWarnsOf:
@@ -326,10 +412,6 @@ class TestWhatAQualificationWarnsOf:
         assert np.abs(apart).max() < 0.05e-3
         assert 1e-4 < result.effect_of_outliers < 0.02
 
-    def test_a_large_chip_is_refused(self) -> None:
-        with pytest.raises(PretravelError, match=r"touch 3[123] lies about 0.2\d mm outside"):
-            qualify(self._chipped(0.25), 24.9987, tip_diameter=6.0)
-
     def test_the_example_itself_is_clean(self) -> None:
         result = qualify(self._example(), 24.9987, tip_diameter=6.0)
         assert result.outliers == ()
@@ -350,17 +432,6 @@ class TestWhatAQualificationWarnsOf:
         result = qualify(touches, **arguments)  # type: ignore[arg-type]
         assert any(words in warning for warning in result.warnings), result.warnings
 
-    def test_delay_travel_is_allowed_for_where_the_feed_is_told(self) -> None:
-        """At 600 mm/min and 14.5 ms the spindle travels 145 µm further: too much for a probe, but
-        plausible for a machine that moves so fast."""
-        example = self._example()
-        late = example.positions - 0.145 * example.normals
-        with pytest.raises(PretravelError, match="feed_mm_min"):
-            qualify(Touches(late, example.normals), 24.9987, tip_diameter=6.0)
-        told = Touches(late, example.normals, feeds=np.full(75, 600.0))
-        result = qualify(told, 24.9987, tip_diameter=6.0, kind="mean")
-        assert result.effective_radius == pytest.approx(2.98363 - 0.145, abs=1e-5)
-
     def test_a_wide_gap_is_warned_of(self) -> None:
         """Pole and equator alone: between them the map is uncertain, and a warning states this."""
         touches = self._example()
@@ -372,3 +443,38 @@ class TestWhatAQualificationWarnsOf:
         touches = self._example()
         result = qualify(touches.take(np.arange(3, 75)), 24.9987, tip_diameter=6.0)
         assert "the pole was not touched" in result.pretravel_map.provenance.gauge
+
+    def test_delay_travel_is_allowed_for_where_the_feed_is_told(self) -> None:
+        """At 600 mm/min and 14.5 ms the spindle travels 145 µm further: too much for a probe, but
+        plausible for a machine that moves so fast."""
+        example = self._example()
+        late = example.positions - 0.145 * example.normals
+        with pytest.raises(PretravelError, match="feed_mm_min"):
+            qualify(Touches(late, example.normals), 24.9987, tip_diameter=6.0)
+        told = Touches(late, example.normals, feeds=np.full(75, 600.0))
+        result = qualify(told, 24.9987, tip_diameter=6.0, kind="mean")
+        assert result.effective_radius == pytest.approx(2.98363 - 0.145, abs=1e-5)
+
+
+@pytest.mark.parametrize(("repeats", "words"), [(1, "is not known"), (3, "The probe is good")])
+def test_without_repeats_a_probe_is_not_called_good(
+    tmp_path: Path, repeats: int, words: str
+) -> None:
+
+    path = tmp_path / "sphere.csv"
+    write_touches(path, _touches(np.eye(3)).take(np.arange(25 * repeats)))
+    made = Qualify(touches=path, diameter=25.0, tip_diameter=6.0, kind="harmonic").run()
+    assert words in made.document().verdict
+
+
+def test_five_exact_touches_of_which_the_pole_is_left_out() -> None:
+    """Without the pole, four touches on the equator do not show the height of the centre; touches
+    without noise left a column of exact zeros there. Lobes of 1 µm, positions to nine decimals."""
+    n = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]])
+    lobes = 1e-3 * np.array([1.0, 0.0, -1.0, 0.0, 1.0])
+    positions = np.round(n * (15.495 - lobes)[:, None], 9)
+    found = qualify_with_all_kinds(Touches(positions, n), 25.0, tip_diameter=6.0)
+    assert np.abs(found.center[:2]).max() < 2e-3
+    value, u = found.pretravel_map.pretravel_and_uncertainty(n)
+    assert np.isfinite(value).all()
+    assert np.all(u < 0.1)

@@ -37,7 +37,7 @@ def _rounded(values: FloatArray, step: float) -> FloatArray:
 @pytest.mark.parametrize("step", [1e-5, 1e-4, 5e-4, 1e-3, 1.25e-3, 5e-3, 0.020 / 4096, 0.00037])
 @pytest.mark.parametrize("noise", [0.0001, 0.0003])
 def test_a_step_of_the_axes_is_found_in_12_touches(step: float, noise: float) -> None:
-    for seed in range(10):
+    for seed in range(3):
         rng = np.random.default_rng(seed)
         directions = unit(rng.standard_normal((12, 3)) * [1, 1, 0.5] + [0, 0, 0.5])
         positions = _touches(rng, directions, 1, noise)[0]
@@ -67,13 +67,13 @@ def test_the_latch_is_found_behind_finer_digits() -> None:
 
 
 def test_continuous_positions_have_no_step() -> None:
-    """600 sets with a level of 1e-4: one false step in 17 such tests."""
+    """180 sets with a level of 1e-4: one false step in 55 such tests."""
     patterns = (
         sphere_pattern_25(),
         unit(np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])),
         from_angles(np.pi / 2, np.arange(24) * np.pi / 12),
     )
-    for seed in range(200):
+    for seed in range(60):
         for directions in patterns:
             rng = np.random.default_rng(seed)
             noise = 10.0 ** rng.uniform(-5.0, -2.5)
@@ -152,33 +152,6 @@ def test_no_machine_has_a_step_above_five_micrometres() -> None:
     assert quantisation_step(_rounded(positions, 0.005)) == pytest.approx(0.005, rel=1e-6)
     assert quantisation_step(_rounded(positions, 0.006)) == 0.0
     assert quantisation_step(_rounded(positions, 0.012)) == 0.0
-
-
-@pytest.mark.parametrize(("reach", "found"), [(7, True), (1007, False), (100_003, False)])
-def test_three_touches_show_a_step_of_their_near_distances(reach: int, found: bool) -> None:
-    """A step that is found in the data is one of as many as the distance has steps."""
-    positions = np.array([[0.0, 0.0, 0.0], [3e-3, 0.0, 0.0], [reach * 1e-3, 0.0, 0.0]])
-    step = quantisation_step(positions + CENTRE)
-    assert step == (pytest.approx(1e-3, rel=1e-6) if found else 0.0)
-
-
-@pytest.mark.parametrize("arc", [0.05, 0.12, 0.3])
-def test_so_many_values_show_a_step_as_chance_hardly_gives(arc: float) -> None:
-    """The chance that n phases lie in an arc a is n a^(n - 1) (Stevens 1939), below a half.
-
-    Half of the values beyond the first count. Each of the usual steps, and one found, is a trial.
-    """
-    # On one axis, in steps of 1 um, with phases spread over the arc: no other step holds them.
-    places = 1e-3 * np.cumsum(np.array([7, 13, 4, 11, 23, 5, 17, 3, 19, 8] * 4))
-    trials = len(_USUAL_STEPS) + 1
-    for count in range(3, 40):
-        phases = np.append([0.0, arc], arc * np.random.default_rng(5).random(38))[:count]
-        positions = np.zeros((count, 3))
-        positions[:, 0] = places[:count] + 1e-3 * phases
-        n = 1.0 + 0.5 * (count - 1)
-        expected = trials * n * arc ** (n - 1.0) < 1e-4
-        assert (quantisation_step(positions) > 0.0) == expected, count
-    assert expected
 
 
 @pytest.mark.parametrize(("reach", "found"), [(0.19, 1e-3), (0.3, 0.0)])

@@ -1,128 +1,64 @@
-"""Hysteresis by the touch before: estimates, levels, and what an order does not show."""
+"""Drift and hysteresis in the order of touches: estimates, probabilities, what is not shown."""
 
 from __future__ import annotations
+
+import itertools
+import math
 
 import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import sphere_pattern_25
-from pretravel.maps.observation import Observation
-from pretravel.qualification.machine_effects import machine_effects
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.qualification.touch_order import (
     between_predecessors,
+    drift_columns,
+    drift_is_separable,
+    estimated_drift,
     estimated_hysteresis,
     hysteresis_columns,
-    predecessors,
-    previous_directions,
     relative_times,
+    time_within_directions,
 )
 
 NORMALS = sphere_pattern_25()
 TIMES = np.arange(75.0)
 IN_A_ROW = np.repeat(np.arange(25), 3)
 PASSES = np.tile(np.arange(25), 3)
+MIXED = np.concatenate([np.random.default_rng(s).permutation(25) for s in range(3)])
 
 
-def _mixed_passes(rng: np.random.Generator, passes: int = 3) -> IntArray:
-    return np.concatenate([rng.permutation(25) for _ in range(passes)])
+def _with_constants(values: FloatArray, columns: FloatArray, groups: IntArray) -> FloatArray:
+    """Coefficients of the columns by least squares, beside a constant for each direction."""
+    design = np.column_stack([columns, groups[:, None] == np.unique(groups)])
+    return np.asarray(np.linalg.lstsq(design, values)[0][: columns.shape[1]])
 
 
-def _memory(groups: IntArray, lateral: float, axial: float = 0.0) -> FloatArray:
-    """The tip stays at rest where the push before left it: h m · n, summed by hand."""
-    value = np.zeros(len(groups))
-    for row in range(1, len(groups)):
-        n, m = NORMALS[groups[row]], NORMALS[groups[row - 1]]
-        value[row] = lateral * (n[0] * m[0] + n[1] * m[1]) + axial * n[2] * m[2]
-    return value
+@pytest.mark.parametrize(("groups", "passes"), [(IN_A_ROW, False), (MIXED, True)])
+def test_memory_and_drift_are_least_squares_with_constants(groups: IntArray, passes: bool) -> None:
+    """Of the memory, with the drift beside it where the order separates one; the tip stays at rest
+    where the push before left it."""
+    values, n = np.random.default_rng(1).standard_normal(75), NORMALS[groups]
+    products = n * np.vstack([np.zeros(3), n[:-1]])
+    memory = np.column_stack([products[:, 0] + products[:, 1], products[:, 2]])
+    drift = n * np.linspace(-0.5, 0.5, 75)[:, None]
+    assert drift_is_separable(groups, TIMES) == passes
+    expected = _with_constants(values, np.hstack([memory, drift] if passes else [memory]), groups)
+    # In another row, and with times in another unit.
+    row = np.random.default_rng(2).permutation(75)
+    fit = estimated_hysteresis(values[row], n[row], groups[row], 7.0 * TIMES[row] + 3.0)
+    assert fit.value == pytest.approx(expected[:2], rel=1e-8)
+    found = estimated_drift(values[row], n[row], groups[row], 7.0 * TIMES[row] + 3.0)
+    assert found.value == pytest.approx(_with_constants(values, drift, groups), rel=1e-8)
+    assert (found.dof, fit.dof) == (47.0, 45.0 if passes else 48.0)
 
 
-def test_the_touch_before_is_that_in_time() -> None:
-    order = np.random.default_rng(0).permutation(75)
-    before = predecessors(order)
-    assert (before == -1).sum() == 1
-    assert np.all(order[before[order > 0]] == order[order > 0] - 1)
-    m = previous_directions(NORMALS[PASSES], predecessors(TIMES))
-    columns = hysteresis_columns(NORMALS[PASSES], m)
-    assert columns[:, :2] @ [0.3, 0.7] == pytest.approx(_memory(PASSES, 0.3, 0.7))
-
-
-@pytest.mark.parametrize("in_a_row", [True, False])
-def test_a_memory_is_estimated_with_its_covariance(in_a_row: bool) -> None:
-    """(error)' C^-1 (error) / 2 of 300 sets is F(2, 45 or 48): mean 1.045, error 0.063."""
-    truth = np.array([0.001, 0.0004])
-    statistic, found = np.empty(300), 0
-    for seed in range(len(statistic)):
-        rng = np.random.default_rng(seed)
-        groups = IN_A_ROW if in_a_row else _mixed_passes(rng)
-        values = 0.003 * rng.standard_normal(25)[groups] + _memory(groups, *truth)
-        values += 0.0003 * rng.standard_normal(75)
-        fit = estimated_hysteresis(values, NORMALS[groups], groups, TIMES)
-        error = fit.value - truth
-        statistic[seed] = error @ np.linalg.solve(fit.covariance, error) / 2.0
-        found += fit.p_value < 0.01
-    assert statistic.mean() == pytest.approx(1.045, abs=4 * 0.063)
-    assert found > 0.9 * 300
-
-
-def test_no_memory_gives_no_alarm() -> None:
-    """250 sets at 5 %: 12.5 ± 3.4, for both tests."""
-    linear, between = 0, 0
-    for seed in range(250):
-        rng = np.random.default_rng(seed)
-        order = rng.permutation(25)
-        groups = np.concatenate([order, order, _mixed_passes(rng, 1), order])
-        values = 0.003 * rng.standard_normal(25)[groups] + 0.0003 * rng.standard_normal(100)
-        linear += estimated_hysteresis(values, NORMALS[groups], groups, range(100)).p_value <= 0.05
-        between += between_predecessors(values, groups, range(100)).p_value <= 0.05
-    assert 2 <= linear <= 24
-    assert 2 <= between <= 24
-
-
-def test_the_variance_between_predecessors_is_unbiased() -> None:
-    """An effect of 0.5 µm drawn for each pair of directions, noise 0.3 µm."""
-    found = []
-    for seed in range(300):
-        rng = np.random.default_rng(seed)
-        first, second = rng.permutation(25), rng.permutation(25)
-        groups = np.concatenate([first, first, second, second, first])
-        effect = 0.0005 * rng.standard_normal((25, 25))
-        values = effect[groups, np.append(groups[0], groups[:-1])]
-        values = values + 0.003 * rng.standard_normal(25)[groups]
-        seen = between_predecessors(
-            values + 0.0003 * rng.standard_normal(125), groups, np.arange(125)
-        )
-        assert seen.warning == ""
-        found.append((seen.variance, seen.u_variance, seen.p_value))
-    variance, u, p = np.transpose(found)
-    assert variance.mean() == pytest.approx(0.25e-6, abs=4 * variance.std() / np.sqrt(300))
-    assert np.mean(u) == pytest.approx(variance.std(), rel=0.25)
-    assert np.mean(p < 0.01) > 0.95
-
-
-def test_one_gross_error_is_no_hysteresis() -> None:
-    """An F test reports it in 30 % of such sets. 200 sets at 5 %: 10 ± 3.1."""
-    linear, between = 0, 0
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        values = 0.0003 * rng.standard_normal(75)
-        values[rng.integers(75)] += 0.035
-        linear += estimated_hysteresis(values, NORMALS[IN_A_ROW], IN_A_ROW, TIMES).p_value <= 0.05
-        between += between_predecessors(values, IN_A_ROW, TIMES).p_value <= 0.05
-    assert linear <= 10 + 3.5 * 3.1
-    assert between <= 10 + 3.5 * 3.1
-
-
-def test_a_drift_is_not_taken_for_hysteresis() -> None:
-    """150 sets at 5 %: 7.5 ± 2.7, with a drift of 3 µm over the run."""
-    linear = 0
-    for seed in range(150):
-        rng = np.random.default_rng(seed)
-        groups = _mixed_passes(rng)
-        values = NORMALS[groups] @ [0.002, -0.002, 0.001] * relative_times(TIMES)
-        values += 0.0003 * rng.standard_normal(75)
-        linear += estimated_hysteresis(values, NORMALS[groups], groups, TIMES).p_value <= 0.05
-    assert linear <= 7.5 + 3.5 * 2.7
+@pytest.mark.parametrize("lateral", [-1e-9, 0.0, 1e-9])
+def test_touches_at_right_angles_are_no_reversal(lateral: float) -> None:
+    """Nor are they to the rounding of their normals; the lateral product stays as it is."""
+    columns = hysteresis_columns([[1.0, 0.0, 0.0]], [[lateral, 1.0, 0.0]])
+    assert columns.tolist() == [[lateral, 0.0, 0.0]]
+    assert hysteresis_columns([[1.0, 0.0, 0.0]], [[-1e-3, 1.0, 0.0]])[0, 2] == 1.0
 
 
 def test_passes_in_one_order_do_not_determine_a_memory() -> None:
@@ -134,25 +70,47 @@ def test_passes_in_one_order_do_not_determine_a_memory() -> None:
     assert np.all(fit.value == 0.0)
 
 
-@pytest.mark.parametrize(
-    ("groups", "words"),
-    [
-        (IN_A_ROW, "all repeats were made in a row"),
-        (PASSES, "after the same direction every time"),
-        (np.arange(25), "no direction was touched twice, so"),
-        (np.append(np.arange(25), np.arange(25)[::-1]), "is part of the repeatability"),
-    ],
-)
-def test_what_an_order_does_not_show_is_said(groups: IntArray, words: str) -> None:
-    values = np.random.default_rng(0).standard_normal(len(groups))
-    seen = between_predecessors(values, groups, np.arange(len(groups)))
-    assert words in seen.warning
-    if groups is not IN_A_ROW:
-        assert np.isnan(seen.variance)
-        assert np.isnan(seen.p_value)
-    else:
-        # The first touch of a direction against the others.
-        assert (seen.dof_between, seen.dof_within) == (25, 25)
+def test_a_ring_has_no_drift_along_its_axis() -> None:
+    azimuth = np.arange(8) * np.pi / 4
+    groups = np.tile(np.arange(8), 3)
+    directions = np.column_stack([np.cos(azimuth), np.sin(azimuth), np.zeros(8)])[groups]
+    noise = 0.0001 * np.random.default_rng(0).standard_normal(24)
+    values = directions[:, 0] * 0.002 * relative_times(np.arange(24)) + noise
+    fit = estimated_drift(values, directions, groups, np.arange(24))
+    assert fit.determined.tolist() == [True, True, False]
+    assert fit.value == pytest.approx([0.002, 0.0, 0.0], abs=4 * 0.0001 / np.sqrt(24 / 2 / 12))
+    assert fit.dof == 24 - 8 - 2
+
+
+def test_time_within_directions_is_an_analysis_of_variance() -> None:
+    rng = np.random.default_rng(3)
+    groups, times = rng.integers(0, 6, 30), np.cumsum(rng.uniform(0.1, 2.0, 30))
+    within = sum(len(t) * np.var(t) for t in (times[groups == group] for group in range(6)))
+    assert time_within_directions(groups, times) == pytest.approx(within / (30.0 * np.var(times)))
+    assert time_within_directions([0, 0, 1], [4.0, 4.0, 4.0]) == 0.0
+    share = (times - times[0]) / (times[-1] - times[0]) - 0.5
+    assert relative_times(times[::-1]) == pytest.approx(share[::-1], abs=1e-12)
+    n = fibonacci_cap(30)
+    rows = np.array([t * row for t, row in zip(share, n, strict=True)])
+    assert drift_columns(n, times) == pytest.approx(rows)
+
+
+def test_a_drift_needs_six_repeats_and_a_fifth_of_the_time() -> None:
+    for count, known in ((6, True), (5, False)):
+        groups = np.concatenate([np.arange(8), np.arange(count)])
+        assert drift_is_separable(groups, np.arange(8.0 + count)) == known
+    # Six pairs, d apart in each, of directions that begin at 0, 1, 2, …: 6 d²/2 within.
+    groups = np.repeat(np.arange(6), 2)
+    for share, known in ((0.21, True), (0.19, False)):
+        begun = np.repeat(np.arange(6.0), 2)
+        between = 12.0 * np.var(np.arange(6.0))
+        apart = math.sqrt(share * between / (1.0 - share) / 3.0)
+        times = begun + np.tile([-0.5, 0.5], 6) * apart
+        assert time_within_directions(groups, times) == pytest.approx(share)
+        assert drift_is_separable(groups, times) == known
+
+
+# Scatter between predecessors.
 
 
 def test_variance_between_predecessors_by_hand() -> None:
@@ -186,28 +144,60 @@ def test_variance_between_predecessors_by_hand() -> None:
     assert again.variance == pytest.approx(found.variance, rel=1e-9)
 
 
-def test_what_repeats_do_not_reduce_is_in_the_fixed_scatter() -> None:
-    """Each touch is off by 3 um that depend on the touch before: passes in another order each.
+def test_the_probability_between_predecessors_is_that_of_all_exchanges() -> None:
+    """4! · 4! · 3! = 3456 arrangements within directions, of the sum of squares between cells; a
+    share of 999 scatters by sqrt(p (1 - p) / 999)."""
+    groups = np.array([0, 1, 2, 0, 1, 0, 2, 1, 0, 1, 2])
+    before = np.append(-1, groups[:-1])
+    values = np.random.default_rng(3).standard_normal(11) + 0.8 * (before == 1)
+    cells = [np.flatnonzero((groups == g) & (before == b)) for g in range(3) for b in range(-1, 3)]
 
-    The form of the sphere, 2 um between extremes, adds 2 / sqrt(12) um. The estimate from 25
-    directions with several predecessors each is right to a third.
-    """
-    rng = np.random.default_rng(9)
-    sequence = np.concatenate([rng.permutation(25) for _ in range(6)])
-    off = 3e-3 * rng.standard_normal((25, 26))
-    before = np.concatenate([[25], sequence[:-1]])
-    again = np.tile(np.arange(len(sequence)), 2)
-    groups, error = sequence[again], off[sequence, before][again]
-    positions = NORMALS[groups] * (15.5 + error + 1e-4 * rng.standard_normal(300))[:, None]
-    seen = Observation(positions, groups, np.zeros(3), 12.5, 3.0, ring=False)
-    found = machine_effects(seen, positions, 2e-3)
-    expected = np.hypot(3e-3, 2e-3 / np.sqrt(12.0))
-    assert found.fixed_scatter == pytest.approx(expected, rel=0.33)
+    def between(one: FloatArray) -> float:
+        return float(sum(one[own].sum() ** 2 / len(own) for own in cells if len(own)))
+
+    centred = values - np.array([values[groups == g].mean() for g in range(3)])[groups]
+    rows, sums = [np.flatnonzero(groups == g) for g in range(3)], []
+    for orders in itertools.product(*[itertools.permutations(own) for own in rows]):
+        exchanged = centred.copy()
+        for own, order in zip(rows, orders, strict=True):
+            exchanged[own] = centred[list(order)]
+        sums.append(between(exchanged))
+    p = float(np.mean(np.array(sums) >= sums[0] * (1.0 - 1e-9)))
+    assert 0.02 < p < 0.9
+    found = between_predecessors(values, groups, np.arange(11)).p_value
+    assert found == pytest.approx(p, abs=4.0 * np.sqrt(p * (1.0 - p) / 999.0))
 
 
-@pytest.mark.parametrize("lateral", [-1e-9, 0.0, 1e-9])
-def test_touches_at_right_angles_are_no_reversal(lateral: float) -> None:
-    """Nor are they to the rounding of their normals; the lateral product stays as it is."""
-    columns = hysteresis_columns([[1.0, 0.0, 0.0]], [[lateral, 1.0, 0.0]])
-    assert columns.tolist() == [[lateral, 0.0, 0.0]]
-    assert hysteresis_columns([[1.0, 0.0, 0.0]], [[-1e-3, 1.0, 0.0]])[0, 2] == 1.0
+@pytest.mark.parametrize(
+    ("groups", "words"),
+    [
+        (IN_A_ROW, "all repeats were made in a row"),
+        (PASSES, "after the same direction every time"),
+        (np.arange(25), "no direction was touched twice, so"),
+        (np.append(np.arange(25), np.arange(25)[::-1]), "is part of the repeatability"),
+    ],
+)
+def test_what_an_order_does_not_show_is_said(groups: IntArray, words: str) -> None:
+    values = np.random.default_rng(0).standard_normal(len(groups))
+    seen = between_predecessors(values, groups, np.arange(len(groups)))
+    assert words in seen.warning
+    if groups is not IN_A_ROW:
+        assert np.isnan(seen.variance)
+        assert np.isnan(seen.p_value)
+    else:
+        # The first touch of a direction against the others.
+        assert (seen.dof_between, seen.dof_within) == (25, 25)
+
+
+@pytest.mark.parametrize(("last", "known"), [([0, 2], False), ([0, 2, 3, 1, 2], True)])
+def test_three_other_predecessors_tell_of_hysteresis(last: list[int], known: bool) -> None:
+    """Passes in one order, and at the end a few touches after others: two and three contrasts."""
+    groups = [*[0, 1, 2, 3] * (3 if not known else 2), *last]
+    pairs = set(zip(groups, [-1, *groups[:-1]], strict=True))
+    count = len(groups)
+    values = np.random.default_rng(1).normal(size=count)
+    found = between_predecessors(values, groups, np.arange(count))
+    assert found.dof_between == len(pairs) - 4 == (3 if known else 2)
+    assert found.dof_within == count - len(pairs)
+    assert np.isfinite(found.variance) == known
+    assert ("after the same direction every time" in found.warning) != known

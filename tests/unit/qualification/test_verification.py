@@ -1,7 +1,8 @@
-"""Verification: false alarms, detected changes, and the history with several writers."""
+"""Verification: detected changes, refusals, what is stated, the history with several writers."""
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -11,10 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import stats
 
-from pretravel.base.directions import ring_pattern, sphere_pattern_25
-from pretravel.base.errors import ExtrapolationError, InputError, PretravelError
+from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
@@ -26,13 +26,22 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict, predicted_map
+from pretravel.qualification.change_tests import changes_of, touches_and_map
+from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.qualify import qualify
-from pretravel.qualification.verification import Verification, verify
+from pretravel.qualification.verification import (
+    Verification,
+    _gross_warnings,
+    touches_beside_map,
+    verify,
+)
 from pretravel.show.chart_files import drawn_figure
 from pretravel.tasks.reports.verification_report import verification_view
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run
+from tests.support.lobed_map import SETUP, UM, N, lobed_map, lobed_touches, moved
 from tests.support.pictures import coloured_share
 from tests.support.results import data_of
 
@@ -70,44 +79,6 @@ def check(new: Touches, rate: float = 0.01, seed: int = 1) -> Verification:
     return verify(new, old_map(seed), 25.0, false_alarm_rate=rate)
 
 
-class TestFalseAlarms:
-    @pytest.mark.slow
-    def test_no_more_than_stated(self) -> None:
-        """Forty qualifications and verifications of an unchanged probe, at 20 %.
-
-        Eight alarms are expected at most; more than 15 come once in 200 trials of this test.
-        """
-        alarms = 0
-        for seed in range(40):
-            fresh = qualify(touches(100 + seed), 25.0, tip_diameter=6.0, search_outliers=False)
-            result = verify(touches(300 + seed), fresh.pretravel_map, 25.0, false_alarm_rate=0.20)
-            alarms += result.changed
-        assert alarms <= int(stats.binom.ppf(0.995, 40, 0.20))
-        assert alarms >= 1  # a test without any alarm would detect nothing
-
-    def test_repeatability_follows_its_own_law(self) -> None:
-        """Fisher's F of the scatter within 25 directions of three touches, by hand, against a map
-        whose scatter has 50 degrees of freedom too; nine tenths of the false alarms say larger.
-        Tails of real noise are allowed for, so p is not below Fisher's, nor above that of half the
-        degrees of freedom."""
-        new = touches(500)
-        along = np.sum(new.positions * new.normals, axis=1).reshape(25, REPEATS)
-        scatter = np.sqrt(np.sum((along - along.mean(axis=1, keepdims=True)) ** 2) / 50.0)
-
-        def by_hand(ratio: float, dof: float) -> float:
-            law = stats.f(dof, dof)
-            return float(min(law.sf(ratio**2) / 0.9, law.cdf(ratio**2) / 0.1))
-
-        for ratio in (0.6, 0.7, 1.2, 1.4, 1.7):
-            old = replace(old_map(), repeatability=scatter / ratio, repeatability_dof=50.0)
-            p = verify(new, old, 25.0, false_alarm_rate=0.01).p_repeatability
-            assert by_hand(ratio, 50.0) < p < by_hand(ratio, 25.0)
-
-
-def result_of_turn() -> float:
-    return check(touches(13)).turn.u
-
-
 class TestWhatIsSeen:
     def test_size_with_its_sign(self) -> None:
         result = check(touches(2, size=0.0012))
@@ -116,18 +87,6 @@ class TestWhatIsSeen:
         assert result.amplitude.value == pytest.approx(0.0, abs=3 * result.amplitude.u)
         # Touches are on one half of the sphere: the fitted centre takes up a part of the change.
         assert 0.0002 < np.mean(result.differences) < 0.0012
-
-    def test_turn_knows_that_the_map_s_own_orientation_is_uncertain(self) -> None:
-        """Old and new touches both contribute to the uncertainty of the turn: √2 of either."""
-        normals = sphere_pattern_25()
-        seen = pretravel_of()[::REPEATS]
-        step = 0.5
-        slope = (pretravel_of(-step)[::REPEATS] - pretravel_of(step)[::REPEATS]) / (
-            2 * step * DEGREE
-        )
-        design = np.column_stack([normals, np.ones(25), seen - seen.mean(), slope])
-        alone = NOISE / np.sqrt(REPEATS) * np.sqrt(np.linalg.inv(design.T @ design)[-1, -1])
-        assert result_of_turn() > 1.3 * alone
 
     def test_amplitude(self) -> None:
         result = check(touches(3, scale=1.2))
@@ -143,30 +102,6 @@ class TestWhatIsSeen:
         # First order in the angle, on lobes of 120°: an error of a fifth at 8°.
         assert result.turn.value / DEGREE == pytest.approx(angle, abs=2.5)
 
-    def test_scatter_of_repeats(self) -> None:
-        worse = check(touches(5, noise=3 * NOISE))
-        assert worse.p_repeatability < 1e-6
-        assert worse.changed
-        assert worse.repeatability == pytest.approx(3 * NOISE, rel=0.3)
-        better = check(touches(5, noise=0.2 * NOISE))
-        assert better.p_repeatability < 1e-6
-
-    def test_what_would_be_seen_is_seen(self) -> None:
-        """A change of size that is detected in 95 of 100 cases, as stated; 30 times."""
-        promised = check(touches(6), rate=0.05).size.detectable
-        seen = sum(
-            check(touches(700 + seed, size=promised), rate=0.05).changed for seed in range(30)
-        )
-        # 95 % of 30 is 28.5; 25 or fewer come once in 60.
-        assert seen >= 26
-
-    def test_unmoved_sphere_or_not_is_all_the_same(self) -> None:
-        here = touches(7)
-        there = Touches(
-            here.positions + np.array([100.0, -200.0, 50.0]), here.normals, feeds=here.feeds
-        )
-        assert check(here).p_map == pytest.approx(check(there).p_map, rel=1e-3)
-
     def test_five_directions_tell_less_but_nothing_wrong(self) -> None:
         few = np.concatenate([np.arange(REPEATS) + REPEATS * k for k in (0, 17, 19, 21, 23)])
         result = check(touches(21).take(few))
@@ -175,25 +110,8 @@ class TestWhatIsSeen:
         assert result.turn.detectable == np.inf
         assert check(touches(21, size=0.004).take(few)).changed
 
-    def test_physical_maps_and_few_directions(self) -> None:
-        result = verify(touches(8), old_map(1, "physical"), 25.0)
-        assert not result.changed
-        few = np.arange(0, 7 * REPEATS)
-        assert not verify(touches(9).take(few), old_map(), 25.0).changed
-
 
 class TestRefused:
-    @pytest.mark.parametrize(
-        ("new", "words"),
-        [
-            (touches(1, feed=200.0), "the map was made at 50 mm/min"),
-            (touches(1).take(np.arange(4 * REPEATS)), "4 directions are too few"),
-        ],
-    )
-    def test_touches(self, new: Touches, words: str) -> None:
-        with pytest.raises(PretravelError, match=words):
-            check(new)
-
     def test_feed_not_told_is_warned_of(self) -> None:
         assert "do not state their feed" in check(touches(1, feed=None)).warnings[0]
 
@@ -218,11 +136,111 @@ class TestRefused:
         with pytest.raises(PretravelError, match="false-alarm rate"):
             check(touches(1), rate)
 
-    def test_directions_outside_the_map(self) -> None:
-        below = ring_pattern(np.array([30.0, 60.0, 90.0, 115.0]) * DEGREE, 12)
-        new = Touches(below * 15.49, below, feeds=np.full(len(below), 50.0))
-        with pytest.raises(ExtrapolationError):
-            check(new)
+
+# What a verification states: against its tests, of a map with few terms.
+
+
+TILT = probe_rotation((0.48, 0.6, 0.64), rotation=0.7)
+
+
+def test_a_verification_states_what_its_tests_found() -> None:
+    given, made = lobed_touches(5), lobed_map()
+    found = verify(given, made, 25.0, false_alarm_rate=0.03)
+    observation = observe(given, SETUP, made.rotation)
+    beside = touches_and_map(observation, made, 0.0)
+    tests = changes_of(beside, 0.03)
+    for name in ("changed", "false_alarm_rate", "p_form", "p_map", "p_repeatability", "size",
+                 "amplitude", "turn", "largest"):  # fmt: skip
+        assert getattr(found, name) == getattr(tests, name)
+    assert found.differences == pytest.approx(tests.differences)
+    assert found.u_differences == pytest.approx(np.sqrt(np.diag(beside.covariance)))
+    assert found.directions == pytest.approx(N, abs=1e-3)
+    repeats = beside.scatter_of_touches
+    assert (found.repeatability, found.repeatability_dof) == (repeats.deviation, repeats.dof)
+    assert (found.step, found.touches, found.gross, found.warnings) == (0.0, 75, (), ())
+    assert (found.causes, found.changed_with_gross) == ((), False)
+    single = verify(lobed_touches(2, N), made, 25.0)
+    assert np.isnan(single.repeatability)
+    assert single.repeatability_dof == 0.0
+
+
+@pytest.mark.parametrize(("step", "matters"), [(1.0, True), (0.1, True), (0.05, False)])
+def test_a_step_matters_from_three_tenths_of_the_repeatability(step: float, matters: bool) -> None:
+    given = lobed_touches(2)
+    coarse = replace(given, positions=np.round(given.positions / (step * UM)) * (step * UM))
+    found = verify(coarse, lobed_map(), 25.0)
+    assert found.step == pytest.approx(step * UM if matters else 0.0)
+
+
+@pytest.mark.parametrize(("bad", "left_out"), [(7, 7), (8, 0)])
+def test_a_tenth_of_the_touches_at_most_is_left_out(bad: int, left_out: int) -> None:
+    rows = [3 * direction for direction in range(4, 4 + bad)]
+    given = moved(lobed_touches(2), rows, 0.05)
+    beside = touches_beside_map(given, lobed_map(), 25.0)
+    assert sorted(row for one in beside.gross for row in one.rows) == rows[:left_out]
+    assert len(beside.kept.observation.values) == 75 - left_out
+    assert len(beside.all.observation.values) == 75
+
+
+def test_what_gross_touches_do_to_the_verdict_is_said() -> None:
+    one = Outlier((3,), 0.02, 0.001, "t4 lies off")
+    assert _gross_warnings((), True, False) == []
+    assert _gross_warnings((one,), True, True) == [
+        "t4 lies off. It was left out", "the verdict is the same with it"]  # fmt: skip
+    assert _gross_warnings((one, one), False, False)[2] == "the verdict is the same with them"
+    assert _gross_warnings((one,), False, True)[1] == (
+        "without it the verdict is: no change; with: changed. Touch there again"
+    )
+    assert _gross_warnings((one, one), True, False)[2].startswith("without them the verdict is: ch")
+
+
+@pytest.mark.parametrize("feed", [49.4, 49.6, 50.4, 50.6])
+def test_a_hundredth_is_the_same_feed(feed: float) -> None:
+    given = replace(lobed_touches(5), feeds=np.full(75, feed))
+    made = lobed_map(feed=50.0)
+    if abs(feed - 50.0) < 0.5:
+        assert verify(given, made, 25.0).warnings == ()
+    else:
+        with pytest.raises(PretravelError, match=f"made at 50 mm/min, these touches at {feed} to"):
+            verify(given, made, 25.0)
+
+
+def test_of_nine_touches_one_may_be_left_out() -> None:
+    """A tenth of them is less than one."""
+    n = fibonacci_cap(9, 1.5)
+    made = lobed_map()
+    noise = 0.3 * UM * np.random.default_rng(1).standard_normal(9)
+    distance = 15.5 - made.basis.value(n, made.coefficients) + noise
+    distance[4] += 0.1
+    given = Touches(n * distance[:, None], n)
+    beside = touches_beside_map(given, made, 25.0)
+    assert [one.rows for one in beside.gross] == [(4,)]
+    assert len(beside.kept.differences) == 8
+    assert len(beside.all.differences) == 9
+
+
+def test_a_ring_is_verified_in_its_plane() -> None:
+    """A map that is larger by 3 µm in all directions: on a ring on a tilted probe, wherever it is
+    touched along its axis."""
+    made = lobed_map(
+        rotation=TILT, repeatability=0.2 * UM, covariance=Covariance.independent([1e-12] * 4)
+    )
+    azimuth = np.repeat(np.arange(24) * (2.0 * np.pi / 24), 2)
+    n = np.column_stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth])
+    noise = 0.2 * UM * np.random.default_rng(4).standard_normal(48)
+    distance = 9.5 + made.basis.value(n, made.coefficients) + 3.0 * UM + noise
+    place = -n * distance[:, None] + np.linspace(0.0, 2.0, 48)[:, None] * [0.0, 0.0, 1.0]
+    given = Touches(place @ TILT.T + [1.0, 2.0, 3.0], n @ TILT.T)
+    found = verify(given, made, 25.0, ring=True)
+    assert found.changed
+    assert found.size.value == pytest.approx(3.0 * UM, abs=4.0 * 0.2 * UM / math.sqrt(48.0))
+    assert found.directions == pytest.approx(n[::2], abs=1e-3)
+    same = verify(replace(given, positions=given.positions + 3.0 * UM * given.normals), made, 25.0,
+                  ring=True)  # fmt: skip
+    assert not same.changed
+
+
+# The history.
 
 
 def _write(path: Path, result: Verification, count: int) -> None:
@@ -311,11 +329,6 @@ class TestHistory:
         other = replace(old_map(), tip_radius=2.0)
         with pytest.raises(InputError, match="a probe with a tip of 6 mm"):
             add_verification(path, result, pretravel_map=other, **told)  # type: ignore[arg-type]
-
-    def test_touches_of_the_map_itself_are_noticed(self, tmp_path: Path) -> None:
-        own = replace(touches(1), source="day.csv")
-        fresh = qualify(own, 25.0, tip_diameter=6.0).pretravel_map
-        assert "anew" in " ".join(verify(own, fresh, 25.0).warnings)
 
     def test_commands_from_touches_to_the_chart(self, tmp_path: Path) -> None:
         write_map(tmp_path / "map.json", old_map())

@@ -12,7 +12,7 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.show.chart_marks import SpaceLines, SpacePoints
 from pretravel.show.touch_sphere_chart import TouchesInSpace, touches_chart
-from pretravel.tasks.reports.lobes_report import lobe_size, lobes_sentence
+from pretravel.tasks.reports.lobes_report import lobe_size, lobes_figures, lobes_sentence
 from pretravel.uncertainty.covariance import Covariance
 
 
@@ -64,3 +64,6 @@ def test_the_sentence_states_lobes_and_what_is_left_of_them() -> None:
     assert size == pytest.approx(0.030)
     for length in (size, left["mean radius"], left["eight sectors"], 2.0 * comparison.u_map):
         assert f"{1e3 * length:.1f} µm" in sentence
+    figures = lobes_figures(pretravel_map, comparison)
+    numbers = [1e3 * length for length in (size, left["mean radius"], 2.0 * comparison.u_map)]
+    assert [figure.value for figure in figures] == pytest.approx(numbers)

@@ -9,15 +9,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from pretravel.base.errors import PretravelError
-from pretravel.surface.cad.brep import (
-    Brep,
-    ShapeRecord,
-    ShapeUse,
-    _edge,
-    _placements,
-    _shape,
-    parse_brep,
-)
+from pretravel.surface.cad.brep import Brep, ShapeUse, parse_brep
 from pretravel.surface.cad.brep_geometry import Tokens, read_curve, read_surface
 
 T = np.linspace(0.05, 0.95, 7)
@@ -73,120 +65,38 @@ def test_curves(text: str, dimensions: int, expected: list[np.ndarray]) -> None:
 
 
 def test_a_trimmed_curve_has_the_range_of_its_record() -> None:
-    curve = read_curve(
-        Tokens(
-            [
-                "8",
-                "0.5",
-                "2.5",
-                "2",
-                "1",
-                "2",
-                "3",
-                "0",
-                "0",
-                "1",
-                "1",
-                "0",
-                "0",
-                "0",
-                "1",
-                "0",
-                "5",
-            ]
-        ),
-        3,
-    )
+    curve = read_curve(_tokens("8 0.5 2.5 2 1 2 3 0 0 1 1 0 0 0 1 0 5"), 3)
     assert curve.range == (0.5, 2.5)
     assert not curve.is_straight
     assert read_curve(_tokens("8 -4 5 1 1 2 3 1 0 0"), 3).is_straight
 
 
 @pytest.mark.parametrize(
-    ("read", "text", "words"),
+    ("text", "words"),
     [
-        (lambda tokens: read_curve(tokens, 3), "10 0 0", "a curve of unknown kind 10"),
-        (read_surface, "12 0 0", "a surface of unknown kind 12"),
-        (lambda tokens: read_curve(tokens, 3), "", "ends too early"),
-        (lambda tokens: _shape(tokens, []), "Xx 1", "unknown shape 'Xx'"),
-        (lambda tokens: _edge(tokens, ShapeRecord("Ed"), []), "0 0 0 0 9 0", "unknown form 9"),
-        (lambda tokens: _edge(tokens, ShapeRecord("Ed"), []), "0 0 0 0 3 1 C0 1 0 0 1 0",
-         "a seam of unknown form"),
+        ("10 0 0", "a curve of unknown kind 10"),
+        ("", "ends too early"),
+        ("6 0 1 0 0 0 1 inf 0", "a pole of a spline curve is inf"),
+        ("6 0 1 0 0 0 1 nan 0", "a pole of a spline curve is nan"),
     ],
-)  # fmt: skip
-def test_what_is_not_of_this_form_is_refused(read, text: str, words: str) -> None:  # type: ignore[no-untyped-def]
+)
+def test_a_curve_that_is_refused(text: str, words: str) -> None:
     with pytest.raises((PretravelError, ValueError), match=words):
-        read(_tokens(text))
+        read_curve(_tokens(text), 3)
 
 
 def test_a_bounded_surface_is_the_one_within_its_bounds() -> None:
     """A plane, bounded; an offset of it; what follows is not read."""
-    tokens = Tokens(
-        [
-            "10",
-            "-1",
-            "3",
-            "-2",
-            "4",
-            "1",
-            "1",
-            "2",
-            "3",
-            "0",
-            "0",
-            "1",
-            "1",
-            "0",
-            "0",
-            "0",
-            "1",
-            "0",
-            "next",
-        ]
-    )
-    record = read_surface(tokens)
-    assert tokens.word() == "next"
-    assert record.surface is not None
-    assert record.surface.derivatives(np.array([[2.0, 5.0]]))[0] == pytest.approx(
-        np.array([[3.0, 7.0, 3.0]])
-    )
-    off = read_surface(_tokens("11 -2 1 1 2 3 0 0 1 1 0 0 0 1 0"))
-    assert off.kind == "offset of plane"
-    assert off.surface is not None
-    point = off.surface.derivatives(np.array([[2.0, 5.0]]))[0]
-    assert point == pytest.approx(np.array([[3.0, 7.0, 1.0]]))
-
-
-def test_placements_are_products_of_powers_of_those_before() -> None:
-    """A shift by (1, 2, 3); a quarter turn about z; twice the shift after the turn back.
-
-    The order is that of OpenCASCADE's reader (TopTools_LocationSet: L = L1.Powered(p) * L), and
-    the kernel itself agrees in test_step_roots.py.
-    """
-    text = "3 1 1 0 0 1 0 1 0 2 0 0 1 3 1 0 -1 0 0 1 0 0 0 0 0 1 0 2 2 -1 1 2 0"
-    shift, turn, both = _placements(_tokens(text))
-    assert shift[:3, 3].tolist() == [1.0, 2.0, 3.0]
-    point = np.array([1.0, 0.0, 0.0, 1.0])
-    assert (turn @ point)[:3] == pytest.approx([0.0, 1.0, 0.0])
-    expected = shift @ shift @ np.linalg.inv(turn)
-    assert both == pytest.approx(expected)
-
-
-def test_edges_have_their_curves_and_skip_what_is_not_used() -> None:
-    """Forms 1 to 7: a curve, curves on surfaces, a seam, and four that are skipped."""
-    shape, shift = ShapeRecord("Ed"), np.diag([2.0, 2.0, 2.0, 1.0])
-    text = (
-        "1e-7 1 1 0 1 5 1 0.25 0.75 2 6 7 0 0.1 0.9 3 8 9C0 4 0 0.2 0.8 "
-        "4 1 2 3 4 5 5 1 2 6 1 2 3 7 1 2 3 4 0 next"
-    )
-    tokens = _tokens(text)
-    _edge(tokens, shape, [shift])
-    assert tokens.word() == "next"
-    assert shape.curve is not None
-    index, placement, first, last = shape.curve
-    assert (index, first, last) == (5, 0.25, 0.75)
-    assert placement is shift
-    assert shape.parameter_curves == [(7, 6, 0, 0.1, 0.9), (4, 8, 9, 0.2, 0.8)]
+    plane = "1 1 2 3 0 0 1 1 0 0 0 1 0"
+    for text, kind, z in ((f"10 -1 3 -2 4 {plane}", "plane", 3.0),
+                          (f"11 -2 {plane}", "offset of plane", 1.0)):  # fmt: skip
+        tokens = _tokens(f"{text} next")
+        record = read_surface(tokens)
+        assert tokens.word() == "next"
+        assert record.kind == kind
+        assert record.surface is not None
+        found = record.surface.derivatives(np.array([[2.0, 5.0]]))[0]
+        assert found == pytest.approx(np.array([[3.0, 7.0, z]]))
 
 
 UV = np.random.default_rng(8).uniform(0.05, 0.95, (9, 2))
@@ -225,12 +135,26 @@ def test_elementary_surfaces(kind: int, frame: str, hand: int) -> None:
     assert np.all(np.sign(side) == record.along_parameters)
 
 
-def test_a_surface_that_cannot_be_is_a_record_of_the_reason() -> None:
-    for text, kind in ((f"2 {RIGHT} -7", "cylinder"), (f"11 4 5 {LEFT} 7 -2", "torus")):
-        record = read_surface(_tokens(text))
-        assert record.surface is None
-        assert (record.kind, record.along_parameters) == (kind, 1)
-        assert "must be positive" in record.problem
+@pytest.mark.parametrize(
+    ("text", "kind", "problem"),
+    [
+        (f"2 {RIGHT} -7", "cylinder", "must be positive"),
+        (f"11 4 5 {LEFT} 7 -2", "torus", "must be positive"),
+        *(
+            (f"8 0 0 1 1 0 0 0 0 1 0 1 {pole} 0 1 1 0", "Bézier",
+             f"a pole of a spline surface is {float(pole):g}")
+            for pole in ("inf", "nan", "1e9")
+        ),
+    ],
+)  # fmt: skip
+def test_a_surface_that_cannot_be_is_a_record_of_the_reason(
+    text: str, kind: str, problem: str
+) -> None:
+    """Its face alone is refused."""
+    record = read_surface(_tokens(text))
+    assert record.surface is None
+    assert (record.kind, record.along_parameters) == (kind, 1)
+    assert problem in record.problem
 
 
 def test_surfaces_of_a_line_that_moves() -> None:
@@ -321,12 +245,17 @@ def test_spline_surfaces(periodic: int) -> None:
 TEXT = f"""DBRep_DrawableShape
 
 CASCADE Topology V1, (c) Matra-Datavision
-Locations 2
+Locations 4
 1
  1 0 0 10
  0 1 0 20
  0 0 1 30
 2 1 2 0
+1
+ 0 -1 0 0
+ 1 0 0 0
+ 0 0 1 0
+2 3 -1 1 2 0
 Curve2ds 2
 1 0 0 1 0
 1 1 2 0.6 0.8
@@ -360,6 +289,11 @@ Ed
  1e-07 1 1 0
 1  1 2 0 3
 2  2 1 0 0.5 2.5
+3 1 2C0 2 0 0.2 0.8
+4 1 2 3 4 5
+5 1 2
+6 1 2 3
+7 1 2 3 4
 0
 
 0101000
@@ -374,7 +308,7 @@ Fa
 0111000
 -4 0 *
 Fa
-0  1e-07 1 0
+0  1e-07 1 4
 2  1
 0101000
 *
@@ -399,7 +333,9 @@ def _uses(uses: list[ShapeUse]) -> list[tuple[int, bool, bool, float]]:
 
 def test_a_whole_text() -> None:
     """Two faces of a shell. Shapes are counted from the end: the shell, the last, is number 1.
-    The second placement moves twice as far as the first, which is by (10, 20, 30)."""
+    The second placement moves twice as far as the first, which is by (10, 20, 30); the fourth is
+    a quarter turn back and then this way (TopTools_LocationSet: L = L1.Powered(p) * L). Of forms
+    1 to 7 of an edge: a curve, a curve on a surface, a seam, and four that are skipped."""
     brep: Brep = parse_brep(TEXT)
     assert [len(curve.value(np.zeros(1))[0]) for curve in brep.plane_curves] == [2, 2]
     assert [len(curve.value(np.zeros(1))[0]) for curve in brep.space_curves] == [3]
@@ -418,25 +354,32 @@ def test_a_whole_text() -> None:
     }
     # The surface and its placement of each face; other shapes have none.
     assert [brep.shapes[i].surface for i in range(1, 8)] == [0, 1, 2, 0, 0, 0, 0]
-    assert [float(brep.shapes[i].placement[0, 3]) for i in (1, 2, 3)] == [0.0, 0.0, 10.0]
-    assert brep.shapes[1].placement.shape == (4, 4)
-    assert brep.shapes[5].curve is not None
-    assert brep.shapes[5].curve[2:] == (0.0, 3.0)
-    assert np.array_equal(
-        brep.shapes[5].curve[1], brep.roots[0].placement @ brep.roots[0].placement
-    )
-    assert brep.shapes[5].parameter_curves == [(1, 2, 0, 0.5, 2.5)]
-    assert ShapeUse(1, False, np.eye(4)).bounds
+    shift = brep.shapes[3].placement
+    assert _uses([ShapeUse(3, False, shift)]) == [(3, False, True, 10.0)]
+    turn = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    assert brep.shapes[2].placement == pytest.approx(shift @ shift @ np.linalg.inv(turn))
+    assert np.array_equal(brep.shapes[1].placement, np.eye(4))
+    edge = brep.shapes[5]
+    assert edge.curve is not None
+    assert (edge.curve[0], *edge.curve[2:]) == (1, 0.0, 3.0)
+    assert np.array_equal(edge.curve[1], shift @ shift)
+    assert edge.parameter_curves == [(1, 2, 0, 0.5, 2.5), (2, 1, 2, 0.2, 0.8)]
 
 
-@pytest.mark.parametrize(("word", "came"), [("Curve2ds", "Curve2d"), ("Curves", "Curve")])
-def test_a_text_whose_parts_are_in_another_order_is_refused(word: str, came: str) -> None:
-    spoilt = TEXT.replace(f"{word} ", f"{came} ", 1)
-    with pytest.raises(PretravelError, match=f"has '{came}' where '{word}' belongs"):
-        parse_brep(spoilt)
-
-
-@pytest.mark.parametrize("word", ["Locations", "Surfaces", "TShapes"])
-def test_a_text_that_lacks_a_part_ends_too_early(word: str) -> None:
-    with pytest.raises(PretravelError, match="ends too early"):
-        parse_brep(TEXT.replace(f"{word} ", "Others ", 1))
+@pytest.mark.parametrize(
+    ("part", "spoilt", "words"),
+    [
+        ("Curve2ds ", "Curve2d ", "has 'Curve2d' where 'Curve2ds' belongs"),
+        ("Curves ", "Curve ", "has 'Curve' where 'Curves' belongs"),
+        ("Locations ", "Others ", "ends too early"),
+        ("Surfaces ", "Others ", "ends too early"),
+        ("TShapes ", "Others ", "ends too early"),
+        ("\nSh\n", "\nXx\n", "unknown shape 'Xx'"),
+        ("5 1 2\n", "9 0\n", "edge of unknown form 9"),
+        ("2C0", "C0", "a seam of unknown form"),
+        (f"1 {RIGHT}", "12 0 0", "a surface of unknown kind 12"),
+    ],
+)  # fmt: skip
+def test_a_text_that_is_not_of_this_form_is_refused(part: str, spoilt: str, words: str) -> None:
+    with pytest.raises((PretravelError, ValueError), match=words):
+        parse_brep(TEXT.replace(part, spoilt, 1))

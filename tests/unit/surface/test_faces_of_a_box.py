@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.surface.cad import face_boxes
-from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
-from pretravel.surface.cad.brep_geometry import SurfaceRecord
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.face_boxes import FaceBoxes
-from pretravel.surface.cad.kernel_process import CadContent
 from pretravel.surface.cad.part import Cloud, Part
-from pretravel.surface.cad.step_part import _face
 from pretravel.surface.cad.trim import Trim
 from pretravel.surface.contact import Lines, ball_center
-from pretravel.surface.curves import Curve, Line
 from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.surface.shapes import Plane, Sphere
 
@@ -65,19 +59,11 @@ def _around(count: int = 300) -> FloatArray:
 def test_the_distance_from_a_face_ends_at_its_edges(face: int) -> None:
     """Edges are sampled at a thousandth of the face's size, 20 µm of 20 mm at the most: an error
     of half of that at the edge itself, and less away from it."""
-    search = ContactSearch(_box(), 1)
-    points = _around()
-    distance, uv = search._distance(face, points)
+    points, own = _around(), _box().faces[face]
+    distance, inside = own.distance(points, 0.02), own.inside(own.nearest(points))
     assert distance == pytest.approx(_distance(points, face), abs=0.011)
-    own = search.faces[face]
-    assert isinstance(own, Face)
-    assert np.linalg.norm(own.derivatives(uv)[0] - points, axis=1).min() >= 0.0
-    inside = own.inside(uv)
     assert 20 < inside.sum() < 280
     assert distance[inside] == pytest.approx(_distance(points, face)[inside], abs=1e-12)
-    over = search._distance(face, points[inside])[0]  # none of them beyond an edge
-    assert np.array_equal(over, distance[inside])
-    assert own.distance(points, 0.02) == pytest.approx(_distance(points, face), abs=0.011)
 
 
 @pytest.mark.parametrize("chosen", [(0, 1, 2, 3, 4, 5), (1, 3, 4)])
@@ -116,35 +102,6 @@ def test_near_an_edge_the_nearer_of_its_faces_is_found() -> None:
         apart = np.linalg.norm(foot - points[face == i], axis=1)
         # A start on the face: the foot, or a sample beside it, at most 1/150 of the part away.
         assert np.all(apart <= found[face == i] + part.size / 150.0)
-
-
-def _plate(number: int, low: float, high: float, z: float) -> Face:
-    plane = Plane([0.0, 0.0, z], [0.0, 0.0, 1.0])
-    corners = np.array([[low, -4, z], [high, -4, z], [high, 4, z], [low, 4, z], [low, -4, z]])
-    ring = plane.nearest(corners)
-    return Face(number, "", "plane", plane, Trim([ring], plane.domain.period), False, (ring,))
-
-
-@pytest.mark.parametrize(("depth", "met"), [(7.0, True), (14.0, True), (19.0, False)])
-def test_other_faces_count_up_to_twice_the_distance_of_the_expected_one(
-    depth: float, met: bool
-) -> None:
-    """Expected 5 mm beside an upper plate, 7 mm below the start: the reach is 1.1 * 7 + 0.1 mm,
-    and a lower plate counts up to 2 * 5 + 7.8 mm. Two balls beside it meet the upper one."""
-    part = Part("two", (_plate(1, -10.0, 10.0, 0.0), _plate(2, 12.0, 30.0, -depth)), (0, 1))
-    near = np.array([[0.0, 0.0, 0.0], [15.0, 0.0, 0.0], [-9.0, 1.0, 0.0]])
-    down = np.tile([0.0, 0.0, -1.0], (3, 1))
-    search = ContactSearch(part, 3)
-    lines = Lines(near - 7.0 * down, down)
-    search.face[:] = 0  # as found before
-    search.uv = part.faces[0].nearest(near)
-    search.solve(near, ContactProblem(lines, lambda rows: ball_center(1.0), against=down))
-    found = search.contacts()
-    assert found.solved.tolist() == [True, met, True]
-    if met:
-        assert found.face.tolist() == [0, 1, 0]
-        assert found.length == pytest.approx([6.0, 6.0 + depth, 6.0])
-        assert found.local.point[1] == pytest.approx([15.0, 0.0, -depth])
 
 
 def test_a_contact_that_faces_away_does_not_count_on_a_single_surface() -> None:
@@ -304,68 +261,3 @@ def test_points_of_a_part_know_their_faces() -> None:
     assert len(some.points) == len(some.uv) == np.isin(cloud.face, (1, 4)).sum()
     assert part.box == pytest.approx(np.stack([-HALF, HALF]))
     assert part.size == pytest.approx(2.0 * np.linalg.norm(HALF))
-
-
-def _placed_square(turn: FloatArray, reverses: bool, closed: int) -> Face:
-    """A square on a plane whose normal is +z, placed in a part."""
-    shapes = {1: ShapeRecord("Fa", surface=1)}
-    shapes[2] = ShapeRecord("Wi")
-    shapes[1].parts.append(ShapeUse(2, False, np.eye(4)))
-    curves: list[Curve] = []
-    for u, v, du, dv in ((-1, -1, 2, 0), (1, -1, 0, 2), (1, 1, -2, 0), (-1, 1, 0, -2)):
-        curves.append(Line(np.array([u, v], dtype=float), np.array([du, dv], dtype=float)))
-        edge = ShapeRecord("Ed", curve=(1, np.eye(4), 0.0, 1.0))
-        edge.parameter_curves.append((1, len(curves), 0, 0.0, 1.0))
-        shapes[len(shapes) + 1] = edge
-        shapes[2].parts.append(ShapeUse(len(shapes), False, np.eye(4)))
-    record = SurfaceRecord("plane", Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
-    placement = np.eye(4)
-    placement[:3, :3], placement[:3, 3] = turn, [5.0, 6.0, 7.0]
-    brep = Brep(curves, [], [record], shapes, [])
-    content = CadContent(brep, (), closed=closed)
-    return _face(content, ShapeUse(1, reverses, placement), 3, "lid")
-
-
-@pytest.mark.parametrize("reverses", [False, True])
-@pytest.mark.parametrize("excess", [-1e-9, 1e-9])
-def test_the_outside_of_a_turned_face_turns_with_it(reverses: bool, excess: float) -> None:
-    """Whether rounding leaves the determinant of the turn above one or below."""
-    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
-    turn *= np.linalg.det(turn) * (1.0 + excess)
-    face = _placed_square(turn, reverses, closed=0)
-    local = face.local(np.array([[0.2, -0.3]]))
-    outside = turn[:, 2] * (-1.0 if reverses else 1.0)
-    assert local.normal[0] == pytest.approx(outside, abs=1e-8)
-    assert local.point[0] == pytest.approx(turn @ [*_on_plane(0.2, -0.3)] + [5.0, 6.0, 7.0])
-    assert (face.number, face.name, face.kind) == (3, "lid", "plane")
-    assert len(face.borders) == 4
-
-
-def _on_plane(u: float, v: float) -> FloatArray:
-    return Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]).local(np.array([[u, v]])).point[0]
-
-
-def test_of_several_other_faces_that_with_the_nearest_contact_counts() -> None:
-    """Expected 5 mm beside an upper plate. Plates lie below at 7 and 9 mm, and one faces down at
-    3 mm; in either order in the part. A ball that no plate is below is beyond the edge of the
-    upper one only where that one faces it."""
-    upper = _plate(1, -10.0, 10.0, 0.0)
-    below = [_plate(2, 12.0, 30.0, -7.0), _plate(3, 12.0, 30.0, -9.0), _plate(4, 12.0, 30.0, -3.0)]
-    below[2] = replace(below[2], flips=True)
-    near = np.array([[15.0, 0.0, 0.0], [10.5, 0.0, 0.0]])
-    down = np.tile([0.0, 0.0, -1.0], (2, 1))
-    for order in ((0, 1, 2), (2, 1, 0)):
-        part = Part("plates", (upper, *(below[i] for i in order)), (0, 1, 2, 3))
-        for flips in (False, True):
-            faces = (replace(upper, flips=flips), *part.faces[1:])
-            search = ContactSearch(replace(part, faces=faces), 2)
-            search.face[:] = 0  # as found before
-            search.uv = upper.nearest(near)
-            lines = Lines(near - 7.0 * down, down)
-            search.solve(near, ContactProblem(lines, lambda rows: ball_center(1.0), against=down))
-            found = search.contacts()
-            assert found.solved.tolist() == [True, False]
-            assert found.face[0] == 1 + order.index(0)
-            assert found.length[0] == pytest.approx(13.0)
-            assert found.beyond_edge.tolist() == [False, not flips]
-            assert np.all(found.iterations >= 0)

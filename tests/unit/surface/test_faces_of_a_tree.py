@@ -15,9 +15,9 @@ from pretravel.base.errors import InputError, PretravelError
 from pretravel.surface.cad import step_part
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.cad.brep_geometry import SurfaceRecord
+from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.kernel_process import CadContent
-from pretravel.surface.cad.step_part import _face, _face_uses, _one_side, part_from_content
-from pretravel.surface.cad.trim import Trim
+from pretravel.surface.cad.step_part import part_from_content
 from pretravel.surface.curves import Curve, Line
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.parametric import FunctionSurface
@@ -27,6 +27,7 @@ from pretravel.surface.swept import Offset, Placed
 
 TURN = 2.0 * math.pi
 FLAT = Plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+FILE = Path("folder/some.step")
 
 
 def _shift(x: float) -> FloatArray:
@@ -39,36 +40,14 @@ def _box(low: tuple[float, float], high: tuple[float, float]) -> FloatArray:
     return np.array([low, (high[0], low[1]), high, (low[0], high[1]), low])
 
 
-def test_every_face_comes_once_with_its_placement_and_side() -> None:
-    """A body twice in a group, one of them reversed; in it a face twice, once of them again at
-    the same place. Faces of wires, edges and points are none."""
-    use = ShapeUse
-    shapes = {
-        1: ShapeRecord("Co", [use(2, False, _shift(1.0)), use(2, True, _shift(50.0)),
-                              use(6, False, np.eye(4))]),
-        2: ShapeRecord("So", [use(3, False, _shift(100.0)), use(5, False, np.eye(4))]),
-        3: ShapeRecord("Sh", [use(4, True, np.eye(4)), use(4, False, _shift(1000.0)),
-                              use(4, False, np.eye(4))]),
-        4: ShapeRecord("Fa", [use(6, False, np.eye(4))]),
-        5: ShapeRecord("Fa"),
-        6: ShapeRecord("Wi", [use(5, False, _shift(7.0))]),
-        7: ShapeRecord("Ed", [use(5, False, _shift(8.0))]),
-        8: ShapeRecord("Ve", [use(5, False, _shift(9.0))]),
-    }  # fmt: skip
-    roots = [use(1, True, np.eye(4)), use(7, False, np.eye(4)), use(8, False, np.eye(4)),
-             use(5, True, _shift(3.0)), use(5, False, _shift(3.0 + 1e-11))]  # fmt: skip
-    found = list(_face_uses(Brep([], [], [], shapes, roots)))
-    assert [(u.index, u.reverses, float(u.placement[0, 3])) for u in found] == [
-        (4, False, 101.0), (4, True, 1101.0), (5, True, 1.0),
-        (4, True, 150.0), (4, False, 1150.0), (5, False, 50.0), (5, True, 3.0),
-    ]  # fmt: skip
+SQUARE = _box((1.0, 2.0), (4.0, 8.0))
 
 
 def _content(
     surface: Surface | None, *rings: FloatArray, along: int = 1, seams: bool = False,
     bodies: tuple[int, int] = (0, 0), kind: str = "made",
 ) -> CadContent:  # fmt: skip
-    """One face; its edges are seams or borders."""
+    """One face, named n; its edges are seams or borders."""
     face = ShapeRecord("Fa", surface=1, placement=_shift(0.0))
     shapes, curves = {1: face}, list[Curve]()
     for ring in rings:
@@ -83,64 +62,113 @@ def _content(
             wire.parts.append(ShapeUse(len(shapes), False, np.eye(4)))
     record = SurfaceRecord(kind, surface, along, "" if surface else "like no other")
     roots = [ShapeUse(1, False, np.eye(4))]
-    return CadContent(Brep(curves, [], [record], shapes, roots), (), *bodies)
+    return CadContent(Brep(curves, [], [record], shapes, roots), ("n",), *bodies)
 
 
-SQUARE = _box((1.0, 2.0), (4.0, 8.0))
+def _face(content: CadContent, use: ShapeUse | None = None) -> Face:
+    """The only one, as its root uses it."""
+    if use is not None:
+        content.brep.roots[:] = [use]
+    (face,) = part_from_content(content, FILE).faces
+    return face
+
+
+def test_every_face_comes_once_with_its_placement_and_side() -> None:
+    """A body twice in a group, one of them reversed; in it a face twice, once of them again at
+    the same place. Faces of wires, edges and points are none."""
+    use = ShapeUse
+    content = _content(FLAT, SQUARE)
+    shapes = content.brep.shapes
+    other = len(shapes) + 1
+    shapes |= {
+        101: ShapeRecord("Co", [use(102, False, _shift(1.0)), use(102, True, _shift(50.0)),
+                                use(106, False, np.eye(4))]),
+        102: ShapeRecord("So", [use(103, False, _shift(100.0)), use(other, False, np.eye(4))]),
+        103: ShapeRecord("Sh", [use(1, True, np.eye(4)), use(1, False, _shift(1000.0)),
+                                use(1, False, np.eye(4))]),
+        other: ShapeRecord("Fa", surface=2),
+        106: ShapeRecord("Wi", [use(other, False, _shift(7.0))]),
+        107: ShapeRecord("Ed", [use(other, False, _shift(8.0))]),
+        108: ShapeRecord("Ve", [use(other, False, _shift(9.0))]),
+    }  # fmt: skip
+    content.brep.surfaces.append(SurfaceRecord("ball", Sphere([0.0, 0.0, 0.0], 5.0)))
+    content.brep.roots[:] = [
+        use(101, True, np.eye(4)), use(107, False, np.eye(4)), use(108, False, np.eye(4)),
+        use(other, True, _shift(3.0)), use(other, False, _shift(3.0 + 1e-11)),
+    ]  # fmt: skip
+    found = part_from_content(content, FILE).faces
+    at = [float(face.derivatives(np.zeros((1, 2)))[0][0, 0]) for face in found]
+    ball = float(Sphere([0.0, 0.0, 0.0], 5.0).derivatives(np.zeros((1, 2)))[0][0, 0])
+    assert [(f.kind, f.flips) for f in found] == [
+        ("made", False), ("made", True), ("ball", True),
+        ("made", True), ("made", False), ("ball", False), ("ball", True),
+    ]  # fmt: skip
+    zero = float(FLAT.derivatives(np.zeros((1, 2)))[0][0, 0])
+    expected = [101.0, 1101.0, 1.0, 150.0, 1150.0, 50.0, 3.0]
+    own = [zero if face.kind == "made" else ball for face in found]
+    assert at == pytest.approx(np.add(expected, own))
 
 
 @pytest.mark.parametrize("along", [1, -1])
 @pytest.mark.parametrize("reverses", [False, True])
 @pytest.mark.parametrize("bodies", [(0, 0), (1, 0), (0, 1)])
+@pytest.mark.parametrize("excess", [-1e-9, 1e-9])
 def test_a_mirror_and_a_sense_turn_the_outside_over(
-    along: int, reverses: bool, bodies: tuple[int, int]
+    along: int, reverses: bool, bodies: tuple[int, int], excess: float
 ) -> None:
-    """Each of them once. A mirrored part is refused where no bodies were made from its faces."""
+    """Each of them once, also where rounding leaves the determinant of the turn above one or
+    below. A mirrored part is refused where no bodies were made from its faces."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn) * (1.0 + excess)
     content = _content(FLAT, SQUARE, along=along, bodies=bodies)
     for mirror in (1.0, -1.0):
         placed = _shift(5.0)
-        placed[:3, :3] = np.diag([mirror, 1.0, 1.0])
+        placed[:3, :3] = turn * [mirror, 1.0, 1.0]
         use = ShapeUse(1, reverses, placed)
         if mirror < 0.0 and bodies == (0, 0):
             with pytest.raises(PretravelError, match="makes its mirror image"):
-                _face(content, use, 7, "n")
+                _face(content, use)
             continue
-        face = _face(content, use, 7, "n")
+        face = _face(content, use)
         assert face.flips == (((along < 0) + reverses + (mirror < 0.0)) % 2 == 1)
-        assert (face.number, face.name, face.kind) == (7, "n", "made")
+        assert (face.number, face.name, face.kind) == (1, "n", "made")
         uv = np.array([[2.0, 3.0]])
-        point = FLAT.derivatives(uv)[0][0] * [mirror, 1.0, 1.0] + [5.0, 10.0, -5.0]
+        point = placed[:3, :3] @ FLAT.derivatives(uv)[0][0] + [5.0, 10.0, -5.0]
         assert face.derivatives(uv)[0][0] == pytest.approx(point)
+        if mirror > 0.0:
+            outside = turn[:, 2] * (-1.0 if face.flips else 1.0)
+            assert face.local(uv).normal[0] == pytest.approx(outside, abs=1e-8)
         assert isinstance(face.base, Placed)
         assert len(face.borders) == 4
         assert face.trim is not None
         assert face.trim.area == pytest.approx(18.0)
 
 
-@pytest.mark.parametrize(("scale", "refused"), [(4e-7, False), (-4e-7, False), (6e-7, True),
-                                                 (-6e-7, True)])  # fmt: skip
-def test_a_placement_that_changes_the_scale_is_refused(scale: float, refused: bool) -> None:
-    """Of one direction, by more than a millionth in its square."""
-    for axis in range(3):
-        placed = np.eye(4)
-        placed[axis, axis] += scale
-        if refused:
-            with pytest.raises(PretravelError, match="changes its scale"):
-                _face(_content(FLAT, SQUARE), ShapeUse(1, False, placed), 1, "")
-        else:
-            assert isinstance(
-                _face(_content(FLAT, SQUARE), ShapeUse(1, False, placed), 1, "").base, Placed
-            )
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize(
+    ("scale", "refused"), [(4e-7, False), (-4e-7, False), (6e-7, True), (-6e-7, True)]
+)
+def test_a_placement_that_changes_the_scale_is_refused(
+    scale: float, refused: bool, axis: int
+) -> None:
+    """Of one direction, by more than a millionth in its square. A small one is a placement."""
+    placed = np.eye(4)
+    placed[axis, axis] += scale
+    if refused:
+        with pytest.raises(PretravelError, match="changes its scale"):
+            _face(_content(FLAT, SQUARE), ShapeUse(1, False, placed))
+    else:
+        assert isinstance(_face(_content(FLAT, SQUARE), ShapeUse(1, False, placed)).base, Placed)
 
 
 def test_placements_of_face_and_surface_follow_each_other() -> None:
     """A quarter turn about z after a shift; a face in its place keeps its surface."""
     content = _content(FLAT, SQUARE)
-    assert _face(content, ShapeUse(1, False, np.eye(4)), 1, "").base is FLAT
+    assert _face(content).base is FLAT
     content.brep.shapes[1].placement = _shift(3.0)
     turn = np.eye(4)
     turn[:2, :2] = [[0.0, -1.0], [1.0, 0.0]]
-    face = _face(content, ShapeUse(1, False, turn), 1, "")
+    face = _face(content, ShapeUse(1, False, turn))
     uv = np.array([[2.0, 3.0]])
     x, y, z = FLAT.derivatives(uv)[0][0] + [3.0, 6.0, -3.0]
     assert face.derivatives(uv)[0][0] == pytest.approx([-y, x, z])
@@ -150,16 +178,13 @@ def test_a_face_all_over_a_closed_surface_has_no_region() -> None:
     """A ball whose edges are seams; with borders, or over a part of it, the region stays. A plane
     without edges has no end."""
     ball = Sphere([0.0, 0.0, 0.0], 5.0)
-    use = ShapeUse(1, False, np.eye(4))
     whole, half = _box((0.0, 0.0), (TURN, math.pi)), _box((0.0, 0.0), (TURN, 0.5 * math.pi))
-    assert _face(_content(ball, whole, seams=True), use, 1, "").trim is None
-    assert _face(_content(ball), use, 1, "").trim is None
-    assert _face(_content(ball, whole), use, 1, "").trim is not None
-    assert _face(_content(ball, half, seams=True), use, 1, "").trim is not None
+    assert _face(_content(ball, whole, seams=True)).trim is None
+    assert _face(_content(ball)).trim is None
+    assert _face(_content(ball, whole)).trim is not None
+    assert _face(_content(ball, half, seams=True)).trim is not None
     with pytest.raises(PretravelError, match="plane without edges, which is unbounded"):
-        _face(_content(FLAT, kind="plane"), use, 1, "")
-    with pytest.raises(PretravelError, match="cone: like no other"):
-        _face(_content(None, kind="cone"), use, 1, "")
+        _face(_content(FLAT, kind="plane"))
 
 
 CROSSING = math.acos(-2.0 / 3.0)
@@ -180,71 +205,71 @@ def test_a_torus_through_its_axis_has_the_part_on_which_the_face_lies(
 ) -> None:
     """Within a millionth of the tube's radius, 3 nm, of which the slope there makes 1.3e-6."""
     torus = Torus([1.0, 2.0, 3.0], 2.0, 3.0, np.linalg.qr(np.ones((3, 3)) + np.eye(3))[0])
-    record = SurfaceRecord("torus", torus, -1)
-    trim = Trim([_box((0.5, low), (1.5, high))], (TURN, TURN))
+    content = _content(torus, _box((0.5, low), (1.5, high)), along=-1)
     if side == "both":
         with pytest.raises(PretravelError, match="on both sides of the axis"):
-            _one_side(record, trim)
+            _face(content)
         return
-    made = _one_side(record, trim)
+    face = _face(content)
+    assert face.flips == (side == "outer")
     if side == "outer":
-        assert made is record
+        assert face.base is torus
         return
-    assert made.along_parameters == 1
-    assert isinstance(made.surface, Torus)
-    assert made.surface.inner
-    assert (made.surface.radius, made.surface.tube_radius) == (2.0, 3.0)
-    assert np.array_equal(made.surface.origin, torus.origin)
-    assert np.array_equal(made.surface.axes, torus.axes)
+    assert isinstance(face.base, Torus)
+    assert face.base.inner
+    assert (face.base.radius, face.base.tube_radius) == (2.0, 3.0)
+    assert np.array_equal(face.base.origin, torus.origin)
+    assert np.array_equal(face.base.axes, torus.axes)
 
 
-def test_a_whole_torus_is_on_both_sides_only_where_it_crosses_its_axis() -> None:
-    for radius, crosses in ((2.9, True), (3.0, False), (3.1, False)):
-        record = SurfaceRecord("torus", Torus([0.0, 0.0, 0.0], radius, 3.0), 1)
-        if crosses:
-            with pytest.raises(PretravelError, match="on both sides of the axis"):
-                _one_side(record, None)
-        else:
-            assert _one_side(record, None) is record
+@pytest.mark.parametrize(("radius", "crosses"), [(2.9, True), (3.0, False), (3.1, False)])
+def test_a_whole_torus_is_on_both_sides_where_it_crosses_its_axis(
+    radius: float, crosses: bool
+) -> None:
+    content = _content(Torus([0.0, 0.0, 0.0], radius, 3.0))
+    if crosses:
+        with pytest.raises(PretravelError, match="on both sides of the axis"):
+            _face(content)
+    else:
+        assert _face(content).base is content.brep.surfaces[0].surface
+
+
+BALL = Sphere([0.0, 0.0, 0.0], 5.0)
+BOWL = FunctionSurface(lambda u, v: (u, v, -(u**2) / 32.0), (-20.0, 20.0), (-9.0, 9.0))
+RISING = 16.0 * (1.0 + 12.9**2 / 256.0) ** 1.5
 
 
 @pytest.mark.parametrize(
-    ("distance", "refused"), [(5.0, False), (-4.9, False), (-5.0, True), (-5.1, True)]
+    ("surface", "middle", "distance", "refused"),
+    [
+        *((BALL, None, distance, distance <= -5.0) for distance in (5.0, -4.9, -5.0, -5.1)),
+        *((BOWL, 0.0, -share * 16.0, share > 1.0) for share in (0.98, 1.02)),
+        *((BOWL, 14.0, -share * RISING, share > 1.0) for share in (0.98, 1.02)),
+    ],
 )
-def test_an_offset_beyond_a_centre_of_curvature_is_refused(distance: float, refused: bool) -> None:
-    """Of a ball of 5 mm, inwards."""
-    record = SurfaceRecord("offset", Offset(Sphere([0.0, 0.0, 0.0], 5.0), distance), 1)
+def test_an_offset_beyond_a_centre_of_curvature_is_refused(
+    surface: Surface, middle: float | None, distance: float, refused: bool
+) -> None:
+    """Inwards, of a ball of 5 mm, and of a part of a bowl: it bends by 1/16 at x = 0 and by
+    1/16 (1 + x²/256)^-1.5 elsewhere: at x from 13 to 15, 13 at least with its margin of 0.1, the
+    radius is 34 mm. The face alone decides how far the offset may go."""
+    offset = Offset(surface, distance)  # type: ignore[arg-type]
+    rings = () if middle is None else (_box((middle - 1.0, -2.0), (middle + 1.0, 3.0)),)
+    content = _content(offset, *rings, kind="offset")
     if refused:
         with pytest.raises(PretravelError, match=rf"offset by {distance:g} mm, beyond its centre"):
-            _one_side(record, None)
+            _face(content)
     else:
-        assert _one_side(record, None) is record
-
-
-def test_the_face_alone_decides_how_far_an_offset_may_go() -> None:
-    """A bowl z = -x²/32 bends by 1/16 at x = 0 and by 1/16 (1 + x²/256)^-1.5 elsewhere: at x from
-    13 to 15, 13 at least with its margin of 0.1, the radius is 34 mm."""
-    for x, most in ((0.0, 16.0), (14.0, 16.0 * (1.0 + 12.9**2 / 256.0) ** 1.5)):
-        for share, refused in ((0.98, False), (1.02, True)):
-            bowl = FunctionSurface(lambda u, v: (u, v, -(u**2) / 32.0), (-20.0, 20.0), (-9.0, 9.0))
-            trim = Trim([_box((x - 1.0, -2.0), (x + 1.0, 3.0))], (math.inf, math.inf))
-            record = SurfaceRecord("offset", Offset(bowl, -share * most), 1)
-            if refused:
-                with pytest.raises(PretravelError, match="beyond its centre of curvature"):
-                    _one_side(record, trim)
-            else:
-                assert _one_side(record, trim) is record
+        assert _face(content).base is offset
 
 
 def _several(count: int, bad: tuple[int, ...], names: tuple[str, ...]) -> CadContent:
-    content = _content(FLAT, SQUARE)
-    brep = content.brep
-    broken = SurfaceRecord("cone", None, 1, "like no other")
-    brep.surfaces.append(broken)
-    number = len(brep.shapes)
-    brep.shapes[number + 1] = ShapeRecord("Fa", surface=2)
+    brep = _content(FLAT, SQUARE).brep
+    brep.surfaces.append(SurfaceRecord("cone", None, 1, "like no other"))
+    number = len(brep.shapes) + 1
+    brep.shapes[number] = ShapeRecord("Fa", surface=2)
     brep.roots[:] = [
-        ShapeUse(number + 1 if i + 1 in bad else 1, False, _shift(float(i))) for i in range(count)
+        ShapeUse(number if i + 1 in bad else 1, False, _shift(float(i))) for i in range(count)
     ]
     return CadContent(brep, names)
 
@@ -254,17 +279,25 @@ def test_faces_are_numbered_and_those_that_cannot_be_used_have_reasons(
 ) -> None:
     """Names count where there is one for each face. Progress is told after every second face."""
     monkeypatch.setattr(step_part, "_PROGRESS", 2)
-    five = ("a", "b", "c", "d", "e")
+    five = ("a", "b", "c", "d", "d")
     with caplog.at_level(logging.INFO, "pretravel"):
-        part = part_from_content(_several(5, (2, 5), five), Path("folder/some.step"))
+        part = part_from_content(_several(5, (2,), five), FILE)
     assert [r.getMessage() for r in caplog.records] == ["face 2 of 5", "face 4 of 5"]
     assert part.name == "some.step"
-    assert [(f.number, f.name) for f in part.faces] == [(1, "a"), (3, "c"), (4, "d")]
-    assert part.chosen == (0, 1, 2)
-    assert part.unreadable == dict.fromkeys((2, 5), "cone: like no other")
-    part = part_from_content(_several(3, (), five), Path("some.step"))
+    assert [(f.number, f.name) for f in part.faces] == [(1, "a"), (3, "c"), (4, "d"), (5, "d")]
+    assert part.chosen == (0, 1, 2, 3)
+    assert part.unreadable == {2: "cone: like no other"}
+    assert (part.select("d").chosen, part.select("3").chosen) == ((2, 3), (1,))
+    for word, said in (
+        ("2", "face 2 cannot be used: cone: like no other"),
+        ("b", "no face named 'b'"),
+        ("7", "has no face 7; it has 4"),
+    ):
+        with pytest.raises(PretravelError, match=said):
+            part.select(word)
+    part = part_from_content(_several(3, (), five), FILE)
     assert [(f.number, f.name) for f in part.faces] == [(1, ""), (2, ""), (3, "")]
     with pytest.raises(InputError, match="none of its 2 faces can be used; face 1: cone: like"):
-        part_from_content(_several(2, (1, 2), ()), Path("some.step"))
+        part_from_content(_several(2, (1, 2), ()), FILE)
     with pytest.raises(InputError, match="has no faces"):
-        part_from_content(_several(0, (), ()), Path("some.step"))
+        part_from_content(_several(0, (), ()), FILE)

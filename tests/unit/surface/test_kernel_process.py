@@ -98,19 +98,19 @@ class TestCodeBesideAPart:
         )
         assert done.returncode == 0, done.stderr
 
-    @pytest.mark.parametrize("module", [["-m", "pretravel"], ["-Bmpretravel"]])
-    def test_python_m_imports_nothing_from_there(self, poisoned: Path, module: list[str]) -> None:
-        command = [sys.executable, *module, "faces", str(PART)]
-        done = subprocess.run(
-            command, cwd=poisoned, env=_environment(), capture_output=True, text=True
-        )
-        assert _ran(poisoned) == []
-        assert done.returncode == 0, done.stderr
-
-    def test_the_console_script_imports_nothing_from_there(self, poisoned: Path) -> None:
+    @pytest.mark.parametrize(
+        "program",
+        [
+            ["-m", "pretravel"],
+            ["-Bmpretravel"],
+            ["script.py"],  # beside the folder, as the console script is
+        ],
+    )
+    def test_programs_import_nothing_from_there(self, poisoned: Path, program: list[str]) -> None:
         script = poisoned.parent / "script.py"
         script.write_text("from pretravel.cli.main import run\nrun()\n")
-        command = [sys.executable, str(script), "faces", str(PART)]
+        words = [str(script) if word == script.name else word for word in program]
+        command = [sys.executable, *words, "faces", str(PART)]
         done = subprocess.run(
             command, cwd=poisoned, env=_environment(), capture_output=True, text=True
         )

@@ -34,8 +34,8 @@ def _around(part: Part) -> np.ndarray:
 
 
 def test_no_face_within_reach_is_left_out_and_few_others_are_taken(blades: Part) -> None:
-    """Against the exact distances of all faces. The boxes of the blades overlap: of the pairs that
-    they allow, most are none."""
+    """Against the distances of all faces, right to half a micrometre: 0.05 mm aside of a sample of
+    an edge, 3 mm away. The boxes overlap: of the pairs that they allow, most are none."""
     points = _around(blades)
     reach = np.full(len(points), 3.0)
     cloud = blades.cloud_of_spacing(1.5)
@@ -45,7 +45,7 @@ def test_no_face_within_reach_is_left_out_and_few_others_are_taken(blades: Part)
     true = {
         (row, index)
         for index, face in enumerate(blades.faces)
-        for row in np.flatnonzero(face.distance(points, 0.01) <= 3.0).tolist()
+        for row in np.flatnonzero(face.distance(points, 0.1) <= 3.0).tolist()
     }
     assert true
     assert true <= taken

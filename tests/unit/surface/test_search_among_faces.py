@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.surface import contact as contact_module
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.trim import Trim
@@ -19,6 +20,14 @@ from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.surface.shapes import Plane
 
 BALL = 1.0
+
+
+@pytest.fixture(autouse=True)
+def short_searches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rigid ball needs neither other differences nor many iterations, which take long where
+    there is no contact."""
+    monkeypatch.setattr(contact_module, "_DIFFERENCES", contact_module._DIFFERENCES[:1])
+    monkeypatch.setattr(contact_module, "_MOST_ITERATIONS", 15)
 
 
 @dataclass(frozen=True)
@@ -212,21 +221,3 @@ def test_only_solved_contacts_count_and_nearly_solved_ones_are_kept_to_start_fro
         at = plate.derivatives(search.uv)[0][:, :2]
         assert at[:2] == pytest.approx(places[:2], abs=1e-6)
         assert np.array_equal(search.uv[2:], before[2:])
-
-
-def test_the_share_of_edges_follows_the_size_of_a_face() -> None:
-    """A face of 0.1 mm, far from zero, and one of 2 m: distances beyond an edge at places
-    between its corners, 0.0001 and 2 mm of whose samples are apart."""
-    for size, place in ((0.1, 300.0), (2000.0, 0.0)):
-        plate = _Plate((place, place), (place + size, place + 0.5 * size), place)
-        search = ContactSearch(Part("one", (plate.face(1),), (0,)), 1)
-        share = np.linspace(0.013, 0.971, 23)
-        points = np.column_stack([place + size * share, np.full(23, place - 0.01 * size),
-                                  np.full(23, place)])  # fmt: skip
-        distance, _ = search._distance(0, points)
-        # Half a spacing of a thousandth, aside: 0.0005² / 0.02 of the size.
-        assert distance == pytest.approx(np.full(23, 0.01 * size), rel=2e-3)
-        tree = [key for key in search.faces[0].__dict__ if key.startswith("_edge_tree_")]
-        (key,) = tree
-        samples = len(search.faces[0].__dict__[key].data)
-        assert 2000 < samples < 4000

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from pretravel.base.errors import InputError
 from pretravel.surface.local_geometry import signed_distance
 from pretravel.surface.parametric import Convex
 from pretravel.surface.specification import parse_surface
@@ -92,3 +95,10 @@ def test_the_convex_surface_of_the_thesis(text: str, numbers: tuple[float, float
     assert isinstance(surface, Convex)
     assert (surface.a, surface.b) == (a, b)
     assert surface.turn == pytest.approx(np.radians(turn), rel=1e-12)
+
+
+def test_an_object_with_a_part_of_the_members_is_no_surface(tmp_path: Path) -> None:
+    file = tmp_path / "half.py"
+    file.write_text("class Half:\n    def local(self, uv): ...\n\nsurface = Half()\n")
+    with pytest.raises(InputError, match="not a surface"):
+        parse_surface(f"{file}#surface")

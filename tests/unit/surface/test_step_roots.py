@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.errors import PretravelError
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part
 from pretravel.surface.cad.step_reader import read_step_solids
@@ -76,7 +76,9 @@ _PIN_PLANES: list[tuple[float, list[float]]] = [(PIN[1], [0, 0, 1.0]), (0.0, [0,
 class TestRoots:
     def test_every_root_is_read(self, tmp_path: Path) -> None:
         """Was: the first one alone, without a word."""
-        part = _read(write_step(tmp_path / "two.step", [_box(), _pin()]))
+        path = write_step(tmp_path / "two.step", [_box(), _pin()])
+        assert [len(solid.faces) for solid in read_step_solids(path)] == [6, 3]  # of a probe
+        part = _read(path)
         assert [face.number for face in part.faces] == list(range(1, 10))
         assert [face.part for face in part.faces] == ["box"] * 6 + ["pin"] * 3
         assert _planes(part, "box") == pytest.approx(_placed_planes(_BOX_PLANES, np.eye(4)))
@@ -100,10 +102,6 @@ class TestRoots:
     def test_one_part_has_no_name_of_a_part(self, tmp_path: Path) -> None:
         part = _read(write_step(tmp_path / "one.step", [_box()]))
         assert {face.part for face in part.faces} == {""}
-
-    def test_the_solids_of_a_probe_are_those_of_all_roots(self, tmp_path: Path) -> None:
-        path = write_step(tmp_path / "two.step", [_box(), _pin()])
-        assert [len(solid.faces) for solid in read_step_solids(path)] == [6, 3]
 
 
 class TestAssemblies:
@@ -132,12 +130,19 @@ class TestAssemblies:
             # The file states places with 15 decimals.
             assert _planes(part, name) == pytest.approx(_placed_planes(planes, at), abs=1e-9)
 
-    def test_every_instance_in_its_place(self, tmp_path: Path) -> None:
+    def test_every_instance_in_its_place_and_by_its_name(self, tmp_path: Path) -> None:
         top, places = self._roots()
         part = _read(write_step(tmp_path / "top.step", [top]))
         assert len(part.faces) == 3 * 6 + 4 * 3
         assert {face.part for face in part.faces} == set(places)
         self._check(part, places)
+        for word, count in {
+            "box": 18, "pin": 12, "mid": 24, "mid (2)": 12, "inner/pin": 6, "top/box": 6,
+            "mid (2)/pin": 3,
+        }.items():  # fmt: skip
+            assert len(part.select(word).chosen) == count, word
+        with pytest.raises(PretravelError, match="no face or part named 'lid'"):
+            part.select("lid")
 
     @pytest.mark.parametrize("first", [True, False])
     def test_assemblies_among_several_roots(self, first: bool, tmp_path: Path) -> None:
@@ -152,20 +157,6 @@ class TestAssemblies:
         assert _planes(part, "other/axle") == pytest.approx(
             _placed_planes(_PIN_PLANES, at), abs=1e-9
         )
-
-    def test_parts_are_chosen_by_name(self, tmp_path: Path) -> None:
-        top, _ = self._roots()
-        part = _read(write_step(tmp_path / "top.step", [top]))
-        count = {
-            word: len(part.select(word).chosen)
-            for word in ("box", "pin", "mid", "mid (2)", "inner/pin", "top/box", "mid (2)/pin")
-        }
-        assert count == {
-            "box": 18, "pin": 12, "mid": 24, "mid (2)": 12, "inner/pin": 6, "top/box": 6,
-            "mid (2)/pin": 3,
-        }  # fmt: skip
-        with pytest.raises(PretravelError, match="no face or part named 'lid'"):
-            part.select("lid")
 
     def test_the_list_of_faces_names_the_parts(self, tmp_path: Path) -> None:
         file = write_step(tmp_path / "two.step", [_box(), _pin()])
@@ -232,9 +223,3 @@ class TestNothingIsMissing:
         monkeypatch.setitem(sys.modules, "netgen.occ", occ)  # type: ignore[arg-type]
         with pytest.raises(RuntimeError, match=r"netgen-mesher 6\.2\.2608 or a later"):
             whole_shape(tmp_path / "x.step")
-
-    def test_a_file_without_faces_is_refused_as_before(self, tmp_path: Path) -> None:
-        path = tmp_path / "none.step"
-        path.write_text("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n")
-        with pytest.raises(InputError, match="contains no faces"):
-            read_part(path)

@@ -32,40 +32,24 @@ def test_the_domain_is_the_box_with_a_margin_within_the_surface() -> None:
     assert narrow.period == ENDLESS
 
 
-def test_the_domain_of_a_periodic_parameter_is_a_whole_period_about_the_region() -> None:
-    natural = Domain((0.0, -50.0), (2.0 * math.pi, 50.0), (2.0 * math.pi, math.inf))
-    part = Trim([_box((1.0, 2.0), (2.0, 12.0))], (2.0 * math.pi, math.inf)).domain(natural)
-    assert part.lower == pytest.approx((1.5 - math.pi, 1.5))
-    assert part.upper == pytest.approx((1.5 + math.pi, 12.5))
-    assert part.period == (2.0 * math.pi, math.inf)
-    turn = _box((1.0, 2.0), (1.0 + 2.0 * math.pi, 12.0))
-    whole = Trim([turn], (2.0 * math.pi, math.inf)).domain(natural)
-    assert whole.lower[0] == pytest.approx(1.0)
-    assert whole.upper[0] == pytest.approx(1.0 + 2.0 * math.pi)
+@pytest.mark.parametrize("low", [1.0, 3.5, -20.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_domain_of_a_periodic_parameter_is_a_period_about_the_region(
+    low: float, axis: int
+) -> None:
+    """Of 6, about the middle of one that is 1 wide, far along it too; and all of a whole turn."""
+    order = [axis, 1 - axis]
 
+    def at(around: float, along: float) -> tuple[float, float]:
+        return tuple(np.array([around, along])[order].tolist())
 
-def test_parameters_are_moved_by_whole_periods_to_the_region() -> None:
-    trim = Trim([_box((1.0, 2.0), (2.0, 12.0))], (2.0 * math.pi, math.inf))
-    given = np.array([[1.5, 3.0], [1.5 + 4.0 * math.pi, 3.0], [1.5 - 2.0 * math.pi, 99.0]])
-    assert trim.wrapped(given) == pytest.approx(np.array([[1.5, 3.0], [1.5, 3.0], [1.5, 99.0]]))
-    assert trim.inside(given).tolist() == [True, True, False]
-    assert given[1, 0] == 1.5 + 4.0 * math.pi
-
-
-def test_holes_and_rings_that_cross_themselves() -> None:
-    outer, hole = _box((0.0, 0.0), (10.0, 10.0)), _box((4.0, 4.0), (6.0, 6.0))
-    for rings in ([outer, hole], [hole, outer], [outer[::-1], hole]):
-        trim = Trim(rings, ENDLESS)
-        assert trim.area == pytest.approx(96.0)
-        assert trim.inside(np.array([[5.0, 5.0], [2.0, 5.0], [11.0, 5.0]])).tolist() == [
-            False, True, False,
-        ]  # fmt: skip
-    bow = np.array([[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
-    crossed = Trim([bow], ENDLESS)
-    assert crossed.area == pytest.approx(2.0)
-    # Its sides meet in the middle: left and right are inside, above and below are not.
-    places = np.array([[0.3, 1.0], [1.7, 1.0], [1.0, 1.7], [1.0, 0.3]])
-    assert crossed.inside(places).tolist() == [True, True, False, False]
+    natural = Domain(at(0.0, -50.0), at(6.0, 50.0), at(6.0, math.inf))
+    for width, about in ((1.0, low + 0.5), (6.0, low + 3.0)):
+        ring = _box(at(low, 2.0), at(low + width, 12.0))
+        domain = Trim([ring], at(6.0, math.inf)).domain(natural)
+        assert domain.lower == pytest.approx(at(about - 3.0, 1.5))
+        assert domain.upper == pytest.approx(at(about + 3.0, 12.5))
+        assert domain.period == at(6.0, math.inf)
 
 
 def test_a_boundary_without_area_is_refused() -> None:
@@ -74,14 +58,17 @@ def test_a_boundary_without_area_is_refused() -> None:
         Trim([line], ENDLESS)
 
 
-def test_a_region_covers_a_surface_whose_whole_area_it_has() -> None:
-    trim = Trim([_box((0.0, 0.0), (4.0, 3.0))], ENDLESS)
-    assert trim.covers(Domain((0.0, 0.0), (4.0, 3.0)))
-    assert not trim.covers(Domain((0.0, 0.0), (4.0, 3.01)))
-    turn = Trim([_box((0.0, 0.0), (2.0 * math.pi, 3.0))], (2.0 * math.pi, math.inf))
-    endless = (2.0 * math.pi, math.inf)
-    assert turn.covers(Domain((-9.0, 0.0), (9.0, 3.0), endless))
-    assert not turn.covers(Domain((-9.0, 0.0), (9.0, 3.1), endless))
+@pytest.mark.parametrize("low", [(0.0, 0.0), (1.0, 2.0)])
+@pytest.mark.parametrize("period", [math.inf, 4.0])
+def test_a_region_covers_a_surface_whose_whole_area_it_has(
+    low: tuple[float, float], period: float
+) -> None:
+    """4 x 3; a period counts once, however far the surface states it."""
+    (a, b), periods = low, (period, math.inf)
+    trim = Trim([_box(low, (a + 4.0, b + 3.0))], periods)
+    wide = 4.0 if math.isinf(period) else 18.0
+    for height, covered in ((3.0, True), (3.01, False)):
+        assert trim.covers(Domain(low, (a + wide, b + height), periods)) == covered
 
 
 @pytest.mark.parametrize(("lengths", "inner"), [((1.0, 1.0), 2.0), ((0.5, 3.0), 3.0)])
@@ -117,6 +104,7 @@ BOW = np.array([[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
         ([_box((0.0, 0.0), (0.5, 0.5))], 0.25),
         ([_box((0.0, 0.0), (3.0, 2.0)), BOW + np.array([5.0, 1.0])], 8.0),
         ([_box((0.0, 0.0), (7.0, 7.0)), BOW + np.array([2.0, 3.0])], 47.0),
+        ([_box((4.0, 4.0), (6.0, 6.0)), _box((0.0, 0.0), (8.0, 8.0))[::-1]], 60.0),
         # Rings that cross each other: a hole across an edge, two overlapping squares.
         ([_box((0.0, 0.0), (7.0, 6.0)), _box((6.0, 2.0), (8.0, 3.0))], 42.0),
         ([_box((0.0, 0.0), (2.0, 2.0)), _box((1.0, 1.0), (3.0, 3.0))], 6.0),
@@ -147,19 +135,16 @@ def test_points_beyond_an_edge_by_a_billionth_of_the_size_count(high: tuple[floa
     assert not trim.inside(end + 1.1 * share * inwards).any()
 
 
-def test_a_region_away_from_zero_covers_the_surface_with_its_sides() -> None:
-    trim = Trim([_box((1.0, 2.0), (5.0, 5.0))], ENDLESS)
-    assert trim.covers(Domain((1.0, 2.0), (5.0, 5.0)))
-    assert not trim.covers(Domain((1.0, 2.0), (5.0, 5.01)))
-
-
 def test_parameters_are_at_most_half_a_period_from_the_middle_of_the_region() -> None:
     """Middle 5.5, period 4: from 3.5 to 7.5."""
     trim = Trim([_box((-8.0, 5.0), (8.0, 6.0))], (math.inf, 4.0))
-    v = np.array([3.51, 7.49, 7.51, 3.49, -4.0])
-    wrapped = trim.wrapped(np.column_stack([np.full(5, 77.0), v]))
-    assert wrapped[:, 1] == pytest.approx([3.51, 7.49, 3.51, 7.49, 4.0], abs=1e-12)
-    assert np.all(wrapped[:, 0] == 77.0)
+    v = np.array([3.51, 7.49, 7.51, 3.49, -4.0, 5.2 + 8.0])
+    given = np.column_stack([np.full(6, 7.0), v])
+    wrapped = trim.wrapped(given)
+    assert wrapped[:, 1] == pytest.approx([3.51, 7.49, 3.51, 7.49, 4.0, 5.2], abs=1e-12)
+    assert np.all(wrapped[:, 0] == 7.0)
+    assert given[5, 1] == 13.2
+    assert trim.inside(given).tolist() == [False] * 5 + [True]
 
 
 def test_parameters_just_below_the_region_are_on_its_seam() -> None:
@@ -169,16 +154,6 @@ def test_parameters_just_below_the_region_are_on_its_seam() -> None:
     moved = trim.wrapped(np.column_stack([u, np.zeros(5)]))[:, 0]
     assert moved[0] == 5.0
     assert moved[1:] == pytest.approx(u[1:], abs=1e-13)
-
-
-def test_the_domain_of_a_region_far_along_a_period_is_about_its_middle() -> None:
-    natural = Domain((-50.0, 0.0), (50.0, 6.0), (math.inf, 6.0))
-    for low in (3.5, -20.0):
-        trim = Trim([_box((2.0, low), (12.0, low + 1.0))], (math.inf, 6.0))
-        domain = trim.domain(natural)
-        assert domain.lower == pytest.approx((1.5, low - 2.5))
-        assert domain.upper == pytest.approx((12.5, low + 3.5))
-        assert domain.period == (math.inf, 6.0)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
