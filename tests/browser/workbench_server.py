@@ -31,7 +31,7 @@ WITHOUT_SCENES = "--disable-3d-apis"
 SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 THEMES = ("light", "dark")
 PATIENCE = 120.0
-"""How long an answer or a state of a page is waited for: on a loaded computer 30 s are short. [s]"""
+"""How long an answer or a state of a page is waited for: 30 s are short on a busy computer. [s]"""
 
 
 _tokens: dict[str, str] = {}
