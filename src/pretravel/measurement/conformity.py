@@ -209,37 +209,16 @@ def position_conformity(
     Returns
     -------
     Conformity
-        Its value is twice the distance, which ISO 1101 compares with the tolerance. The
-        probability is found by trials, because a distance near zero has no normal distribution.
+        That of one place in `zone_conformity`. Its value is twice the distance, which ISO 1101
+        compares with the tolerance.
 
     >>> hole = position_conformity(np.array([0.01, 0.0]), 1e-6 * np.eye(2), 0.05, 0.95)
     >>> round(hole.value, 6), hole.verdict.value, round(hole.guard_band, 4)
     (0.02, 'conforms', 0.0033)
     """
-    checked(tolerance, "the tolerance", DISTANCE, inputs=("tolerance",))
-    sizes, vectors = np.linalg.eigh(covariance)
-    deviations = np.sqrt(np.maximum(sizes, 0.0))
-    generator = np.random.default_rng(_SEED)
-    draws = generator.standard_normal((_TRIALS, len(located)))
-    if math.isfinite(dof):
-        draws /= np.sqrt(generator.chisquare(dof, (_TRIALS, 1)) / dof)
-    errors = (draws * deviations) @ vectors.T
-    value, u = position_and_uncertainty(located, covariance)
-    along = 2.0 * located / value if value > 0.0 else vectors[:, -1]
-    _check(required, u, -math.inf, tolerance)
-
-    def probability(y: float) -> float:
-        moved = np.linalg.norm(0.5 * y * along + errors, axis=1)
-        return float(np.mean(2.0 * moved <= tolerance))
-
-    found = probability(value)
-    guard = _guard_band(lambda g: probability(tolerance - g), tolerance, required)
-    band = _rejection_band(lambda g: probability(tolerance + g), 10.0 * float(deviations[-1]),
-                           required)  # fmt: skip
-    return Conformity(
-        "position", value, u, -math.inf, tolerance, guard, band, found, required,
-        _verdict(found, required, u), dof,
-    )  # fmt: skip
+    return zone_conformity(
+        "position", located[None], covariance, (tolerance, 0.0, 0.0), required, dof=dof
+    )
 
 
 def zone_conformity(
@@ -273,9 +252,10 @@ def zone_conformity(
     Returns
     -------
     Conformity
-        Its value is twice the largest distance, its upper limit the zone with its growth. It does
-        not conform where this is so with the required probability and the value exceeds the limit
-        by that quantile of its uncertainty.
+        Its value is twice the largest distance, its upper limit the zone with its growth. The
+        probability is found by trials, because a distance near zero has no normal distribution. It
+        does not conform where this is so with the required probability and the value exceeds the
+        limit by that quantile of its uncertainty along itself.
 
     >>> two = zone_conformity("position", np.array([[0.01, 0.0], [0.0, 0.005]]), 1e-6 * np.eye(4),
     ...                       (0.05, 0.0, 0.0), 0.95)
@@ -299,9 +279,11 @@ def zone_conformity(
     grown: float | FloatArray = bonus
     if len(covariance) > count:
         grown = np.clip(bonus + errors[:, -1], 0.0, most_bonus)
-    value = 2.0 * float(np.linalg.norm(located, axis=1).max())
+    worst = int(np.linalg.norm(located, axis=1).argmax())
+    rows = slice(worst * groups[1], (worst + 1) * groups[1])
+    value, u = position_and_uncertainty(located[worst], covariance[rows, rows])
     shape = located / value if value > 0.0 else _unlike_zero(groups, covariance)
-    _check(required, 2.0 * float(deviations[-1]), -math.inf, width)
+    _check(required, u, -math.inf, width)
 
     # Of each drawn error, the values that it would leave inside: between two roots.
     inside = [_inside(shape, way, 0.5 * (width + grown)) for way in ways]
@@ -312,8 +294,8 @@ def zone_conformity(
     found = probability(value)
     limit = width + bonus
     guard = _guard_band(lambda g: probability(limit - g), limit, required)
-    u = 2.0 * float(deviations[-1])
-    band = _rejection_band(lambda g: probability(limit + g), 10.0 * u, required)
+    largest = 20.0 * float(deviations[-1])
+    band = _rejection_band(lambda g: probability(limit + g), largest, required)
     # A zone that is narrow against u contains no place with much probability: this proves nothing.
     band = max(band, _quantile(dof, required) * u)
     verdict = _verdict(found, required, u)

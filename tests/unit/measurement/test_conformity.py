@@ -87,6 +87,18 @@ class TestPosition:
         assert found.guard_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
         assert found.rejection_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
 
+    def test_a_zone_that_is_narrow_against_u_proves_nothing(self) -> None:
+        """P of the zone is 0.1 %, on its centre too; the value is inside, so it has not failed."""
+        found = position_conformity(np.zeros(2), 1e-6 * np.eye(2), 1e-4, 0.95)
+        assert found.probability < 0.05
+        assert found.verdict is UNDECIDED
+
+    def test_an_error_across_the_distance_does_not_hide_that_a_place_is_outside(self) -> None:
+        """20 u beyond the zone along x; along y, u is 100 times larger."""
+        found = position_conformity(np.array([0.03, 0.0]), np.diag([1e-6, 1e-2]), 0.02, 0.95)
+        assert found.u == pytest.approx(0.002)
+        assert found.verdict is FAILS
+
 
 class TestPromise:
     """A part at the limit is accepted, or rejected, in at most 5 of 100 measurements."""
