@@ -5,7 +5,6 @@ from __future__ import annotations
 import doctest
 import hashlib
 import re
-import shlex
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from docs.example_folders import blocks
-from tests.support.commands import both_outputs
+from tests.support.commands import follow
 from tests.support.examples import EXAMPLES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -62,25 +61,12 @@ def _followed(command: str) -> str:
     digest = hashlib.sha256(repr(sorted(before.items())).encode()).hexdigest()
     done = _done.get((command, digest))
     if done is None:
-        printed = _run(command)
+        printed = follow(command)
         made = {n: c for n, c in _content().items() if before.get(n) != c}
         done = _done[command, digest] = _Done(made, printed)
     for name, content in done.files.items():
         Path(name).write_bytes(content)
     return done.printed
-
-
-def _run(command: str) -> str:
-    words = [word.replace("$EXAMPLES", str(EXAMPLES)) for word in shlex.split(command)]
-    if words[0] == "cp":
-        shutil.copy(words[1], words[2])
-        return ""
-    assert words[0] == "pretravel", command
-    target = words[-1] if words[-2:-1] == [">"] else None
-    out, err = both_outputs(*(words[1:-2] if target else words[1:]))
-    if target is not None:
-        Path(target).write_text(out, encoding="utf-8")
-    return out + err
 
 
 def _commands(block: str) -> Iterator[str]:

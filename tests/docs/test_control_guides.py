@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 import shutil
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 
 from pretravel.files.map_file import read_map
 from pretravel.maps.pretravel_map import PretravelMap
-from tests.support.commands import rows, run
+from tests.support.commands import follow, rows
 from tests.support.examples import EXAMPLES
 from tests.support.macro_b_interpreter import MacroAlarm, MacroControl
 from tests.support.siemens_interpreter import SiemensControl
@@ -48,15 +47,6 @@ def program_of(guide: str) -> str:
     text = (GUIDES / f"{guide}.md").read_text(encoding="utf-8")
     (program,) = re.findall(r"^```nc\n(.*?)^```", text, re.S | re.M)
     return str(program)
-
-
-def follow(command: str) -> str:
-    words = [word.replace("$EXAMPLES", str(EXAMPLES)) for word in shlex.split(command)]
-    if words[0] == "cp":
-        shutil.copy(words[1], words[2])
-        return ""
-    assert words[0] == "pretravel", command
-    return run(*words[1:])
 
 
 def followed(guide: str, folder: Path, qualified: Path, monkeypatch: pytest.MonkeyPatch) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ import pytest
 from pretravel.base.toml_file import parse_toml
 from pretravel.studies.definition import study_in
 from pretravel.studies.plan import Plan
-from tests.support.commands import run
+from tests.support.commands import follow
 from tests.support.pictures import coloured_share
 from tests.unit.cli.test_history import month
 
@@ -29,7 +28,7 @@ def test_drift(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     month(tmp_path / "logs", 12, slope=1e-4)
     monkeypatch.chdir(tmp_path)
     lines = [line for block in blocks("how-to/drift.md", "sh") for line in block.splitlines()]
-    told = [run(*shlex.split(line)[1:]) for line in lines]
+    told = [follow(line) for line in lines]
     assert told[0].splitlines()[0] == blocks("how-to/drift.md", "")[0].strip()
     assert len(lines) == 5
     for name in ("drift.png", "drift.csv", "drift.html", "map.json"):
@@ -40,11 +39,7 @@ def test_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (commands,) = blocks("studies.md", "")
     for line in commands.splitlines():
-        words = shlex.split(line, comments=True)[1:]
-        written = words[words.index(">") + 1] if ">" in words else None
-        said = run(*words[: words.index(">")] if written else words)
-        if written:
-            Path(written).write_text(said)
+        follow(line)
     assert len(Plan(study_in(parse_toml(Path("mine.toml").read_text())))) == 128 * 8
     assert coloured_share("study.png") > 0.001
     (script,) = blocks("studies.md", "python")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import csv
 import io
+import shlex
+import shutil
 import sys
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 
 from pretravel.cli import main
+from tests.support.examples import EXAMPLES
 
 
 def run(*arguments: object, code: int = 0) -> str:
@@ -37,6 +40,24 @@ def both_outputs(*arguments: object, code: int = 0) -> tuple[str, str]:
     assert stopped == code, out.getvalue() + err.getvalue()
     assert "Traceback" not in err.getvalue()
     return out.getvalue(), err.getvalue()
+
+
+def follow(line: str, *, code: int = 0) -> str:
+    """Do what a line of a page says, in the folder where the test is; what it prints, with stderr.
+
+    A line is a command of pretravel, with ``>`` where stdout goes to a file, or a ``cp``.
+    """
+    line = line.replace("$EXAMPLES", str(EXAMPLES))
+    program, *words = shlex.split(line, comments=True)
+    if program == "cp":
+        shutil.copy(*words)
+        return ""
+    assert program == "pretravel", line
+    to_file = words[-2:-1] == [">"]
+    out, err = both_outputs(*(words[:-2] if to_file else words), code=code)
+    if to_file:
+        Path(words[-1]).write_text(out, encoding="utf-8")
+    return out + err
 
 
 def rows(path: Path) -> list[dict[str, str]]:

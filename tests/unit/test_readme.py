@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.commands import run
+from tests.support.commands import follow, run
 
 ROOT = Path(__file__).parents[2]
 WRITTEN = ("-o", "--points", "--plot", "--vtu", "--history", ">")
@@ -77,8 +77,4 @@ def test_all_of_them_run_and_run_again(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
         for words in _commands():
-            if ">" in words:
-                printed = run(*words[1:-2])
-                Path(words[-1]).write_text(printed)
-            else:
-                run(*words[1:])
+            follow(shlex.join(words))

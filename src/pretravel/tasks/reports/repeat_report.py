@@ -285,8 +285,9 @@ def _touches_chart(judged: RepeatSeries, title: str) -> PlaneChart:
         place = np.array([len(y) + 0.6, len(y) + 1.4])
         marks.append(Area(place, np.full(2, after - reach), np.full(2, after + reach),
                           "next touch, 95 %", "zone", 0.3))  # fmt: skip
+    words = "level and drift" if judged.drifts else "level, and a drift that is not detected"
     marks += [
-        LineMark(number[following], line[following], "level and drift", "reference"),
+        LineMark(number[following], line[following], words, "reference"),
         Dots(number[kept], y[kept], "touches", "series1"),
     ]
     if not kept.all():
@@ -303,7 +304,10 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     parts = (
         ("plain deviation", judged.plain_deviation),
         ("noise", judged.noise),
-        ("drift over the series", abs(judged.drift) * (len(judged.values) - 1)),
+        (
+            "drift over the series" if judged.drifts else "drift (not detected)",
+            abs(judged.drift) * (len(judged.values) - 1),
+        ),
         ("first touch apart" if judged.first.apart else "first touch (in the noise)", first),
         ("step", judged.step),
     )
