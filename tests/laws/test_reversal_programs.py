@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from pretravel.probing.targets import Targets
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.commands import run
 from tests.support.judged_programs import ERROR, MACHINE, touches_on_sphere
-from tests.support.linuxcnc_interpreter import interpret
 from tests.support.machine_model.judgement import violations
 
 EQUATOR = from_angles(np.pi / 2, np.arange(0.0, 360.0, 30.0) * DEGREE)
@@ -93,33 +91,6 @@ def test_nothing_releases_the_oriented_spindle_before_the_end() -> None:
     assert [lines[n] for n in starts_or_stops] == ["M5 M9"]
     assert starts_or_stops[0] < lines.index("M19 R180 Q10")
     assert "M5" in linuxcnc_program(program, "one.log").splitlines()  # of each guarded move
-
-
-@pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC is NOT INSTALLED")
-@pytest.mark.parametrize("by_hand", [False, True])
-def test_the_interpreter_of_linuxcnc_runs_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by_hand: bool
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("mill.toml").write_text(run("machine"))
-    # The subroutines lie beside the program, as on a machine: those of the program come first.
-    run("program", "mdi", "-o", ".")
-    more = ["--by-hand"] if by_hand else []
-    run("program", "sphere", "mill.toml", "--diameter", 25, "--count", 4, "--polar", "90",
-        "--spindle", 180, *more, "-o", "a.ngc")  # fmt: skip
-    calls = [
-        line.split("..... ")[1]
-        for line in interpret(Path("a.ngc").absolute()).stdout.splitlines()
-        if "..... " in line
-    ]
-    turned = "PROGRAM_STOP()" if by_hand else "ORIENT_SPINDLE(0, 180.0000, 0)"
-    at = calls.index(turned)
-    touches = [n for n, call in enumerate(calls) if call.startswith("STRAIGHT_PROBE")]
-    assert touches[0] < at < touches[1]  # up to the safe height, and then all others
-    last = calls.index('LOG("done,4,end")')
-    assert touches[-1] < last
-    released = [call for call in calls[at:last] if call.startswith("STOP_SPINDLE")]
-    assert bool(released) == by_hand
 
 
 def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
