@@ -29,7 +29,7 @@ from pretravel.app.components.layout import (
     screen_places,
     text,
 )
-from pretravel.app.components.outcome import kept, result_place, work_status
+from pretravel.app.components.outcome import kept, outcome, result_place, work_status
 from pretravel.app.components.page_button import page_button
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
@@ -40,13 +40,13 @@ from pretravel.app.screens.part_features import features_tab
 from pretravel.app.screens.part_work import (
     ALIGN_FORM,
     COMPENSATION,
+    FACE,
     FEATURE_FORM,
     PART_FORM,
+    PartFeatures,
     PartResult,
     example_map,
-    measure_face,
 )
-from pretravel.base.errors import PretravelError
 from pretravel.base.units import MICROMETRE
 from pretravel.prediction.catalogue import catalogue_names
 from pretravel.show.chart_plotly import plotly_figure
@@ -163,9 +163,10 @@ def _one_point(state: ScreenState, result: PartResult) -> None:
         text("h3", "The face that was clicked")
         live(
             [state.listen],
-            lambda: _show_face(state, result),
+            lambda: _choose_face(state, result),
             key=lambda: state.settings.get("face"),
         )
+        outcome(state, FACE, _show_face)
     with ui.element("div").classes("charts turned-together"):
         _charts(state, result, slice(2, None))
 
@@ -247,9 +248,9 @@ def _show_point(state: ScreenState, result: PartResult) -> None:
         note("The map states no uncertainty, so there is no budget.")
 
 
-def _show_face(state: ScreenState, result: PartResult) -> None:
-    """The feature of a face, from the touches on it."""
-    index, part = state.settings.get("face"), result.part
+def _choose_face(state: ScreenState, result: PartResult) -> None:
+    """The faces that were touched."""
+    part = result.part
     assert part is not None
     assert result.face is not None
     names: dict[Any, str] = {None: "click a face, or a point on it"}
@@ -258,13 +259,9 @@ def _show_face(state: ScreenState, result: PartResult) -> None:
         words = " ".join(word for word in (f"{face.number}: {face.kind}", face.name) if word)
         names[touched] = f"{words}, {int(np.sum(result.face == touched))} touches"
     choice_field(state, "face", "Face", names, default=None)
-    if not isinstance(index, int) or not 0 <= index < len(part.faces):
-        return
-    try:
-        found = measure_face(result, index)
-    except PretravelError as error:
-        note(str(error))
-        return
+
+
+def _show_face(found: PartFeatures) -> None:
     document_view(found.document)
     if found.same is not None:
         note(command_line(found.same))

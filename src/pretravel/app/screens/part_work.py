@@ -236,8 +236,8 @@ def measure_face(result: PartResult, index: int) -> PartFeatures:
     PretravelError
         Too few touches on the face; a face that is no plane, cylinder, cone, sphere or torus.
     """
-    assert result.part is not None
-    assert result.face is not None
+    if result.part is None or result.face is None or not 0 <= index < len(result.part.faces):
+        raise PretravelError("this face is not one of the part: click another one")
     face, rows = result.part.faces[index], np.flatnonzero(result.face == index)
     if not len(rows):
         raise PretravelError(f"no touch lies on face {face.number}: click another one")
@@ -325,3 +325,20 @@ FEATURES = Job(
     automatic=False,
 )
 """What is measured of the points."""
+
+
+def measure_clicked(inputs: Inputs) -> PartFeatures:
+    """Measure the feature of the face that was clicked."""
+    return measure_face(inputs.results[COMPENSATION.name], int(str(inputs.settings["face"])))
+
+
+FACE = Job(
+    "face",
+    measure_clicked,
+    "Measuring the face",
+    settings=("face",),
+    needs=("touches", "part"),
+    lacks=lambda state: "" if isinstance(state.settings.get("face"), int) else "Click a face.",
+    after=(COMPENSATION,),
+)
+"""The feature of the face that was clicked."""
