@@ -55,9 +55,12 @@ _AMPLITUDES = 8
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
 _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
-_WIDEST = 1e9
+_WIDEST = 1e5
 """Standard deviation of terms without a prior, so that one that no touch shows has a covariance,
-though none that says anything: four touches on an equator do not show its height. [um]"""
+though none that says anything: four touches at one polar angle do not tell height from mean. Wider
+ones would leave no digits of those that are shown. [um]"""
+_DETERMINED = 1e-6
+"""Share of the largest singular value above which touches determine a combination of terms."""
 _MANY_ROWS = 2  # rows for each column from which equations for the columns are fewer
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
@@ -215,7 +218,12 @@ class _Problem:
         level = float(np.linalg.lstsq(self.free, self.y, rcond=None)[0][0])
         known = level > _SMALLEST_LEVEL
         self.typical_amplitude = _TYPICAL_SHARE + math.log(level) if known else _TYPICAL_AMPLITUDE
-        self.small_free, self.small_design = small[:, :split], small[:, split:-1]
+        # The likelihood does not depend on combinations of free terms that no touch shows.
+        span, sizes, _ = np.linalg.svd(small[:, :split], full_matrices=False)
+        shown = sizes > _DETERMINED * sizes[0]
+        self.free_is_determined = bool(shown.all())
+        self.small_free = small[:, :split] if self.free_is_determined else span[:, shown]
+        self.small_design = small[:, split:-1]
         self.small_y = small[:, -1]
         self.left_count = float(count.mean())
         degree, order = terms[:, 0], terms[:, 1]
@@ -266,9 +274,7 @@ class _Problem:
         except np.linalg.LinAlgError:
             return 1e12, np.zeros(_AMPLITUDES)
         free = inverse @ self.small_free
-        information = free.T @ free
-        _diagonal(information)[:] += _WIDEST**-2
-        normal = np.linalg.inv(information)
+        normal = np.linalg.inv(free.T @ free)
         projected = inverse.T @ (inverse - free @ (normal @ (free.T @ inverse)))
         weighted = projected @ self.small_y
         cost = (
@@ -514,8 +520,9 @@ def _posterior(
 def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coefficients per weighted mean touch, and their covariance. [um²]"""
     own = problem.own_variances(h, problem.count)
-    exact_enough = own.min() > _EXACT**2 and len(own) < _MANY_ROWS * problem.design.shape[1]
-    found = _by_touches(problem, h, own) if exact_enough else _by_terms(problem, h)
+    exact_enough = own.min() > _EXACT**2 and problem.free_is_determined
+    few_rows = len(own) < _MANY_ROWS * problem.design.shape[1]
+    found = _by_touches(problem, h, own) if exact_enough and few_rows else _by_terms(problem, h)
     to_coefficients, covariance = (_turned_back(problem, each, h[_AZIMUTH]) for each in found)
     return to_coefficients, _turned_back(problem, covariance.T, h[_AZIMUTH])
 
@@ -538,9 +545,7 @@ def _by_touches(problem: _Problem, h: FloatArray, own: FloatArray) -> tuple[Floa
     total = (design * prior) @ design.T
     _diagonal(total)[:] += own
     inverse = np.linalg.inv(total)
-    information = problem.free.T @ inverse @ problem.free
-    _diagonal(information)[:] += _WIDEST**-2
-    of_free = np.linalg.inv(information)
+    of_free = np.linalg.inv(problem.free.T @ inverse @ problem.free)
     free_of = of_free @ problem.free.T @ inverse
     projected = inverse - inverse @ problem.free @ free_of
     carried = prior[:, None] * design.T

@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from scipy.stats import norm, qmc
 
 from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.maps import harmonic_regression as regression
 from pretravel.maps.harmonic_regression import (
     _SOBOL,
@@ -234,6 +234,26 @@ def test_amplitudes_without_a_likelihood_are_never_the_most_probable() -> None:
     cost, slopes = problem.cost_and_slopes(h)
     assert cost >= 1e12
     assert slopes.tolist() == [0.0] * 8
+
+
+def test_what_no_touch_shows_is_uncertain_and_spoils_nothing_else() -> None:
+    """Four touches at one polar angle, with noise: mean and height are told together, by
+    c + √3·cos(85°)·h of the ring, whose u is that of a fit without the height."""
+    n = from_angles(np.radians(85.0), np.array([0.1, 1.9, 3.2, 4.6]))
+    places, each, terms = Places(n, np.arange(4), np.arange(4)), np.arange(4), sphere_terms(4)
+    values = 1e-3 * np.array([4.1, 3.7, 5.2, 4.4])
+    height = FREE.tolist().index([1, 0])
+    whole = fit_harmonics(places, values, each, FREE, terms, KEPT)
+    without = fit_harmonics(places, values, each, np.delete(FREE, height, axis=0), terms, KEPT)
+    assert np.sqrt(whole.covariance[height, height]) > 1.0
+    at = real_spherical_harmonics(n, np.concatenate([FREE, terms]))
+    less = np.delete(at, height, axis=1)
+    assert at @ whole.coefficients == pytest.approx(less @ without.coefficients, abs=1e-9)
+    found = np.sqrt(np.einsum("ij,jk,ik->i", at, whole.covariance, at))
+    expected = np.sqrt(np.einsum("ij,jk,ik->i", less, without.covariance, less))
+    assert found == pytest.approx(expected, rel=1e-3)
+    estimated = fit_harmonics(places, values, each, FREE, terms)
+    assert np.isfinite(estimated.covariance).all()
 
 
 @pytest.mark.parametrize("seen", [UNEQUAL, MANY_UNEQUAL])

@@ -142,12 +142,9 @@ def _check_average(
     left = np.sum((centred - solution[0]) ** 2) / max(len(centred) - 1 - seen.axes, 1)
     assert fit.mean == pytest.approx(solution[0])
     assert fit.shift == pytest.approx(solution[1:], abs=1e-12)
-    if len(centred) > 4:  # of four touches on a sphere nothing is left over
-        assert fit.u_mean == pytest.approx(math.sqrt(left * cofactor[0, 0]))
-        expected = left * cofactor[1:, 1:] + usual_shift_covariance(seen)
-        assert fit.shift_covariance == pytest.approx(expected, abs=1e-15)
-    else:
-        assert fit.u_mean < 1e-12
+    assert fit.u_mean == pytest.approx(math.sqrt(left * cofactor[0, 0]))
+    expected = left * cofactor[1:, 1:] + usual_shift_covariance(seen)
+    assert fit.shift_covariance == pytest.approx(expected, abs=1e-15)
     assert fit.observation is seen
     assert fit.gauge == "the reference's least-squares centre"
     centred_fit = kind.centered(fit, 1e-3)
@@ -160,15 +157,26 @@ def _check_average(
 
 class TestAverages:
     @pytest.mark.parametrize(
-        "seen", [_seen(fibonacci_cap(30, 1.6)), _seen(fibonacci_cap(4, 1.5)), _ring()]
+        "seen", [_seen(fibonacci_cap(30, 1.6)), _seen(fibonacci_cap(5, 1.5)), _ring()]
     )
     def test_mean(self, seen: Observation) -> None:
-        """Of four touches one degree of freedom is left; a fit near another one is a fit."""
+        """Of five touches one degree of freedom is left; a fit near another one is a fit."""
         kind = MeanKind()
         fit = kind.fit(seen, NOTHING)
         for each in (fit, kind.refit(fit, seen), kind.fit_near(fit, seen, NOTHING)):
             assert each is not None
             _check_average(kind, each, seen, _least_squares(seen)[0][:1])
+
+    @pytest.mark.parametrize(
+        "n",
+        [fibonacci_cap(4, 1.5), from_angles(85.0 * DEGREE, np.arange(6) * 60.0 * DEGREE)],
+        ids=["four touches", "one polar angle"],
+    )
+    def test_a_sphere_through_all_touches_does_not_show_how_pretravel_varies(
+        self, n: FloatArray
+    ) -> None:
+        with pytest.raises(PretravelError, match="do not determine centre and radius"):
+            MeanKind().fit(_seen(n), NOTHING)
 
     def test_sectors(self) -> None:
         """Three rings of touches, of which those at polar angles of 60° and more count."""

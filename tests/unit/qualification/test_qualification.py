@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.files.touches_csv import read_touches, write_touches
@@ -478,3 +478,22 @@ def test_five_exact_touches_of_which_the_pole_is_left_out() -> None:
     value, u = found.pretravel_map.pretravel_and_uncertainty(n)
     assert np.isfinite(value).all()
     assert np.all(u < 0.1)
+
+
+@pytest.mark.parametrize("polar", [85.0, 90.0])
+def test_kinds_are_not_compared_where_the_others_do_not_determine_a_sphere(polar: float) -> None:
+    """Four of five directions at one polar angle: the mean radius of four touches fits them
+    exactly, and says nothing of the fifth. Twelve azimuths of the lobes: the matrices are singular to
+    the last digit in some."""
+    n = np.array([[0.0, 0.0, 1.0], *from_angles(np.radians(polar), np.arange(4) * math.pi / 2.0)])
+    across = n[:, 0] ** 2 + n[:, 1] ** 2
+    azimuth = np.arctan2(n[:, 1], n[:, 0])
+    for row in range(12):
+        lobes = np.cos(3.0 * (azimuth - math.radians(10.0 * row)))
+        noise = 3e-4 * np.random.default_rng(row).standard_normal(5)
+        value = 1e-3 * (1.0 + 4.0 * across + lobes * across) + noise
+        found = qualify_with_all_kinds(
+            Touches(n * (15.5 - value)[:, None], n), 25.0, tip_diameter=6.0
+        )
+        assert found.pretravel_map.kind == "harmonic"
+        assert np.isfinite(found.pretravel_map.standard_uncertainty(n)).all()

@@ -10,10 +10,15 @@ from typing import ClassVar, Self
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.uncertainty.covariance import Covariance
+
+_DETERMINED = 1e-3
+"""Smallest singular value of the sphere's columns, as a share of the largest: below it, noise moves
+the centre a thousand times as far."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,12 @@ def averaged(
     average : callable
         Coefficients (k,) from the pretravel (n,) about the fitted centre, and its mean. [mm]
 
+    Raises
+    ------
+    PretravelError
+        Directions that determine no sphere, or one that passes through all of them: they do not
+        show how much pretravel varies.
+
     Returns
     -------
     MapFit
@@ -86,6 +97,13 @@ def averaged(
     solution = to_sphere @ observation.values
     centred = observation.values - free[:, 1:] @ solution[1:]
     coefficients = average(centred, float(solution[0]))
+    sizes = np.linalg.svd(free, compute_uv=False)
+    if observation.direction_count <= free.shape[1] or sizes[-1] < _DETERMINED * sizes[0]:
+        raise PretravelError(
+            f"{observation.direction_count} directions do not determine centre and radius of the "
+            f"{'ring' if observation.ring else 'sphere'}, and how much pretravel varies beside: "
+            "touch more directions, not all at one polar angle"
+        )
     residuals = centred - basis.design(observation.directions) @ coefficients
     dof = float(max(len(centred) - observation.axes - basis.size, 1))
     variance = float(np.sum(residuals**2)) / dof
