@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,12 +11,15 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.basis import MapBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import AXIAL_PRETRAVEL
 from pretravel.uncertainty.covariance import Covariance
 
+FEWEST_OF_SIX_SEATS = 8
+"""The fewest that contradict the seven numbers of six seats."""
 LEAST_SQUARES_CENTRE = "the reference's least-squares centre"
 
 
@@ -219,6 +223,10 @@ def shifted_center(fit: MapFit) -> CenteredFit:
     )
 
 
+_LEAST_SHOWN = 1e-6
+"""Mean square that touches at least leave of the usual shapes: 1 µm of 1 mm across the axis."""
+_AROUND = 200
+"""Directions over which what few touches hide is averaged."""
 _USUAL_ACROSS = 10.0 * MICROMETRE
 _MOST_ACROSS = 30.0 * MICROMETRE
 """Pretravel across the axis less that along it: usual (where the tip's diameter is not known and
@@ -260,23 +268,66 @@ def usual_shift_covariance(observation: Observation, left: float = 1.0) -> Float
     >>> bool(np.all(np.abs(u - [0.5, 0.5, 9.0]) < [0.2, 0.2, 1.0]))
     True
     """
-    axes, directions = observation.axes, observation.directions
-    x, y = directions[:, 0], directions[:, 1]
-    across = x**2 + y**2
-    lobes = np.stack([x**3 - 3.0 * x * y**2, 3.0 * x**2 * y - y**3], axis=1)
-    to_shift = observation.to_sphere[1:]
-    amplitude = min(_by_level(observation, across), _by_residuals(observation, across, lobes))
+    shapes, amplitude = _usual_shapes(observation.directions), _usual_amplitude(observation)
     columns = [
-        left * amplitude * (to_shift @ across)[:, None],
-        left * amplitude * _LOBES / np.sqrt(2.0) * (to_shift @ lobes),  # of any azimuth
-        amplitude * _FIRST_HARMONIC * np.eye(axes)[:, :2],
+        left * amplitude * (observation.to_sphere[1:] @ shapes),
+        amplitude * _FIRST_HARMONIC * np.eye(observation.axes)[:, :2],
     ]
     found = np.hstack(columns)
     return np.asarray(found @ found.T)
 
 
+def hidden_variance(observation: Observation) -> float:
+    """Mean square of what few directions do not show of pretravel of usual shape. [mm²]
+
+    That is what the least-squares sphere leaves of it over all directions between the touched ones,
+    less what it leaves at these: four touches 90° apart take three lobes for a shift of the centre.
+
+    Parameters
+    ----------
+    observation : Observation
+
+    >>> from pretravel.base.directions import five_point_pattern, fibonacci_cap
+    >>> def seen(n):
+    ...     across = n[:, 0] ** 2 + n[:, 1] ** 2
+    ...     noise = 3e-4 * np.cos(2.0 * np.arctan2(n[:, 1], n[:, 0])) * across
+    ...     touches = n * (12.5 + 3.0 - 1e-3 - 9e-3 * across - noise)[:, None]
+    ...     return Observation(touches, np.arange(len(n)), np.zeros(3), 12.5, 3.0, ring=False)
+    >>> few, many = (hidden_variance(seen(n)) for n in (five_point_pattern(), fibonacci_cap(60)))
+    >>> round(1e3 * math.sqrt(few), 1), round(1e3 * math.sqrt(many), 1)
+    (2.9, 0.0)
+    """
+    touched = observation.directions
+    if observation.ring:
+        around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
+        all_around = from_angles(0.5 * math.pi, around)
+    else:
+        all_around = fibonacci_cap(_AROUND, math.acos(max(float(touched[:, 2].min()), -1.0)))
+    taken = observation.to_sphere @ _usual_shapes(touched)
+
+    def left_at(directions: FloatArray) -> float:
+        free = np.column_stack([np.ones(len(directions)), directions[:, : observation.axes]])
+        return float(np.mean(np.sum((_usual_shapes(directions) - free @ taken) ** 2, axis=1)))
+
+    hidden = max(left_at(all_around) - left_at(touched), 0.0)
+    return _usual_amplitude(observation) ** 2 * hidden
+
+
+def _usual_shapes(directions: FloatArray) -> FloatArray:
+    """Pretravel of usual shape for one across the axis: sin²θ, lobes of any azimuth, (n, 3)."""
+    x, y = directions[:, 0], directions[:, 1]
+    lobes = np.stack([x**3 - 3.0 * x * y**2, 3.0 * x**2 * y - y**3], axis=1)
+    return np.column_stack([x**2 + y**2, _LOBES / np.sqrt(2.0) * lobes])
+
+
+def _usual_amplitude(observation: Observation) -> float:
+    """Pretravel across the axis less that along it. [mm]"""
+    shapes = _usual_shapes(observation.directions)
+    return min(_by_level(observation, shapes[:, 0]), _by_residuals(observation, shapes))
+
+
 def _by_level(observation: Observation, across: FloatArray) -> float:
-    """Pretravel across the axis less that along it, from the level of the sphere. [mm]"""
+    """The same from the level of the sphere. [mm]"""
     if not observation.tip_known:
         return _USUAL_ACROSS
     # Of the least-squares sphere: values are about any centre.
@@ -285,9 +336,9 @@ def _by_level(observation: Observation, across: FloatArray) -> float:
     return min(beyond / max(abs(float(to_mean @ across)), 1e-3), _MOST_ACROSS)
 
 
-def _by_residuals(observation: Observation, across: FloatArray, lobes: FloatArray) -> float:
+def _by_residuals(observation: Observation, shapes: FloatArray) -> float:
     """The same from what the least-squares sphere leaves: a shape cannot hide from it. [mm]"""
-    shapes = np.column_stack([across, _LOBES / np.sqrt(2.0) * lobes, observation.values])
-    left = shapes - observation.free_design @ (observation.to_sphere @ shapes)
+    columns = np.column_stack([shapes, observation.values])
+    left = columns - observation.free_design @ (observation.to_sphere @ columns)
     mean_square = np.mean(left**2, axis=0)
-    return float(np.sqrt(mean_square[-1] / max(mean_square[:-1].sum(), 1e-6)))
+    return math.sqrt(float(mean_square[-1]) / max(float(mean_square[:-1].sum()), _LEAST_SHOWN))

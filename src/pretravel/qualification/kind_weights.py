@@ -203,9 +203,14 @@ def averaged(results: Sequence[Qualification], parts: Sequence[KindScore]) -> Qu
         provenance=replace(maps[0].provenance, kind_settings=shares),
     )
     value = pretravel_map.pretravel(best.contact_normals, extrapolate=True)
+    # About the centre of the best kind, which is not the mean of theirs.
+    apart = np.array([result.center for result in results]) - best.center
+    within = [result.center_covariance for result in results]
+    of_center = np.tensordot(weights, within, axes=1) + (apart.T * weights) @ apart
     return replace(
         best,
         pretravel_map=pretravel_map,
+        center_covariance=frozen(of_center),
         residuals=frozen(best.observed - value),
         effect_of_outliers=max(result.effect_of_outliers for result in results),
         warnings=(*best.warnings, *_disagreement(results[:2], parts)),

@@ -58,10 +58,12 @@ def _predicted(ready: PreparedTouches) -> tuple[np.ndarray, np.ndarray]:
         kept = ~fold[groups]
         solution = np.linalg.lstsq(every[kept], values[kept], rcond=None)[0]
         left = values[kept] - every[kept] @ solution
-        variance = float(left @ left) / (kept.sum() - 4)
+        residual = float(left @ left) / (kept.sum() - 4)
+        directions = (~fold).sum()  # the same in all repeats of one
+        variance = float(np.mean(left**2)) * directions / (directions - 4)
         own = [values[groups == g] for g in np.flatnonzero(~fold)]
         dof = sum(len(v) - 1 for v in own)
-        noise = sum(float(np.sum((v - v.mean()) ** 2)) for v in own) / dof if dof else variance
+        noise = sum(float(np.sum((v - v.mean()) ** 2)) for v in own) / dof if dof else residual
         nodes = observation.group_directions
         for g in np.flatnonzero(fold):
             inside = DirectionSupport(nodes[~fold]).supports(nodes[[g]])[0]

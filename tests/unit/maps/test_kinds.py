@@ -13,6 +13,7 @@ from scipy.optimize import minimize_scalar
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import (
     fibonacci_cap,
+    five_point_pattern,
     from_angles,
     ring_pattern,
     sphere_pattern_25,
@@ -21,7 +22,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.maps.basis import StoredBasis
 from pretravel.maps.harmonic_regression import fit_harmonics
-from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
+from pretravel.maps.kind import KindOfMap, MapFit, hidden_variance, usual_shift_covariance
 from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind
@@ -137,7 +138,8 @@ def _check_average(
     assert fit.dof == dof
     assert fit.noise == pytest.approx(math.sqrt(variance), rel=1e-6, abs=1e-15)
     # One standard deviation for any one direction, common to all coefficients.
-    expected = np.full((len(coefficients),) * 2, variance)
+    hidden = hidden_variance(seen) if seen.direction_count < 8 else 0.0
+    expected = np.full((len(coefficients),) * 2, variance + hidden)
     assert fit.covariance.matrix == pytest.approx(expected, rel=1e-6, abs=1e-30)
     left = np.sum((centred - solution[0]) ** 2) / max(len(centred) - 1 - seen.axes, 1)
     assert fit.mean == pytest.approx(solution[0])
@@ -177,6 +179,34 @@ class TestAverages:
     ) -> None:
         with pytest.raises(PretravelError, match="do not determine centre and radius"):
             MeanKind().fit(_seen(n), NOTHING)
+
+    def test_five_directions_hide_lobes_and_the_curve_to_the_pole(self) -> None:
+        """1 µm + 9 µm (1 - z²), pole and four on the equator: the sphere takes 1 - z of 1 - z², and
+        cos φ, -sin φ of cos 3φ, sin 3φ. What is left has the mean squares 1/30 and
+        ∫(s⁶ + s²)/2 dz = (16/35 + 2/3)/2 for each azimuth of the lobes, 0.35/√2 of 9 µm. Beside
+        it stands what the touches show: 0.3 µm of cos 2φ, with one degree of freedom."""
+        n = five_point_pattern()
+        values = 1e-3 * (1.0 + 9.0 * (n[:, 0] ** 2 + n[:, 1] ** 2))
+        values += 3e-4 * (n[:, 0] ** 2 - n[:, 1] ** 2)
+        seen = Observation(
+            n * (15.5 - values)[:, None], np.arange(5), np.zeros(3), 12.5, 3.0, ring=False
+        )
+        hidden = 0.009**2 * (1.0 / 30.0 + 0.35**2 / 2.0 * (16.0 / 35.0 + 2.0 / 3.0))
+        # A mean over 200 directions.
+        assert hidden_variance(seen) == pytest.approx(hidden, rel=0.02)
+        fit = MeanKind().fit(seen, NOTHING)
+        assert fit.noise == pytest.approx(2.0 * 3e-4)
+        assert fit.covariance.matrix[0, 0] == pytest.approx(hidden + fit.noise**2, rel=0.02)
+
+    def test_repeats_do_not_show_more_of_how_pretravel_varies(self) -> None:
+        once = _seen(fibonacci_cap(12, 1.5), noise=0.0)
+        thrice = Observation(
+            np.repeat(once.positions, 3, axis=0), np.repeat(np.arange(12), 3), once.center, 12.5,
+            3.0, ring=False,
+        )  # fmt: skip
+        first, second = (MeanKind().fit(each, NOTHING) for each in (once, thrice))
+        assert second.covariance.matrix == pytest.approx(first.covariance.matrix, rel=1e-9)
+        assert (first.dof, second.dof) == (8.0, 32.0)
 
     def test_sectors(self) -> None:
         """Three rings of touches, of which those at polar angles of 60° and more count."""

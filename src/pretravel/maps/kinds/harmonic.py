@@ -20,6 +20,7 @@ from pretravel.maps.harmonic_regression import (
     sphere_terms,
 )
 from pretravel.maps.kind import (
+    FEWEST_OF_SIX_SEATS,
     CenteredFit,
     KindOfMap,
     MapFit,
@@ -34,7 +35,6 @@ from pretravel.uncertainty.covariance import Covariance
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])
-_FEW_DIRECTIONS = 8  # the fewest that contradict the seven numbers of six seats
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class HarmonicKind(KindOfMap):
 
     def weight_in_advance(self, fit: MapFit) -> float:
         """`prior_weight`; twice that where so few directions hardly contradict six seats."""
-        few = fit.observation.direction_count < _FEW_DIRECTIONS
+        few = fit.observation.direction_count < FEWEST_OF_SIX_SEATS
         return 2.0 * self.prior_weight if few else self.prior_weight
 
     def fit(self, observation: Observation, repeats: Scatter) -> HarmonicMapFit:

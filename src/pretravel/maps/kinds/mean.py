@@ -12,7 +12,13 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
-from pretravel.maps.kind import KindOfMap, MapFit, usual_shift_covariance
+from pretravel.maps.kind import (
+    FEWEST_OF_SIX_SEATS,
+    KindOfMap,
+    MapFit,
+    hidden_variance,
+    usual_shift_covariance,
+)
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.uncertainty.covariance import Covariance
 
@@ -90,8 +96,9 @@ def averaged(
     Returns
     -------
     MapFit
-        Each coefficient stands for many directions. The standard deviation of the residuals is
-        therefore the uncertainty in any one direction, and it is common to all coefficients.
+        Each coefficient stands for many directions. The standard deviation of the residuals, with
+        what few directions do not show, is therefore the uncertainty in any one direction, and it
+        is common to all coefficients.
     """
     free, to_sphere = observation.free_design, observation.to_sphere
     solution = to_sphere @ observation.values
@@ -106,7 +113,12 @@ def averaged(
         )
     residuals = centred - basis.design(observation.directions) @ coefficients
     dof = float(max(len(centred) - observation.axes - basis.size, 1))
-    variance = float(np.sum(residuals**2)) / dof
+    # By directions: what pretravel varies is the same in all repeats of one.
+    directions = observation.direction_count
+    left = max(directions - observation.axes - basis.size, 1)
+    variance = float(np.mean(residuals**2)) * directions / left
+    if directions < FEWEST_OF_SIX_SEATS:
+        variance += hidden_variance(observation)
     sphere_dof = max(len(centred) - free.shape[1], 1)
     sphere_variance = float(np.sum((centred - solution[0]) ** 2)) / sphere_dof
     sphere_covariance = to_sphere @ to_sphere.T * sphere_variance
@@ -121,5 +133,5 @@ def averaged(
         shift_covariance=sphere_covariance[1:, 1:] + usual_shift_covariance(observation),
         residuals=residuals,
         dof=dof,
-        noise=math.sqrt(variance),
+        noise=math.sqrt(float(np.sum(residuals**2)) / dof),
     )
