@@ -143,9 +143,8 @@ def _heading(chart: Chart) -> str:
     heading = title_and_frame(chart)
     if not isinstance(chart, PolarChart):
         return heading
-    # A line of its own where there is no frame: a phone shows no long line.
-    between = ", " if "\n" in heading else "\n"
-    return f"{heading}{between}radius: {chart.radius.text}"
+    # A line of its own: a phone, and three pictures beside each other, show no long line.
+    return f"{heading}\nradius: {chart.radius.text}"
 
 
 def _figure(chart: Chart) -> PlotlyFigure:
