@@ -122,8 +122,8 @@ def test_its_kind_is_fitted_written_and_read(installed: Path, tmp_path: Path) ->
     belt = np.digitize(np.degrees(np.arccos((x - centre)[:, 2] / distance)), [35.0, 65.0])
     means = np.array([pretravel[belt == each].mean() for each in range(3)])
     assert coefficients == pytest.approx(means, abs=1e-9)
-    # The residual is the uncertainty of any one direction: six numbers were fitted.
-    residual = np.sqrt(np.sum((pretravel - means[belt]) ** 2) / (len(x) - 6))
+    # The residual is the uncertainty of any one direction: six numbers were fitted to 25.
+    residual = np.sqrt(np.mean((pretravel - means[belt]) ** 2) * 25 / (25 - 6))
     assert uncertainties == pytest.approx([residual] * len(x), rel=1e-6)
 
 

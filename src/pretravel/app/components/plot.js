@@ -3,7 +3,9 @@
 const EVENTS = ["plotly_click", "plotly_hover", "plotly_unhover", "plotly_relayout", "plotly_relayouting",
   "plotly_selected", "plotly_doubleclick", "plotly_afterplot"];
 
-const NARROW = 450; // pixels; in a narrower picture the camera is farther away: the titles of the axes fit
+// In a narrow picture the camera is farther away: the titles of the axes fit, and in one that is higher than wide
+// the whole scene, beside the bar of colours and below the title. In pixels.
+const NARROW = 450, BAR = 90, TITLE = 70;
 
 export default {
   template: "<div></div>",
@@ -34,7 +36,11 @@ export default {
     draw() {
       const { data, layout, config } = this.coloured(this.options);
       const eye = layout.scene?.camera?.eye;
-      if (eye && this.$el.clientWidth < NARROW) for (const axis of "xyz") eye[axis] *= 1.2;
+      const { clientWidth: width, clientHeight: height } = this.$el;
+      if (eye && width < NARROW) {
+        const away = Math.min(Math.max(1.2, (height - TITLE) / (width - BAR)), 2);
+        for (const axis of "xyz") eye[axis] *= away;
+      }
       return this.Plotly.react(this.$el, data, layout, config);
     },
     coloured(value) {
