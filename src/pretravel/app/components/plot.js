@@ -38,7 +38,7 @@ export default {
       const eye = layout.scene?.camera?.eye;
       const { clientWidth: width, clientHeight: height } = this.$el;
       if (eye && width < NARROW) {
-        const away = Math.min(Math.max(1.2, (height - TITLE) / (width - BAR)), 2);
+        const away = Math.min(1.2 * Math.max(1, (height - TITLE) / (width - BAR)), 2);
         for (const axis of "xyz") eye[axis] *= away;
       }
       return this.Plotly.react(this.$el, data, layout, config);
