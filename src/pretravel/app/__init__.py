@@ -7,16 +7,26 @@ shared by all tabs; what is computed belongs to a `jobs.Job`, which runs once fo
 the event loop. So a reload, a second tab and a new start show the same. The settings are those of
 a task (`pretravel.tasks`): fields, commands and Python lines are made from its description. ::
 
-    from pretravel.app.components.layout import inputs_and_results, panel
+    from pretravel.app.components.document_view import document_screen
+    from pretravel.app.components.downloads import result_button
+    from pretravel.app.components.file_drop import file_drop
+    from pretravel.app.components.layout import live, panel, screen_places
+    from pretravel.app.components.outcome import kept, work_status
+    from pretravel.app.components.same_elsewhere import same_elsewhere
+    from pretravel.app.components.task_fields import described_fields
+    from pretravel.app.jobs import Job, Work
+    from pretravel.app.project import Inputs, ScreenState
+    from pretravel.app.task_form import TaskForm, with_file_names
+    from pretravel.tasks.qualify import Qualify
 
-    FORM = TaskForm(Qualify)              # `task_form`: which settings, and how they are stored
+    FORM = TaskForm(Qualify)              # which settings, and how they are stored
 
-    def qualify_inputs(inputs: Inputs) -> QualifyResult:
+    def qualify_inputs(inputs: Inputs):
         touches, = inputs.files["touches"]
         task = Qualify(touches=(touches,), **FORM.given(inputs.settings))
-        return QualifyResult(task.run(), with_file_names(task, output="map.json"))
+        return task.run(), with_file_names(task, output="map.json")
 
-    TOUCHES = Job(                        # a constant of the module, with a name of its own
+    QUALIFICATION = Job(                  # a constant of the module, with a name of its own
         "qualify",
         compute=qualify_inputs,           # (Inputs) -> result, a function of the module
         title="Qualifying",
@@ -26,23 +36,27 @@ a task (`pretravel.tasks`): fields, commands and Python lines are made from its 
     )
 
     def show(state: ScreenState) -> None:
-        with inputs_and_results() as (left, right):
-            with left:
-                file_drop(state, "touches", "Touches on the sphere", endings=(".csv",))
-                with panel("Reference"):
-                    described_fields(state, FORM, FORM.names)
-            with right:
-                work = outcome(state, TOUCHES, show_result, missing="Drop touches on the left.")
-                kept(work, lambda: to_keep(work))
-
-    def show_result(result: QualifyResult) -> None:
-        document_view(result.made.document())
-        same_elsewhere(result.same)
+        places = screen_places()          # steps, picture, status and tabs, as on all screens
+        with places.inputs:
+            file_drop(state, "touches", "Touches on the sphere", endings=(".csv",))
+            with panel("Reference"):
+                described_fields(state, FORM, FORM.names)
+        with places.status:
+            work = work_status(state, QUALIFICATION, missing="Drop touches on the left.")
+        # The picture, and the tabs Verdict and Details.
+        document_screen(places, work, lambda result: result[0].document(), empty="The touches")
+        with places.tab("Files"):
+            kept(work, lambda: to_keep(work))
+            live([work.listen], lambda: same(work), lambda: work.result)
 
     def to_keep(work: Work) -> None:      # made once: the buttons stay while results come
         result_button(
-            work, "Map", "map.json", lambda path, result: result.made.write("output", path)
+            work, "Map", "map.json", lambda path, result: result[0].write("output", path)
         )
+
+    def same(work: Work) -> None:         # the command and the Python lines that do the same
+        if work.result is not None:
+            same_elsewhere(work.result[1])
 
 **State.** ``state.settings`` is a mapping of names to values that JSON can hold;
 ``state.settings.get("diameter", 25.0)`` reads, ``state.settings["diameter"] = 30.0`` stores, saves
@@ -59,12 +73,13 @@ result can be pickled. ``automatic=False`` gives a button instead of a start at 
 A `PretravelError` is shown as it is; its message names the user's file. Log messages of the logger
 ``pretravel`` (INFO) are shown as stages of progress, and warnings above the result.
 
-**Components** (``app/components``): ``layout`` (`inputs_and_results`, `panel`, `folded`,
+**Components** (``app/components``): ``layout`` (`screen_places`, `panel`, `folded`,
 `text`, `note`, `warning`, `live`, `here`), ``fields`` (`number_field`, `slider_field`,
-`text_field`, `choice_field`, `switch_field`), ``described`` (`described_field`,
-`described_fields`), ``file_drop``, ``outcome`` (`outcome`;
-`kept` for buttons of a result; `follow` to change a picture in place; `error_view`),
-``document_view`` (`document_view`, `key_figures`, `table_view`, `plot`), ``downloads``
+`text_field`, `choice_field`, `switch_field`), ``task_fields`` (`described_field`,
+`described_fields`), ``file_drop``, ``outcome`` (`work_status` and `result_place`, or `outcome` for
+both in one place; `kept` for buttons of a result; `follow` to change a picture in place),
+``document_view`` (`document_screen`, or its parts; `key_figures`, `table_view`), ``plot``,
+``downloads``
 (`download_button`, `result_button`, `result_folder_button`),
 ``same_elsewhere``. For what they lack, use ``nicegui.ui``. `here(subscribe, handler)` calls a
 handler in this tab at changes until the tab closes; never keep elements of a tab elsewhere.
@@ -74,7 +89,7 @@ handler in this tab at changes until the tab closes; never keep elements of a ta
 string. There is no Tailwind: use the classes of ``static/workbench.css``, and add there what is
 missing, with its variables of colour (light and dark). Each input has a label, each picture a text,
 each target 44 px; headings in order (the page has the h1, `panel` gives h2). Icons: the names of
-Material Icons. Numbers that the library gives are shown by ``report.formatting``.
+Material Icons. Numbers that the library gives are shown by ``show.formatting``.
 
 **Tests**: ``tests/browser/test_NAME.py`` with the fixtures ``page`` and ``workbench`` of its
 ``conftest`` (`opened`, `serious_problems`). ``tools/screenshots.py FOLDER [SCREEN …]`` takes

@@ -32,7 +32,8 @@ def example_button(
     settings : mapping of str to value
     label : str
     ahead : tuple of Job
-        Jobs that are done with the example while the user looks for a file: `jobs.do_ahead`.
+        Jobs that are done once with the example, before the user has chosen a file: see
+        `jobs.do_ahead`.
     """
 
     def paths() -> dict[str, tuple[Path, ...]]:

@@ -81,12 +81,3 @@ SCREENS = (
         "view_in_ar",
     ),
 )
-
-
-def screen_named(name: str) -> Screen:
-    """The screen of a name.
-
-    >>> screen_named("part").title
-    'Measure a part'
-    """
-    return next(screen for screen in SCREENS if screen.name == name)
