@@ -144,8 +144,7 @@ def by_noise(made: Qualification) -> FloatArray:
     """Covariance of the centre by the noise of the touches, the convention held, (3, 3). [mm²]
 
     The touches are fitted again with drawn noise (seeded). A kind of map that cannot be fitted
-    again near its fit has the whole covariance of its own centre, which is larger; where the
-    map is an average, its centre is that of the kind with the largest weight.
+    again near its fit has the whole covariance of its own centre, which is larger.
 
     Parameters
     ----------
@@ -159,9 +158,7 @@ def by_noise(made: Qualification) -> FloatArray:
         moved = seen.directions * generator.normal(0.0, noise, len(seen.positions))[:, None]
         again = made.kind.refit(made.fit, replace(seen, positions=seen.positions + moved))
         if again is None:
-            own = made.kind.centered(made.fit, made.setup.axial_pretravel).center_covariance
-            axes = rotation[:, : len(own)]
-            return np.asarray(axes @ own @ axes.T)
+            return np.asarray(made.own_center_covariance)
         centers.append(made.kind.centered(again, made.setup.axial_pretravel).center)
     return np.asarray(rotation @ np.cov(np.array(centers).T) @ rotation.T)
 

@@ -109,6 +109,8 @@ class Qualification(ShownInNotebooks, WithPlot):
         along the axis is the mean of the touches. [mm]
     center_covariance : (3, 3) float
         Zero along a ring's axis, where the centre is not measured. [mm²]
+    own_center_covariance : (3, 3) float
+        The same by the kind of `fit` alone, without how the kinds of an average differ. [mm²]
     effective_radius : float
         Tip radius less mean pretravel, from the least-squares sphere. [mm]
     u_effective_radius : float
@@ -149,6 +151,7 @@ class Qualification(ShownInNotebooks, WithPlot):
     kind: KindOfMap
     center: FloatArray
     center_covariance: FloatArray
+    own_center_covariance: FloatArray
     effective_radius: float
     u_effective_radius: float
     residuals: FloatArray

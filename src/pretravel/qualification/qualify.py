@@ -282,15 +282,15 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     observed = about.values + (pretravel_map.tip_radius - fit.observation.tip_radius)
     modelled = values_in_blocks(fit.basis, about.directions, pretravel_map.coefficients)
     axes = rotation[:, : ready.observation.axes]
+    later = rotation @ moved
+    of_center = frozen(axes @ centered.center_covariance @ axes.T + np.outer(later, later))
     return Qualification(
         pretravel_map=pretravel_map,
         setup=setup,
         kind=kind,
         center=frozen(rotation @ centered.center),
-        center_covariance=frozen(
-            axes @ centered.center_covariance @ axes.T
-            + np.outer(rotation @ moved, rotation @ moved)
-        ),
+        center_covariance=of_center,
+        own_center_covariance=of_center,
         effective_radius=fit.observation.tip_radius - fit.mean,
         u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_reference_diameter, longer),
         residuals=frozen(observed - modelled),

@@ -20,7 +20,6 @@ from pretravel.qualification.within_directions import (
     fit_within_directions,
     tested_touches,
 )
-from pretravel.touches import Touches
 
 FIRST = -1
 """In the place of a predecessor: there was no touch before."""
@@ -257,25 +256,6 @@ LEAST_TIME_WITHIN = 0.2
 
 Three passes have 0.89, two have 0.75; three repeats in a row have 0.001 of 25 directions."""
 _FEWEST_REPEATS = 6
-
-
-def touch_times(touches: Touches) -> FloatArray:
-    """Times of touches: their order, for touches at about equal intervals.
-
-    Parameters
-    ----------
-    touches : Touches
-        In the order in which they were made.
-
-    Returns
-    -------
-    (n,) float
-        0, 1, 2, …
-
-    >>> touch_times(Touches([[0, 0, 1], [0, 0, 1]], [[0, 0, 1], [0, 0, 1]])).tolist()
-    [0.0, 1.0]
-    """
-    return np.arange(len(touches), dtype=np.float64)
 
 
 def relative_times(times: npt.ArrayLike) -> FloatArray:

@@ -81,6 +81,7 @@ def test_the_average_has_the_weighted_fields_of_its_parts() -> None:
     spread = 0.75 * first.center_covariance
     spread = spread + 0.25 * (second.center_covariance + np.outer(apart, apart))
     assert found.center_covariance == pytest.approx(spread, rel=1e-9)
+    assert np.array_equal(found.own_center_covariance, first.center_covariance)
     assert made.fixed_scatter == pytest.approx(math.sqrt(0.75 * 0.01 + 0.25 * 0.09) * UM)
     assert found.effect_of_outliers == 0.7
     assert made.provenance.kind_settings == {"mean": 0.75, "harmonic": 0.25}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,9 +13,16 @@ from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.star_stylus import StarStylus, apply_star, rows_of_tips, star_stylus
+from pretravel.measurement.star_stylus import (
+    StarStylus,
+    apply_star,
+    by_noise,
+    rows_of_tips,
+    star_stylus,
+)
 from pretravel.qualification.qualify import qualify
 from pretravel.touches import Touches
+from tests.support.example_maps import example_qualification
 
 AXES = {
     "down": (0, 0, 1),
@@ -138,3 +146,10 @@ def test_refused() -> None:
         rows_of_tips(touches, ("down",))
     with pytest.raises(PretravelError, match="there is no tip 'up'"):
         _star(0).tip("up")
+
+
+def test_how_the_kinds_of_an_average_differ_is_no_noise_of_a_tip() -> None:
+    """Points are compensated with a map about its own centre: kind physical, not fitted again."""
+    made = example_qualification("physical")
+    average = replace(made, center_covariance=made.center_covariance + 1e-6 * np.eye(3))
+    assert np.array_equal(by_noise(average), made.center_covariance)
