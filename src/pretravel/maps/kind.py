@@ -11,15 +11,15 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.directions import fibonacci_cap, from_angles, polar_angle
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.basis import MapBasis
-from pretravel.maps.observation import Observation, Scatter
+from pretravel.maps.observation import Observation, Scatter, sphere_columns
 from pretravel.maps.provenance import AXIAL_PRETRAVEL
 from pretravel.uncertainty.covariance import Covariance
 
 FEWEST_OF_SIX_SEATS = 8
-"""The fewest that contradict the seven numbers of six seats."""
+"""The fewest directions that can contradict the seven numbers of six seats."""
 LEAST_SQUARES_CENTRE = "the reference's least-squares centre"
 
 
@@ -268,7 +268,8 @@ def usual_shift_covariance(observation: Observation, left: float = 1.0) -> Float
     >>> bool(np.all(np.abs(u - [0.5, 0.5, 9.0]) < [0.2, 0.2, 1.0]))
     True
     """
-    shapes, amplitude = _usual_shapes(observation.directions), _usual_amplitude(observation)
+    shapes = _usual_shapes(observation.directions)
+    amplitude = _usual_amplitude(observation, shapes)
     columns = [
         left * amplitude * (observation.to_sphere[1:] @ shapes),
         amplitude * _FIRST_HARMONIC * np.eye(observation.axes)[:, :2],
@@ -297,20 +298,17 @@ def hidden_variance(observation: Observation) -> float:
     >>> round(1e3 * math.sqrt(few), 1), round(1e3 * math.sqrt(many), 1)
     (2.9, 0.0)
     """
-    touched = observation.directions
     if observation.ring:
         around = np.linspace(0.0, 2.0 * math.pi, _AROUND, endpoint=False)
-        all_around = from_angles(0.5 * math.pi, around)
+        between = from_angles(0.5 * math.pi, around)
     else:
-        all_around = fibonacci_cap(_AROUND, math.acos(max(float(touched[:, 2].min()), -1.0)))
-    taken = observation.to_sphere @ _usual_shapes(touched)
-
-    def left_at(directions: FloatArray) -> float:
-        free = np.column_stack([np.ones(len(directions)), directions[:, : observation.axes]])
-        return float(np.mean(np.sum((_usual_shapes(directions) - free @ taken) ** 2, axis=1)))
-
-    hidden = max(left_at(all_around) - left_at(touched), 0.0)
-    return _usual_amplitude(observation) ** 2 * hidden
+        between = fibonacci_cap(_AROUND, float(polar_angle(observation.directions).max()))
+    shapes = _usual_shapes(observation.directions)
+    taken = observation.to_sphere @ shapes
+    shown = shapes - observation.free_design @ taken
+    left = _usual_shapes(between) - sphere_columns(between, observation.axes) @ taken
+    hidden = float(np.sum(np.mean(left**2, axis=0) - np.mean(shown**2, axis=0)))
+    return _usual_amplitude(observation, shapes) ** 2 * max(hidden, 0.0)
 
 
 def _usual_shapes(directions: FloatArray) -> FloatArray:
@@ -320,9 +318,8 @@ def _usual_shapes(directions: FloatArray) -> FloatArray:
     return np.column_stack([x**2 + y**2, _LOBES / np.sqrt(2.0) * lobes])
 
 
-def _usual_amplitude(observation: Observation) -> float:
+def _usual_amplitude(observation: Observation, shapes: FloatArray) -> float:
     """Pretravel across the axis less that along it. [mm]"""
-    shapes = _usual_shapes(observation.directions)
     return min(_by_level(observation, shapes[:, 0]), _by_residuals(observation, shapes))
 
 

@@ -13,6 +13,9 @@ from pretravel.base.directions import unit
 
 _MANY = 5_000  # touches from which functions are evaluated once for each direction
 _CLOSE = 1e-3  # largest distance of contact normals of one direction for that
+_DETERMINED = 1e-3
+"""Smallest singular value of the sphere's columns, as a share of the largest: below it, noise moves
+the centre a thousand times as far."""
 
 
 @dataclass(frozen=True)
@@ -117,12 +120,19 @@ class Observation:
     @cached_property
     def free_design(self) -> FloatArray:
         """Columns 1, n_x, n_y (and n_z), (n, axes + 1)."""
-        return np.hstack([np.ones((len(self.groups), 1)), self.directions[:, : self.axes]])
+        return sphere_columns(self.directions, self.axes)
 
     @cached_property
     def to_sphere(self) -> FloatArray:
         """Least-squares sphere of any values: mean, then shift, (axes + 1, n)."""
         return np.asarray(np.linalg.pinv(self.free_design))
+
+    @property
+    def shows_variation(self) -> bool:
+        """Whether the directions determine the least-squares sphere, and what it leaves."""
+        sizes = np.linalg.eigvalsh(self.free_design.T @ self.free_design)
+        more = self.direction_count > len(sizes)
+        return bool(more and sizes[0] >= _DETERMINED**2 * sizes[-1])
 
     @cached_property
     def places(self) -> Places:
@@ -183,3 +193,22 @@ class Places:
     directions: FloatArray
     groups: IntArray
     of_touches: IntArray
+
+
+def sphere_columns(directions: FloatArray, axes: int) -> FloatArray:
+    """What a radius and a shift of the centre add to pretravel: 1, n_x, n_y (and n_z).
+
+    Parameters
+    ----------
+    directions : (n, 3) float
+    axes : int
+        3, on a ring 2.
+
+    Returns
+    -------
+    (n, axes + 1) float
+
+    >>> sphere_columns(np.array([[0.0, 0.6, 0.8]]), 3).tolist()
+    [[1.0, 0.0, 0.6, 0.8]]
+    """
+    return np.hstack([np.ones((len(directions), 1)), directions[:, :axes]])

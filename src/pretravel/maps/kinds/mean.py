@@ -22,10 +22,6 @@ from pretravel.maps.kind import (
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.uncertainty.covariance import Covariance
 
-_DETERMINED = 1e-3
-"""Smallest singular value of the sphere's columns, as a share of the largest: below it, noise moves
-the centre a thousand times as far."""
-
 
 @dataclass(frozen=True)
 class MeanBasis(MapBasis):
@@ -104,8 +100,7 @@ def averaged(
     solution = to_sphere @ observation.values
     centred = observation.values - free[:, 1:] @ solution[1:]
     coefficients = average(centred, float(solution[0]))
-    sizes = np.linalg.svd(free, compute_uv=False)
-    if observation.direction_count <= free.shape[1] or sizes[-1] < _DETERMINED * sizes[0]:
+    if not observation.shows_variation:
         raise PretravelError(
             f"{observation.direction_count} directions do not determine centre and radius of the "
             f"{'ring' if observation.ring else 'sphere'}, and how much pretravel varies beside: "
