@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
 from pretravel.controls.lookup_formula import sectoral_factor
 from pretravel.files.touches_csv import read_touches
+from pretravel.maps.basis import MapBasis
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -18,6 +20,8 @@ from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualify import qualify
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import SPHERE
+
+HALF = DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24))
 
 
 @cache
@@ -34,9 +38,17 @@ def mean_map(pretravel: float, *, tip_radius: float = 3.0) -> PretravelMap:
     """The same pretravel [mm] in all directions of the upper half."""
     return PretravelMap(
         MeanBasis(), np.array([pretravel]), Covariance.none(1),
-        DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)),
-        tip_radius=tip_radius,
+        HALF, tip_radius=tip_radius,
     )  # fmt: skip
+
+
+def made_up_map(basis: MapBasis, **others: Any) -> PretravelMap:
+    """Unlike coefficients of any basis, over the upper half."""
+    given: dict[str, Any] = {
+        "coefficients": 0.01 * (1.0 + 0.3 * np.sin(np.arange(basis.size))),
+        "covariance": Covariance.none(basis.size), "support": HALF, "tip_radius": 3.0,
+    }  # fmt: skip
+    return PretravelMap(basis, **given | others)
 
 
 def lobes(order: int, phase: float = 0.0, rotation: np.ndarray | None = None) -> PretravelMap:
@@ -46,6 +58,6 @@ def lobes(order: int, phase: float = 0.0, rotation: np.ndarray | None = None) ->
     coefficients = [10.0, amplitude * np.cos(phase), amplitude * np.sin(phase)]
     return PretravelMap(
         HarmonicBasis(terms), np.array(coefficients), Covariance.none(3),
-        DirectionSupport(ring_pattern(np.array([0, 30, 60, 90]) * DEGREE, 24)), tip_radius=30.0,
+        HALF, tip_radius=30.0,
         rotation=np.eye(3) if rotation is None else rotation,
     )  # fmt: skip

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER
@@ -26,6 +27,11 @@ _WORDS = {
     "honest": "U is honest: it contains the error as often as it states",
     "too small": "U is too small: it contains the error less often than it states",
     "too large": "U is larger than needed: it costs touches and good parts",
+}
+_LEVELS: Mapping[str, Literal["good", "caution", "bad"]] = {
+    "honest": "good",
+    "too small": "bad",
+    "too large": "caution",
 }
 
 
@@ -171,11 +177,7 @@ class CheckedBudget(Result):
         return Document(
             title=f"{self.task.touches_name}: is U honest?",
             verdict=_WORDS[found.verdict],
-            judgement=Judgement(
-                "good" if found.verdict == "honest" else "caution" if found.verdict == "too large"
-                else "bad",
-                found.verdict.capitalize(),
-            ),
+            judgement=Judgement(_LEVELS[found.verdict], found.verdict.capitalize()),
             figures=(
                 *(_figure(each) for each in found.coverages),
                 KeyFigure("simulated qualifications", found.sets, "", decimals(0)),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self, cast
+from functools import partial
+from typing import ClassVar, Self, cast
 
 import numpy as np
 import pytest
@@ -24,20 +25,13 @@ from pretravel.maps.kinds.averaged import AveragedBasis, averaged_map, stored_pa
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
-from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import made_up_map
 
 HALF = DirectionSupport(sphere_pattern_25())
 TURN = probe_rotation((0.6, 0.0, 0.8), 0.3)
-
-
-def _map(basis: MapBasis, **others: Any) -> PretravelMap:
-    given: dict[str, Any] = {
-        "coefficients": 0.01 * (1.0 + 0.3 * np.sin(np.arange(basis.size))),
-        "covariance": Covariance.none(basis.size), "support": HALF, "tip_radius": 3.0,
-    }  # fmt: skip
-    return PretravelMap(basis, **given | others)
+_map = partial(made_up_map, support=HALF)
 
 
 @dataclass(frozen=True, eq=False)

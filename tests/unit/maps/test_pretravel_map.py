@@ -19,23 +19,14 @@ from pretravel.maps import plausibility, pretravel_map
 from pretravel.maps.basis import MapBasis, StoredBasis, values_in_blocks
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
-from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.predict import predict
 from pretravel.uncertainty.covariance import Covariance
+from tests.support.example_maps import made_up_map
 
-HALF = DirectionSupport(ring_pattern(np.radians([0.0, 30.0, 60.0, 90.0]), 24))
 TURN = probe_rotation((0.6, 0.0, 0.8), 0.3)
-
-
-def _map(basis: MapBasis, **others: Any) -> PretravelMap:
-    given: dict[str, Any] = {
-        "coefficients": 0.01 * (1.0 + 0.3 * np.sin(np.arange(basis.size))),
-        "covariance": Covariance.none(basis.size), "support": HALF, "tip_radius": 3.0,
-    }  # fmt: skip
-    return PretravelMap(basis, **given | others)
 
 
 class TestRefusals:
@@ -50,15 +41,15 @@ class TestRefusals:
     )  # fmt: skip
     def test_beyond_their_limits(self, numbers: dict[str, float]) -> None:
         with pytest.raises(PretravelError):
-            _map(MeanBasis(), **numbers)
+            made_up_map(MeanBasis(), **numbers)
 
     def test_within_their_limits(self) -> None:
-        made = _map(
+        made = made_up_map(
             MeanBasis(), tip_radius=5e-4, u_tip_radius=0.0, repeatability=0.0, fixed_scatter=0.0,
             feed=0.0, delay=-10.0, u_delay=10.0, repeatability_dof=0.0,
         )  # fmt: skip
         assert made.repeatability_dof == 0.0
-        plain = _map(MeanBasis())
+        plain = made_up_map(MeanBasis())
         assert (plain.u_tip_radius, plain.repeatability, plain.fixed_scatter) == (0.0, 0.0, 0.0)
         assert (plain.feed, plain.delay, plain.repeatability_dof) == (None, None, math.inf)
         assert np.array_equal(plain.rotation, np.eye(3))
@@ -75,7 +66,7 @@ class TestRefusals:
     )  # fmt: skip
     def test_sizes(self, given: dict[str, Any], words: str) -> None:
         with pytest.raises(PretravelError, match=words):
-            _map(_Sliding(), **given)
+            made_up_map(_Sliding(), **given)
 
     def test_not_a_covariance(self) -> None:
         with pytest.raises(PretravelError, match="not a covariance"):
@@ -85,11 +76,11 @@ class TestRefusals:
 
     def test_values_cannot_be_written_to(self) -> None:
         with pytest.raises(ValueError, match="read-only"):
-            _map(MeanBasis()).coefficients[0] = 1.0  # type: ignore[index]
+            made_up_map(MeanBasis()).coefficients[0] = 1.0  # type: ignore[index]
 
 
 def test_the_source_is_told_where_there_is_one() -> None:
-    made = _map(MeanBasis(), repeatability=3e-4)
+    made = made_up_map(MeanBasis(), repeatability=3e-4)
     assert repr(made) == (
         "PretravelMap(mean; 58 directions; tip radius 3.0000 mm; repeatability 0.30 µm)"
     )
@@ -100,7 +91,7 @@ def test_the_source_is_told_where_there_is_one() -> None:
 class TestOutside:
     """Polar angles up to 90° hold, and 5° more."""
 
-    MADE = _map(MeanBasis(), rotation=TURN)
+    MADE = made_up_map(MeanBasis(), rotation=TURN)
 
     def test_each_function_refuses_and_can_be_told_not_to(self) -> None:
         n = from_angles(np.radians([50.0, 99.0]), np.zeros(2)) @ TURN.T
@@ -141,7 +132,7 @@ class TestOutside:
     def test_directions_whose_opposites_lie_outside_too(self, beside: int, expected: bool) -> None:
         """Of ten directions outside, more than nine must have an opposite inside."""
         cap = DirectionSupport(ring_pattern(np.radians([0.0, 20.0, 40.0]), 12))
-        made = _map(MeanBasis(), support=cap)
+        made = made_up_map(MeanBasis(), support=cap)
         n = np.vstack(
             [
                 -fibonacci_cap(10 - beside, 0.6),
@@ -190,7 +181,7 @@ class TestDisplacement:
     CURVED = np.array([[0.01, 0.02], [0.0, 0.05], [0.03, 0.01]])
 
     def test_on_a_flat_part_its_component_along_the_normal_is_the_pretravel(self) -> None:
-        made = _map(_Sliding(), rotation=TURN)
+        made = made_up_map(_Sliding(), rotation=TURN)
         moved = made.tip_displacement(self.N @ TURN.T) @ TURN
         value = made.pretravel(self.N @ TURN.T)
         assert np.sum(moved * self.N, axis=1) == pytest.approx(value, rel=1e-12)
@@ -204,7 +195,7 @@ class TestDisplacement:
 
     def test_a_prediction_is_the_probe_itself(self) -> None:
         """One coefficient alone: the scale of the predicted probe; nothing is missing."""
-        made = _map(_Sliding(1), rotation=TURN)
+        made = made_up_map(_Sliding(1), rotation=TURN)
         moved = made.tip_displacement(self.N @ TURN.T) @ TURN
         assert moved == pytest.approx(0.004 * self.N + [0.0, 0.0, 0.002], abs=1e-15)
 
@@ -216,7 +207,7 @@ class TestDisplacement:
         and seats of a described probe with a 50 mm stylus have 0.02 to 0.05, which changes the
         slide by a fifth of itself at the most."""
         normals = from_angles(np.radians(polar), np.radians([0.0, 100.0, 230.0]))
-        made = _map(MeanBasis(), rotation=TURN)
+        made = made_up_map(MeanBasis(), rotation=TURN)
         moved = made.tip_displacement(normals @ TURN.T) @ TURN
         assert np.sum(moved * normals, axis=1) == pytest.approx(0.010, rel=1e-12)
         down = from_angles(np.radians(polar + 90.0), np.radians([0.0, 100.0, 230.0]))
@@ -232,7 +223,7 @@ class TestValues:
     def test_they_do_not_depend_on_blocks(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """Each value has the errors of its coefficients, and of the delay in common."""
         half = 1e-4 * np.random.default_rng(3).normal(size=(3, 3))
-        made = _map(
+        made = made_up_map(
             _Sliding(), covariance=Covariance.full(half @ half.T), repeatability=3e-4,
             fixed_scatter=4e-4, delay=1e-3, u_delay=1e-5,
             delay_effect=np.array([1e-4, -2e-4, 3e-4]),
@@ -261,7 +252,7 @@ class TestValues:
         assert made.states_uncertainty
 
     def test_a_map_without_an_uncertainty_has_none(self) -> None:
-        made = _map(_Sliding(), delay_effect=np.ones(3))
+        made = made_up_map(_Sliding(), delay_effect=np.ones(3))
         value, u = made.pretravel_and_uncertainty(fibonacci_cap(4, 1.5))
         assert not made.states_uncertainty
         assert u.tolist() == [0.0] * 4
@@ -271,13 +262,13 @@ class TestValues:
         """Halfway between sectors of 2 and 4 µm u is 3 µm, not less than the share of either."""
         variances = np.full(10, 4e-6)
         variances[3] = 16e-6
-        made = _map(SectorBasis(), covariance=Covariance.fully_shared(variances))
+        made = made_up_map(SectorBasis(), covariance=Covariance.fully_shared(variances))
         between = from_angles(np.pi / 2, np.radians([45.0, 30.0]))
         assert np.allclose(made.standard_uncertainty(between), [3e-3, 2e-3])
         assert np.allclose(made.value_covariance(between), np.outer([3e-3, 2e-3], [3e-3, 2e-3]))
 
     def test_seen_from_a_turned_part(self) -> None:
-        made = _map(_Sliding(), rotation=TURN)
+        made = made_up_map(_Sliding(), rotation=TURN)
         part = Placement(probe_rotation((0.0, 0.6, 0.8), 0.7), np.array([1.0, 2.0, 3.0]))
         n = fibonacci_cap(20, 0.5)
         assert made.seen_from(part).pretravel(n, extrapolate=True) == pytest.approx(
