@@ -33,13 +33,13 @@ from pretravel.measurement.measured_spheres import measured_sphere
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.materials import material
+from pretravel.prediction.materials import contact_modulus, material
 from pretravel.prediction.seats import SeatStatics, seat_statics
 from pretravel.prediction.trigger import predict
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats.hertz import rod_on_ball_coefficient
 from pretravel.six_seats.six_seat_slopes import six_seat_slopes
 from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response
 from pretravel.surface.cad.step_part import read_step_part

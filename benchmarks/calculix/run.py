@@ -38,8 +38,7 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import material
-from pretravel.prediction.seats import seat_statics
-from pretravel.six_seats.seat_frames import seat_frame
+from pretravel.prediction.seats import seat_frame, seat_statics
 from tests.support.full_contact import resolved_bodies
 
 sys.path.insert(0, str(Path(__file__).parent))

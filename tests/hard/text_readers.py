@@ -24,11 +24,11 @@ from pretravel.files.preview import look_at
 from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_directions, read_readings
 from pretravel.files.source_file import SourceFile
+from pretravel.files.touch_scatter_file import read_touch_scatter
 from pretravel.files.touches_csv import read_plan, read_targets
 from pretravel.laboratory.rig.rig_csv import read_budget, read_rig_trace, read_scale_check
 from pretravel.laboratory.separation.separation_csv import (
     read_multi_step_readings,
-    read_touch_scatter,
 )
 from pretravel.prediction.catalogue import description_text, load_probe, rewritten
 from pretravel.show.page_content import picture_figures

@@ -15,8 +15,8 @@ from pretravel.prediction.beam import (
     shear_compliance,
 )
 from pretravel.prediction.description import StylusSegment
-from pretravel.prediction.hertz import approach_coefficient, ball_on_flat, ellipticity
 from pretravel.prediction.materials import Material
+from pretravel.six_seats.hertz import approach_coefficient, ball_on_flat, ellipticity
 
 MODULUS = 2.0e5
 

@@ -41,10 +41,9 @@ from pretravel.prediction.beam import axial_compliance, bending_compliance, shea
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.prediction.trigger import predict
 from pretravel.six_seats.event import trigger_force
-from pretravel.six_seats.seat_frames import seat_frame
 from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
 
 DIRECTIONS = from_angles(

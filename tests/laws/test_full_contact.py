@@ -29,9 +29,9 @@ from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
-from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.six_seats.event import trigger_force
-from pretravel.six_seats.seat_frames import SEAT_NAMES, seat_frame
+from pretravel.six_seats.seat_frames import SEAT_NAMES
 from tests.support import full_contact as full
 from tests.support.coarse_models import coarse_model
 from tests.support.full_contact import FullContact, contact_state, full_contact

@@ -28,12 +28,12 @@ from pretravel.maps.kinds.wozniak import wozniak_constant
 from pretravel.maps.sector_tables import resampled_sectors
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.compliance.base import compliance_model
-from pretravel.prediction.hertz import approach_coefficient, ball_on_flat, ellipticity
 from pretravel.probing.slide_one_normal import _golden_section
 from pretravel.probing.slides import SlideSettings, slide
 from pretravel.qualification.probe_drift import ProbeDrift
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.six_seats.event import watched_loads
+from pretravel.six_seats.hertz import approach_coefficient, ball_on_flat, ellipticity
 from pretravel.six_seats.six_seat_basis import SixSeatBasis
 from pretravel.six_seats.uneven_seats import PARAMETERS
 from pretravel.surface.parametric import Convex

@@ -18,12 +18,11 @@ from pretravel.prediction.beam import stylus_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
 from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.materials import default_workpiece
-from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.materials import contact_modulus, default_workpiece
+from pretravel.prediction.response import probe_response
+from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.prediction.trigger import predict, predicted_map
-from pretravel.six_seats.response import probe_response
-from pretravel.six_seats.seat_frames import seat_frame
+from pretravel.six_seats.hertz import rod_on_ball_coefficient
 from tests.support.coarse_models import coarse_reduced_sixth
 
 DIRECTIONS = from_angles(

@@ -17,9 +17,10 @@ from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
+from pretravel.prediction.response import probe_response
 from pretravel.prediction.seats import seat_statics
 from pretravel.prediction.trigger import predict
-from pretravel.six_seats.response import ProbeResponse, probe_response
+from pretravel.six_seats.response import ProbeResponse
 from pretravel.six_seats.six_seat_basis import SixSeatBasis
 from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
 from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response, six_seats

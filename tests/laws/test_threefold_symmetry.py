@@ -114,7 +114,7 @@ def test_the_whole_mesh_is_closed_and_everywhere_once() -> None:
 
 def test_every_seat_and_the_spring_have_their_face(omp40: Probe) -> None:
     """The middles of the patches are the contacts; the spring's face is the disc's top."""
-    from pretravel.six_seats.seat_frames import seat_frame
+    from pretravel.prediction.seats import seat_frame
 
     mesh = coarse_reduced_sixth().elastic_field.mesh
     contacts = seat_frame(omp40).contacts(omp40.tripod.rod_radius)

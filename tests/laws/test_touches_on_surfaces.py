@@ -19,9 +19,9 @@ from pretravel.base.frames import parse_placement
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import ComplianceModel
-from pretravel.prediction.hertz import curved_part_factor
 from pretravel.prediction.loading import Loading
 from pretravel.prediction.materials import material
+from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.seats import seat_statics
 from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.probing.simulation import PartSetup, simulate, simulate_some
@@ -30,7 +30,7 @@ from pretravel.probing.slides import SlideSettings, slide
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.six_seats.response import probe_response, response_map
+from pretravel.six_seats.hertz import curved_part_factor
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Surface

@@ -17,9 +17,10 @@ from pretravel.files.csv_table import read_csv_table
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.response import probe_response
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
-from pretravel.six_seats.response import ProbeResponse, probe_response
+from pretravel.six_seats.response import ProbeResponse
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of

@@ -27,12 +27,11 @@ from pretravel.prediction.compliance.ren import (
     ren_terms_of,
     ren_trigger_force,
 )
-from pretravel.prediction.hertz import ball_on_flat
 from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
-from pretravel.prediction.seats import seat_coefficient, seat_statics
+from pretravel.prediction.seats import seat_coefficient, seat_frame, seat_statics
 from pretravel.prediction.trigger import predict
-from pretravel.six_seats.seat_frames import seat_frame
+from pretravel.six_seats.hertz import ball_on_flat
 from tests.support.ren_probe import SECTION_4, ren_terms
 from tests.support.statics_by_hand import direction
 

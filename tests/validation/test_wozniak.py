@@ -145,7 +145,7 @@ def test_figure_5_piezo_probe() -> None:
     probe, force = small_contact_probe(50.0), 0.08
 
     def pretravel(n: np.ndarray) -> np.ndarray:
-        from pretravel.six_seats.response import probe_response
+        from pretravel.prediction.response import probe_response
 
         response = probe_response(probe)
         given = np.full(len(n), force)

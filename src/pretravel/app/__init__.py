@@ -1,11 +1,11 @@
 """The workbench: the jobs of pretravel as a local page in the browser (NiceGUI).
 
-A screen is a module in ``app/screens`` with one function ``show(state)``, listed in
-``SCREENS`` of ``app/screens/__init__.py``. It builds the page for one tab; it keeps nothing
+A screen is a function ``show(state)`` in the folder of its task, listed with its place in
+``SCREENS`` of ``app/screens.py``. It builds the page for one tab; it keeps nothing
 itself. What the user typed and dropped is in `state` (`project.ScreenState`), which is saved, and
 shared by all tabs; what is computed belongs to a `jobs.Job`, which runs once for all tabs, off
 the event loop. So a reload, a second tab and a new start show the same. The settings are those of
-a task (`pretravel.task.listed`): fields, commands and Python lines are made from its description. ::
+a task (`pretravel.task.listed`): fields, commands and Python lines are made from that. ::
 
     from pretravel.app.components.document_view import document_screen
     from pretravel.app.components.downloads import result_button

@@ -60,7 +60,7 @@ from .project import Inputs as Inputs
 from .project import ScreenState as ScreenState
 from .project import SettingValue as SettingValue
 from .project import StoredFile as StoredFile
-from .screens.every_task import task_links as task_links
+from .every_task import task_links as task_links
 from .starting import start as start
 from .task_form import TaskForm as TaskForm
 from .task_form import with_file_names as with_file_names

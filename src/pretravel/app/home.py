@@ -6,11 +6,12 @@ from nicegui import ui
 
 from pretravel.app.components.from_project import made_map, measure_with_map
 from pretravel.app.components.layout import live, note, panel, text
+from pretravel.app.every_task import screen_of_task
 from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import SCREENS
-from pretravel.app.screens.every_task import screen_of_task
 from pretravel.app.session import SESSION, address_in
+from pretravel.base import object_at
 
 _MOST_NAMES = 3
 """Files of a screen that are named."""
@@ -21,9 +22,11 @@ def project_contents() -> None:
     project = SESSION.project
     if not project.file_names:
         return
-    from pretravel.tasks.qualify import EXPORT, FIT
-
-    works = [WORKS.of(project.screen("engineer"), job) for job in (FIT, EXPORT)]
+    works = [
+        WORKS.of(project.screen(screen.name), object_at(job))
+        for screen in SCREENS
+        for job in screen.jobs
+    ]
 
     def key() -> object:
         return _rows(), made_map() is None
@@ -71,9 +74,8 @@ def _place(state: ScreenState) -> tuple[str, str]:
 
 def _next(state: ScreenState) -> str:
     """The next step of a screen that states one."""
-    if state.name != "engineer":
+    stating = [screen.next_step for screen in SCREENS if screen.name == state.name]
+    if not any(stating):
         return ""
-    from pretravel.tasks.qualify import next_sentence
-
-    heading, words = next_sentence(state)
+    heading, words = object_at(stating[0])(state)
     return f"{heading}: {words}"

@@ -167,7 +167,7 @@ def screen_page(screen: Screen) -> None:
 
 def all_tasks_page() -> None:
     """Every task of the command line."""
-    from pretravel.app.screens.every_task import tasks_page
+    from pretravel.app.every_task import tasks_page
 
     with page_frame("Every task", "tasks"):
         tasks_page()
@@ -175,7 +175,7 @@ def all_tasks_page() -> None:
 
 def task_page(name: str) -> None:
     """The screen of a task; the list of all where there is none of this name."""
-    from pretravel.app.screens.every_task import screen_of_task
+    from pretravel.app.every_task import screen_of_task
 
     screen = screen_of_task(name)
     if screen is None:

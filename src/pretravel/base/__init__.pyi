@@ -52,6 +52,7 @@ from .json_text import memory_of_json as memory_of_json
 from .json_text import parsed_json as parsed_json
 from .own_process import module_folders as module_folders
 from .plugins import Plugins as Plugins
+from .plugins import object_at as object_at
 from .quantities import ANGLE as ANGLE
 from .quantities import COMMAS_BETWEEN_NUMBERS as COMMAS_BETWEEN_NUMBERS
 from .quantities import COORDINATE as COORDINATE

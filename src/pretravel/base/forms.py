@@ -8,9 +8,10 @@ early rooms take the path of a file in the place of the value that it contains (
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import Any
+
+from pretravel.base.plugins import object_at
 
 _MAKERS: dict[str, str] = {}
 
@@ -29,8 +30,7 @@ def register(form: str, maker: str) -> None:
 
 
 def _made(form: str, value: object, **stated: object) -> Any:
-    module, _, function = _MAKERS[form].partition(":")
-    return getattr(import_module(module), function)(value, **stated)
+    return object_at(_MAKERS[form])(value, **stated)
 
 
 def from_file(form: str, path: str | Path, **stated: object) -> Any:

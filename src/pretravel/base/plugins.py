@@ -1,13 +1,14 @@
-"""What packages add to pretravel by entry points: kinds of map, formats, controls, standards.
+"""Objects that the package lists by name, and those that other packages add by entry points.
 
-The package lists its own in the same way, in ``pyproject.toml``, so that one file and one line
-there add one; another package adds its own without a change here.
+Kinds of map, formats, controls and standards. What this package has is listed once, where the
+objects are used; another package adds its own in a group of entry points, without a change here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pretravel.base.errors import PretravelError
@@ -16,6 +17,21 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 _T = TypeVar("_T")
+
+
+def object_at(place: str) -> Any:
+    """The object of a place; its module is imported now.
+
+    Parameters
+    ----------
+    place : str
+        Module and name: ``pretravel.base.units:DEGREE``.
+
+    >>> object_at("pretravel.base.units:MICROMETRE")
+    0.001
+    """
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
 
 
 def _itself(found: Any) -> Any:
@@ -28,78 +44,80 @@ def _origin(point: EntryPoint) -> str:
 
 
 class Plugins(Mapping[str, _T], Generic[_T]):
-    """Objects by their names: found when they are first needed, each imported when asked for.
+    """Objects by their names, each imported when it is first asked for.
 
     Parameters
     ----------
     group : str
-        Group of entry points: ``pretravel.kinds``.
-    first : tuple of str
-        Names that stand first, in this order; the others follow by their names.
+        Group of entry points of other packages: ``pretravel.kinds``.
+    own : mapping of str to str
+        Places of this package's objects by their names, which stand first, in this order.
     make : callable
-        Makes the object from what the entry point names; by default it is that.
+        Makes the object from what its place contains; by default it is that.
 
     Raises
     ------
     PretravelError
-        The installation lists none, two packages use one name, or a plug-in cannot be imported or
-        has another name of its own.
+        Two packages use one name, or a plug-in cannot be imported or has another name of its own.
 
-    >>> checks = Plugins("pretravel.standards", ("iso10360-5",))
-    >>> list(checks)[0], "iso230-10" in checks
-    ('iso10360-5', True)
+    >>> units = Plugins("pretravel.units", {"um": "pretravel.base.units:MICROMETRE"})
+    >>> list(units), units["um"]
+    (['um'], 0.001)
     """
 
     def __init__(
-        self, group: str, first: tuple[str, ...] = (), make: Callable[[Any], _T] = _itself
+        self, group: str, own: Mapping[str, str], make: Callable[[Any], _T] = _itself
     ) -> None:
-        self._group, self._first, self._make = group, first, make
+        self._group, self._own, self._make = group, own, make
         self._loaded: dict[str, _T] = {}
 
     @cached_property
     def _points(self) -> dict[str, EntryPoint]:
+        """Of other packages, by their names."""
         from importlib.metadata import entry_points
 
         found: dict[str, EntryPoint] = {}
-        for point in entry_points(group=self._group):
+        for point in sorted(entry_points(group=self._group), key=lambda point: point.name):
+            if point.value.startswith("pretravel."):
+                continue  # an earlier version of this package listed its own here
             other = found.setdefault(point.name, point)
-            if other.value != point.value:
+            if other.value != point.value or point.name in self._own:
+                first = self._own.get(point.name) or _origin(other)
                 raise PretravelError(
                     f"two packages have a plug-in '{point.name}' in {self._group}: "
-                    f"{_origin(other)} and {_origin(point)}. Remove one of them"
+                    f"{first} and {_origin(point)}. Remove one of them"
                 )
-        if not found:
-            raise PretravelError(
-                f"no installed package lists {self._group}, not even pretravel: its sources must "
-                "be installed. In their folder, run: pip install -e ."
-            )
-        names = [name for name in self._first if name in found]
-        return {name: found[name] for name in [*names, *sorted(set(found) - set(names))]}
+        return found
 
     def __getitem__(self, name: str) -> _T:
         if name not in self._loaded:
-            point = self._points[name]
-            try:
-                made = self._make(point.load())
-            except (ImportError, AttributeError) as error:
-                raise PretravelError(
-                    f"the plug-in '{name}' in {self._group}, {_origin(point)}, cannot be used: "
-                    f"{error}"
-                ) from error
-            own = getattr(made, "name", name)
-            if own != name:
-                raise PretravelError(
-                    f"the plug-in '{name}' in {self._group}, {_origin(point)}, calls itself "
-                    f"'{own}': its package must list it under that name"
-                )
-            self._loaded[name] = made
+            if name in self._own:
+                self._loaded[name] = self._make(object_at(self._own[name]))
+            else:
+                self._loaded[name] = self._of_others(name)
         return self._loaded[name]
 
+    def _of_others(self, name: str) -> _T:
+        point = self._points[name]
+        try:
+            made = self._make(point.load())
+        except (ImportError, AttributeError) as error:
+            raise PretravelError(
+                f"the plug-in '{name}' in {self._group}, {_origin(point)}, cannot be used: {error}"
+            ) from error
+        stated = getattr(made, "name", name)
+        if stated != name:
+            raise PretravelError(
+                f"the plug-in '{name}' in {self._group}, {_origin(point)}, calls itself "
+                f"'{stated}': its package must list it under that name"
+            )
+        return made
+
     def __iter__(self) -> Iterator[str]:
-        return iter(self._points)
+        return iter([*self._own, *self._points])
 
     def __len__(self) -> int:
-        return len(self._points)
+        return len(self._own) + len(self._points)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._points
+        return name in self._own or name in self._points

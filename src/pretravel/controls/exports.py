@@ -409,6 +409,9 @@ TO_RADII = Control(_radii)
 
 CONTROLS: Mapping[str, Control] = Plugins(
     "pretravel.controls",
-    first=("linuxcnc", "renishaw", "fanuc", "haas", "siemens", "heidenhain", "radii"),
+    own={
+        name: f"pretravel.controls.exports:TO_{name.upper()}"
+        for name in ("linuxcnc", "renishaw", "fanuc", "haas", "siemens", "heidenhain", "radii")
+    },
 )
 """Controls by name."""

@@ -12,7 +12,7 @@ import numpy as np
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, InputError, from_angles
 from pretravel.drawing import FeatureTolerances, InspectedFeature, inspect_feature, measure_feature
 from pretravel.files import read_csv_table, read_touches
-from pretravel.maps.kinds import kinds
+from pretravel.maps import KINDS
 from pretravel.measurement import (
     Comparison,
     Points,
@@ -180,7 +180,7 @@ def compare_kinds_of_map(touches: DemonstrationTouches, best: Qualification) -> 
     return KindsCompared(
         sphere_errors=_sphere_errors(touches.sphere, touches.part, best),
         ring_errors=_ring_errors(ring),
-        ring_maps={kind: _qualified(ring, kind, ring=True) for kind in kinds()},
+        ring_maps={kind: _qualified(ring, kind, ring=True) for kind in KINDS},
     )
 
 
@@ -253,7 +253,7 @@ def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple
     """Errors on the sphere and on the part: without compensation, then kind by kind."""
     shown = [best.groups % 5 != fold for fold in range(5)]
     reference = best.pretravel_map.pretravel(part.normals)
-    made = {kind: best if kind == BEST else _qualified(sphere, kind) for kind in kinds()}
+    made = {kind: best if kind == BEST else _qualified(sphere, kind) for kind in KINDS}
     on_part = _rms(_without_shift(reference, part.normals))
     errors = [KindErrors("", _rms(made["mean"].observed), math.nan, on_part)]
     for kind, result in made.items():
@@ -261,7 +261,7 @@ def _sphere_errors(sphere: Touches, part: Touches, best: Qualification) -> tuple
         # A table of sectors needs all its directions.
         left_out = (
             math.nan
-            if kinds()[kind].needs_all_directions
+            if KINDS[kind].needs_all_directions
             else _rms(
                 np.concatenate(
                     [
@@ -280,7 +280,7 @@ def _ring_errors(ring: Touches) -> tuple[KindErrors, ...]:
     """Errors in the ring: every second direction is fitted, then the others."""
     even = np.arange(len(ring)) % 2 == 0
     errors = []
-    for kind in kinds():
+    for kind in KINDS:
         fitted, left_out = [], []
         for half in (even, ~even):
             made = _qualified(ring.take(half), kind, ring=True)

@@ -15,7 +15,7 @@ from pretravel.demo.demonstration import (
     MainJob,
 )
 from pretravel.drawing import ConformityVerdict, features_document, features_view
-from pretravel.maps.kinds import kinds
+from pretravel.maps import KINDS
 from pretravel.show import (
     Axis,
     Column,
@@ -77,7 +77,7 @@ _RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centr
 
 def _title(kind: str) -> str:
     """A kind of map in words; the empty name stands for touches without compensation."""
-    return kinds()[kind].title if kind else "not compensated"
+    return KINDS[kind].title if kind else "not compensated"
 
 
 def main_job_pictures(job: MainJob) -> dict[str, Picture]:

@@ -1,7 +1,6 @@
 """What other rooms use of this one."""
 
 from .fem.condensation import ReducedModel as ReducedModel
-from .fem.elastic_field import StressByDirection as StressByDirection
 from .fem.elastic_field import field_at_trigger as field_at_trigger
 from .fem.mesh import MeshSettings as MeshSettings
 from .fem.reduction_cache import reduced_model as reduced_model

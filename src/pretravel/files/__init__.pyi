@@ -1,6 +1,9 @@
 """What other rooms use of this one."""
 
-from . import bundle_file as bundle_file
+from .bundle_file import anonymous_description as anonymous_description
+from .bundle_file import anonymous_map as anonymous_map
+from .bundle_file import anonymous_touches as anonymous_touches
+from .bundle_file import versions as versions
 from .bundle_file import write_bundle as write_bundle
 from .column_names import ROLES as ROLES
 from .csv_table import CsvTable as CsvTable
@@ -85,6 +88,7 @@ from .table_formats import CSV as CSV
 from .table_formats import PARQUET as PARQUET
 from .tables import write_table as write_table
 from .text_table import read_text_table as read_text_table
+from .touch_scatter_file import read_touch_scatter as read_touch_scatter
 from .touches_csv import read_normals as read_normals
 from .touches_csv import read_plan as read_plan
 from .touches_csv import read_targets as read_targets

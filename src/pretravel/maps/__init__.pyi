@@ -13,6 +13,7 @@ from .kind import CenteredFit as CenteredFit
 from .kind import KindOfMap as KindOfMap
 from .kind import MapFit as MapFit
 from .kinds import AUTO as AUTO
+from .kinds import KINDS as KINDS
 from .kinds import kind_named as kind_named
 from .kinds import restored_basis as restored_basis
 from .kinds.averaged import AveragedBasis as AveragedBasis

@@ -9,8 +9,8 @@ from pretravel.base import fibonacci_cap
 from pretravel.maps import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
+from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.trigger import predict, predicted_map
-from pretravel.six_seats import probe_response, response_map
 
 
 def described_map(

@@ -11,9 +11,8 @@ import numpy as np
 
 from pretravel.base import DEGREE, DescriptionError, FloatArray, probe_rotation
 from pretravel.prediction.materials import Material
+from pretravel.six_seats import CRITERIA, PIEZO_STAGE
 
-PIEZO_STAGE = "piezo_stage"
-CRITERIA = ("first_contact", "arm_lift", PIEZO_STAGE)
 CONTACTS = ("hertz", "rigid")
 LARGEST_FRICTION = 0.5
 """Largest friction coefficient of seats. From the tangent of the support angle on, rods jam

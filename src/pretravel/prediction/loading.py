@@ -8,10 +8,9 @@ import numpy as np
 
 from pretravel.base import FloatArray, IntArray
 from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import ball_on_flat, contact_modulus
-from pretravel.prediction.materials import Material
+from pretravel.prediction.materials import Material, contact_modulus
 from pretravel.prediction.seats import SeatStatics, seat_coefficient
-from pretravel.six_seats import trigger_force
+from pretravel.six_seats import ball_on_flat, trigger_force
 
 
 @dataclass(frozen=True, eq=False)

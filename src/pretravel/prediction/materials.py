@@ -139,3 +139,13 @@ def default_workpiece() -> Material:
     'steel'
     """
     return material("steel")
+
+
+def contact_modulus(first: Material, second: Material) -> float:
+    r"""E* = [(1 - nu1²)/E1 + (1 - nu2²)/E2]^-1. [MPa]
+
+    >>> from pretravel.prediction.materials import material
+    >>> round(contact_modulus(material("ruby"), material("steel")))
+    150987
+    """
+    return 1.0 / (first.plane_strain_compliance + second.plane_strain_compliance)

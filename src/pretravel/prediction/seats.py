@@ -8,9 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import STANDARD_GRAVITY, DescriptionError, FloatArray, checked_unit, frozen
-from pretravel.prediction.description import PIEZO_STAGE, Probe
-from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.six_seats import SEAT_NAMES, seat_frame, tip_wrenches, watched_loads
+from pretravel.prediction.description import Probe
+from pretravel.prediction.materials import contact_modulus
+from pretravel.six_seats import (
+    PIEZO_STAGE,
+    SEAT_NAMES,
+    SEAT_SIDES,
+    SeatFrame,
+    rod_on_ball_coefficient,
+    seat_triads,
+    tip_wrenches,
+    watched_loads,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,3 +215,17 @@ def seat_coefficient(probe: Probe) -> float:
         probe.seats.ball_radius,
         contact_modulus(probe.tripod.material, probe.seats.material),
     )
+
+
+def seat_frame(probe: Probe) -> SeatFrame:
+    """The seats of a probe.
+
+    >>> from pretravel.prediction.catalogue import load_probe
+    >>> frame = seat_frame(load_probe("omp40-2"))
+    >>> frame.points[0].tolist(), frame.normals[0].round(3).tolist()
+    ([16.34, 0.0, 0.0], [0.0, -0.889, 0.458])
+    """
+    tripod, seats = probe.tripod, probe.seats
+    radii = tripod.radius + np.array(tripod.radius_deviations)
+    angles = seats.support_angle + 0.5 * seats.right_less_left * SEAT_SIDES
+    return seat_triads(tripod.rod_azimuths, radii, angles)

@@ -21,14 +21,15 @@ from pretravel.base import (
     describe,
     extent,
     frozen,
+    object_at,
 )
 from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, TabulatedBasis
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel, compliance_model
-from pretravel.prediction.description import PIEZO_STAGE, Probe
+from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import Material, default_workpiece
 from pretravel.prediction.seats import lifted_tip_motion, statics_in_machine
-from pretravel.six_seats import SEAT_NAMES
+from pretravel.six_seats import PIEZO_STAGE, SEAT_NAMES
 from pretravel.uncertainty import Covariance
 
 
@@ -199,8 +200,8 @@ def _predict_with_friction(
     workpiece: Material | None,
     gravity: npt.ArrayLike | None,
 ) -> Trigger:
-    # Imported here, because the libraries for finite elements take a second to load.
-    from pretravel.design import rubbed_trigger
+    # A wing, and the libraries for finite elements take a second to load.
+    rubbed_trigger = object_at("pretravel.design:rubbed_trigger")
 
     if gravity is not None:
         raise PretravelError(
@@ -224,7 +225,7 @@ def _predict_with_friction(
 def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
     """The pretravel of a prediction as a table of directions, linear between them.
 
-    `pretravel.six_seats.response.response_map` is exact in between.
+    `pretravel.prediction.response.response_map` is exact in between.
 
     Parameters
     ----------

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import ConvergenceError, FloatArray, IntArray, PretravelError
-from pretravel.prediction import curved_part_factor
 from pretravel.probing.slide_history import SlideHistory, SlideStep, slide_history
 from pretravel.probing.tip import LateralTip, PredictedTip
+from pretravel.six_seats import curved_part_factor
 from pretravel.surface import (
     TANGENCY,
     Contact,

@@ -19,8 +19,8 @@ from pretravel.prediction import (
     lifted_tip_motion,
     load_probe,
     material,
+    probe_response,
 )
-from pretravel.six_seats import probe_response
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pretravel.base import DISTANCE, BoolArray, FloatArray, IntArray, PretravelError, checked
 from pretravel.maps import PretravelMap
-from pretravel.prediction import Probe, curved_part_factor
+from pretravel.prediction import Probe
 from pretravel.probing.obstacles import (
     StylusOutline,
     first_obstacle,
@@ -21,6 +21,7 @@ from pretravel.probing.obstacles import (
 )
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
 from pretravel.probing.tip import TipBehaviour, TipState, tip_of
+from pretravel.six_seats import curved_part_factor
 from pretravel.surface import (
     LEAST_PLAY,
     ContactProblem,

@@ -19,6 +19,8 @@ from threadpoolctl import threadpool_limits
 
 from pretravel.base import FloatArray, PretravelError, frozen, probe_rotation
 from pretravel.maps import (
+    AUTO,
+    KINDS,
     MOST_KEPT,
     AveragedBasis,
     CenteredFit,
@@ -39,10 +41,10 @@ from pretravel.maps import (
     as_map,
     check_keywords,
     fit_harmonic,
+    kind_named,
     values_in_blocks,
     with_setup_keywords,
 )
-from pretravel.maps.kinds import AUTO, kind_named, kinds
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
@@ -150,7 +152,7 @@ def qualified(
     # For matrices of this size threads gain nothing, and cost much on a busy machine.
     with threadpool_limits(1, user_api="blas"):
         if isinstance(kind, str):
-            kind = kinds().values() if kind == AUTO else kind_named(kind)
+            kind = KINDS.values() if kind == AUTO else kind_named(kind)
         alone = kind if isinstance(kind, KindOfMap) else None
         compared = (kind,) if isinstance(kind, KindOfMap) else kind
         fine = (each for each in compared if each.prior_weight > 1.0)

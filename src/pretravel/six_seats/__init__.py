@@ -1,4 +1,4 @@
-"""A tripod on six seats as a dozen numbers: its map, and the kind `physical` that is fitted to touches."""
+"""A tripod on six seats as a dozen numbers: its map, and the kind `physical`, fitted to touches."""
 
 import lazy_loader
 

@@ -1,13 +1,18 @@
 """What other rooms use of this one."""
 
+from .event import CRITERIA as CRITERIA
+from .event import PIEZO_STAGE as PIEZO_STAGE
 from .event import trigger_force as trigger_force
 from .event import watched_loads as watched_loads
+from .hertz import ball_on_flat as ball_on_flat
+from .hertz import curved_part_factor as curved_part_factor
+from .hertz import rod_on_ball_coefficient as rod_on_ball_coefficient
 from .physical import PhysicalMapFit as PhysicalMapFit
-from .response import probe_response as probe_response
-from .response import response_map as response_map
+from .response import ProbeResponse as ProbeResponse
+from .response import ResponseBasis as ResponseBasis
 from .seat_frames import SEAT_NAMES as SEAT_NAMES
+from .seat_frames import SEAT_SIDES as SEAT_SIDES
 from .seat_frames import SeatFrame as SeatFrame
-from .seat_frames import seat_frame as seat_frame
 from .seat_frames import seat_triads as seat_triads
 from .seat_frames import tip_wrenches as tip_wrenches
 from .uneven_seats import IDEAL as IDEAL

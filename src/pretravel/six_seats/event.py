@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray, PretravelError
-from pretravel.prediction import CRITERIA, PIEZO_STAGE
 
+PIEZO_STAGE = "piezo_stage"
+CRITERIA = ("first_contact", "arm_lift", PIEZO_STAGE)
 _NEVER = 1e-12  # unloading per newton below which a seat never opens
 _TIE = 1e-9  # relative difference of forces that is no difference
 

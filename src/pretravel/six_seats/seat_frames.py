@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, frozen
-from pretravel.prediction import Probe
 
 SEAT_NAMES = ("A-left", "A-right", "B-left", "B-right", "C-left", "C-right")
 """Rods A, B, C in the description's order; left is the counter-clockwise side of the
@@ -40,20 +39,6 @@ class SeatFrame(NamedTuple):
         """Columns: force and moment about the origin of a unit reaction of each seat, (6, 6)."""
         moments = np.cross(self.points, self.normals)
         return np.concatenate([self.normals, moments], axis=1).T
-
-
-def seat_frame(probe: Probe) -> SeatFrame:
-    """The seats of a probe.
-
-    >>> from pretravel.prediction.catalogue import load_probe
-    >>> frame = seat_frame(load_probe("omp40-2"))
-    >>> frame.points[0].tolist(), frame.normals[0].round(3).tolist()
-    ([16.34, 0.0, 0.0], [0.0, -0.889, 0.458])
-    """
-    tripod, seats = probe.tripod, probe.seats
-    radii = tripod.radius + np.array(tripod.radius_deviations)
-    angles = seats.support_angle + 0.5 * seats.right_less_left * SEAT_SIDES
-    return seat_triads(tripod.rod_azimuths, radii, angles)
 
 
 def seat_triads(

@@ -1,8 +1,8 @@
 """The most probable six-seat probe for touches on a reference, at given scales of its priors.
 
 Unknowns are the shift of the centre, the tip radius where it was not given, and the parameters of
-`pretravel.six_seats.uneven_seats`. The part of pretravel that a six-seat probe does not represent has
-a covariance between directions, which weights the residuals.
+`uneven_seats`. The part of pretravel that a six-seat probe does not represent has a
+covariance between directions, which weights the residuals.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray, PretravelError, unit
 from pretravel.maps import Observation, degrees_and_orders, real_spherical_harmonics
-from pretravel.prediction import curved_part_factor
+from pretravel.six_seats.hertz import curved_part_factor
 from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
 from pretravel.six_seats.uneven_seats import IDEAL, PARAMETERS
 from pretravel.uncertainty import SharedCovariance

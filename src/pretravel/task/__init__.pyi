@@ -60,6 +60,10 @@ from .look import first_lines as first_lines
 from .look import format_of_touches as format_of_touches
 from .look import look_at_touches as look_at_touches
 from .map_argument import map_or_prediction as map_or_prediction
+from .notebook_card import NotebookCard as NotebookCard
+from .notebook_card import closed_curve as closed_curve
+from .notebook_card import polar_chart as polar_chart
+from .notebook_card import range_figure as range_figure
 from .preview_report import results_document as results_document
 from .standards import STANDARDS as STANDARDS
 from .standards import patterns as patterns

@@ -6,8 +6,9 @@ workbench are made from the descriptions.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from pretravel.base import object_at
 
 if TYPE_CHECKING:
     from pretravel.task.task import Task
@@ -85,5 +86,4 @@ def task_named(name: str) -> type[Task]:
     >>> task_named("qualify").example.split()[:2]
     ['pretravel', 'qualify']
     """
-    module, _, kind = PLACES[name].partition(":")
-    return getattr(import_module(f"pretravel.{module}"), kind)  # type: ignore[no-any-return]
+    return object_at(f"pretravel.{PLACES[name]}")  # type: ignore[no-any-return]

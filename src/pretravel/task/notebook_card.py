@@ -9,8 +9,15 @@ from functools import singledispatch
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle, grid, polar_angle
-from pretravel.laboratory import Separation
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    azimuth_angle,
+    grid,
+    object_at,
+    polar_angle,
+)
 from pretravel.maps import PretravelMap
 from pretravel.measurement import Points
 from pretravel.prediction import Trigger
@@ -80,9 +87,16 @@ def notebook_html(value: object) -> str:
     return template.render(card=card, rows=rows, picture=picture)
 
 
+CARDS = {"Separation": "pretravel.laboratory:separation_card"}
+"""What makes the cards of results of wings, by their types."""
+
+
 @singledispatch
 def notebook_card(value: object) -> NotebookCard:
     """The content of the card of a value; see `notebook_html`."""
+    if type(value).__name__ in CARDS:
+        card: NotebookCard = object_at(CARDS[type(value).__name__])(value)
+        return card
     raise TypeError(f"a {type(value).__name__} has no picture for notebooks")
 
 
@@ -90,12 +104,12 @@ def notebook_card(value: object) -> NotebookCard:
 def _touches(touches: Touches) -> NotebookCard:
     figures = [KeyFigure("touches", f"{len(touches):,}"), *_places(touches.positions)]
     if touches.feeds is not None:
-        figures.append(_range("feed", touches.feeds, "mm/min", 0))
+        figures.append(range_figure("feed", touches.feeds, "mm/min", 0))
     if touches.source:
         figures.append(KeyFigure("from", touches.source))
     angle = polar_angle(touches.normals) / DEGREE
     dots = _dots(azimuth_angle(touches.normals), angle)
-    picture = _polar_chart("normals seen from above", Axis("polar angle", "°"), [dots])
+    picture = polar_chart("normals seen from above", Axis("polar angle", "°"), [dots])
     return NotebookCard("Touches", tuple(figures), picture)
 
 
@@ -105,13 +119,15 @@ def _points(points: Points) -> NotebookCard:
     figures = [
         KeyFigure("points", f"{len(points):,}"),
         *_places(points.positions),
-        _range("pretravel", pretravel, "µm", 1),
-        _range("standard uncertainty", points.standard_uncertainty / MICROMETRE, "µm", 2),
+        range_figure("pretravel", pretravel, "µm", 1),
+        range_figure("standard uncertainty", points.standard_uncertainty / MICROMETRE, "µm", 2),
     ]
     if points.deviation is not None:
-        figures.append(_range("deviation from the nominal", points.deviation / MICROMETRE, "µm", 1))
+        figures.append(
+            range_figure("deviation from the nominal", points.deviation / MICROMETRE, "µm", 1)
+        )
     dots = _dots(azimuth_angle(points.normals), pretravel)
-    picture = _polar_chart("pretravel over the azimuth of the normals", _PRETRAVEL, [dots])
+    picture = polar_chart("pretravel over the azimuth of the normals", _PRETRAVEL, [dots])
     return NotebookCard("Surface points", tuple(figures), picture)
 
 
@@ -121,7 +137,7 @@ def _map(pretravel_map: PretravelMap) -> NotebookCard:
     figures = [
         KeyFigure("kind", pretravel_map.kind),
         KeyFigure("directions", f"{len(pretravel_map.support.nodes):,}"),
-        *(_range(f"pretravel, {each.name}", each.y, "µm", 1) for each in curves),
+        *(range_figure(f"pretravel, {each.name}", each.y, "µm", 1) for each in curves),
         _tip_radius(pretravel_map),
         KeyFigure("repeatability", pretravel_map.repeatability / MICROMETRE, "µm"),
     ]
@@ -134,10 +150,10 @@ _PRETRAVEL = Axis("pretravel", "µm")
 
 
 def _of_map(marks: Sequence[LineMark | Dots]) -> PolarChart | None:
-    return _polar_chart("pretravel over azimuth", _PRETRAVEL, marks, frame="probe")
+    return polar_chart("pretravel over azimuth", _PRETRAVEL, marks, frame="probe")
 
 
-def _polar_chart(
+def polar_chart(
     title: str,
     radius: Axis,
     marks: Sequence[LineMark | Dots],
@@ -168,7 +184,7 @@ def _dots(
     return Dots(azimuths, values, name, colour or colour_of(0), size=3.0)
 
 
-def _curve(azimuths: FloatArray, values: FloatArray, name: str, index: int) -> LineMark:
+def closed_curve(azimuths: FloatArray, values: FloatArray, name: str, index: int) -> LineMark:
     """A closed curve."""
     return LineMark(np.append(azimuths, azimuths[0]), np.append(values, values[0]), name,
                     colour_of(index))  # fmt: skip
@@ -190,7 +206,7 @@ def _curves(pretravel_map: PretravelMap) -> list[LineMark]:
         values = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
         values = np.where(pretravel_map.supports(normals), values, math.nan)
         if np.any(np.isfinite(values)):
-            found.append(_curve(_AROUND, values, f"polar {height:.0f}°", len(found)))
+            found.append(closed_curve(_AROUND, values, f"polar {height:.0f}°", len(found)))
     return found
 
 
@@ -200,9 +216,9 @@ def _trigger(trigger: Trigger) -> NotebookCard:
     figures = (
         KeyFigure("model", trigger.model),
         KeyFigure("directions", f"{len(trigger.directions):,}"),
-        _range("trigger force", trigger.force, "N", 2),
-        _range("sensing distance", trigger.sensing_distance / MICROMETRE, "µm", 1),
-        _range("pretravel", pretravel, "µm", 1),
+        range_figure("trigger force", trigger.force, "N", 2),
+        range_figure("sensing distance", trigger.sensing_distance / MICROMETRE, "µm", 1),
+        range_figure("pretravel", pretravel, "µm", 1),
     )
     dots = _dots(azimuth_angle(trigger.directions), pretravel)
     return NotebookCard("Prediction", figures, _of_map([dots]))
@@ -220,7 +236,7 @@ def _qualification(result: Qualification) -> NotebookCard:
             result.u_effective_radius / MICROMETRE, "µm", decimals(2),
         ),
         KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm"),
-        _range("residuals", result.residuals[result.used] / MICROMETRE, "µm", 2),
+        range_figure("residuals", result.residuals[result.used] / MICROMETRE, "µm", 2),
         KeyFigure("centre", tuple(result.center.tolist()), "mm", decimals(4)),
     )  # fmt: skip
     azimuths = azimuth_angle(found.probe_directions(result.contact_normals))
@@ -235,37 +251,6 @@ def _qualification(result: Qualification) -> NotebookCard:
 
 
 @notebook_card.register
-def _separation(result: Separation) -> NotebookCard:
-    errors = (("machine", result.machine_error), ("probe", result.probe_error))
-    variances = (("machine", result.machine_variance), ("probe", result.probe_variance))
-    out = len(result.outliers) + len(result.excluded)
-    figures = (
-        KeyFigure("readings", f"{len(result.residuals):,}", remark=f"{out} left out"),
-        KeyFigure(
-            "directions",
-            f"{len(result.machines)} of the machine, {len(result.probes)} of the probe",
-        ),
-        *(_range(f"errors of the {name}", e / MICROMETRE, "µm", 2) for name, e in errors),
-        *(_range(f"variances of the {name}", v / MICROMETRE**2, "µm²", 2) for name, v in variances),
-        KeyFigure("method", result.method),
-    )
-    curves = [
-        _curve(
-            np.linspace(0.0, 2.0 * math.pi, len(values), endpoint=False),
-            values / MICROMETRE,
-            f"errors of the {name}",
-            index,
-        )
-        for index, (name, values) in enumerate(errors)
-    ]
-    picture = _polar_chart(
-        "errors by direction, the first at the right", Axis("error", "µm"), curves,
-        directions=("", ""),
-    )  # fmt: skip
-    return NotebookCard("Separation of machine and probe", figures, picture)
-
-
-@notebook_card.register
 def _document(document: Document) -> NotebookCard:
     figures = tuple(figure for figure in document.figures if not figure.detail)
     verdict = (document.verdict,) if document.verdict else ()
@@ -273,10 +258,10 @@ def _document(document: Document) -> NotebookCard:
 
 
 def _places(positions: FloatArray) -> list[KeyFigure]:
-    return [_range(axis, positions[:, index], "mm", 3) for index, axis in enumerate("xyz")]
+    return [range_figure(axis, positions[:, index], "mm", 3) for index, axis in enumerate("xyz")]
 
 
-def _range(name: str, values: FloatArray, unit: str, digits: int) -> KeyFigure:
+def range_figure(name: str, values: FloatArray, unit: str, digits: int) -> KeyFigure:
     """The smallest and largest of the values that are numbers."""
     numbers = values[np.isfinite(values)]
     if not numbers.size:

@@ -7,13 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base import DEGREE, polar_angle
-from pretravel.drawing import InspectedFeature, MeasuredFeature, features_view
-from pretravel.laboratory import Separation, separation_view
+from pretravel.base import DEGREE, object_at, polar_angle
 from pretravel.maps import PretravelMap
-from pretravel.measurement import Points
-from pretravel.prediction import Trigger
-from pretravel.qualification import Qualification
 from pretravel.show import (
     Axis,
     PolarChart,
@@ -28,9 +23,6 @@ from pretravel.show import (
     series,
     some_rows,
 )
-from pretravel.tasks.compensate import points_view
-from pretravel.tasks.predict import prediction_view
-from pretravel.tasks.qualify import qualification_view
 from pretravel.touches import Touches
 
 if TYPE_CHECKING:
@@ -61,10 +53,24 @@ def plotted(value: object) -> tuple[Axes, ...]:
     return tuple(drawn_figure(plot_view(value), interactive=True).axes)
 
 
+VIEWS = {
+    "Points": "pretravel.tasks.compensate:points_view",
+    "Trigger": "pretravel.tasks.predict:prediction_view",
+    "Qualification": "pretravel.tasks.qualify:qualification_view",
+    "Separation": "pretravel.laboratory:separation_view",
+    "MeasuredFeature": "pretravel.drawing:feature_view",
+}
+"""What draws the results of tasks, by their types: pictures of their reports."""
+
+
 @singledispatch
 def plot_view(value: object) -> View:
     """The charts of a value; see `plotted`."""
-    raise TypeError(f"a {type(value).__name__} has no picture")
+    place = VIEWS.get(type(value).__name__)
+    if place is None:
+        raise TypeError(f"a {type(value).__name__} has no picture")
+    view: View = object_at(place)(value)
+    return view
 
 
 @plot_view.register
@@ -82,11 +88,6 @@ def _touches(touches: Touches) -> View:
 
 
 @plot_view.register
-def _points(points: Points) -> View:
-    return points_view(points)
-
-
-@plot_view.register
 def _map(pretravel_map: PretravelMap) -> View:
     curves = [
         mark
@@ -97,23 +98,3 @@ def _map(pretravel_map: PretravelMap) -> View:
     around = PolarChart("pretravel over azimuth", Axis("pretravel", "µm"), tuple(curves), note=note)
     charts = (map_top_view(pretravel_map), *((around,) if curves else ()), map_body(pretravel_map))
     return View(f"Map, kind {pretravel_map.kind}", charts, columns=2)
-
-
-@plot_view.register
-def _trigger(trigger: Trigger) -> View:
-    return prediction_view(trigger)
-
-
-@plot_view.register
-def _qualification(qualification: Qualification) -> View:
-    return qualification_view(qualification)
-
-
-@plot_view.register
-def _separation(separation: Separation) -> View:
-    return separation_view(separation)
-
-
-@plot_view.register
-def _feature(feature: MeasuredFeature) -> View:
-    return features_view([InspectedFeature(feature, ())])

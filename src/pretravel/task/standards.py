@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from pretravel.base import FloatArray, Plugins
-from pretravel.laboratory import Standard
 
-STANDARDS: Mapping[str, Standard] = Plugins(
-    "pretravel.standards", first=("iso10360-5", "iso230-10", "iso230-10-tip-offset")
+_PLACE = "pretravel.laboratory.standards."
+STANDARDS: Mapping[str, Any] = Plugins(
+    "pretravel.standards",
+    own={
+        "iso10360-5": f"{_PLACE}iso10360_5:ISO10360_5",
+        "iso230-10": f"{_PLACE}iso230_10:ISO230_10",
+        "iso230-10-tip-offset": f"{_PLACE}iso230_10_tip_offset:ISO230_10_TIP_OFFSET",
+    },
 )
-"""Standards by name: the group of entry points ``pretravel.standards``."""
+"""Each a `Standard` of the laboratory, by name; others by entry points ``pretravel.standards``."""
 
 
 def patterns() -> dict[str, Callable[[], FloatArray]]:

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from pretravel.base import COORDINATE, FloatArray, PretravelError, as_numbers, checked_unit, frozen
-from pretravel.touches import refuse_glancing
+from pretravel.touches.touches import refuse_glancing
 
-if TYPE_CHECKING:
-    from pretravel.probing import InspectionPlan
+
+class PointsToTouch(Protocol):
+    """What has points, normals and labels, such as an `InspectionPlan`."""
+
+    point: FloatArray
+    normal: FloatArray
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """A label for each point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +74,7 @@ class Targets:
         object.__setattr__(self, "approaches", frozen(approaches))
 
     @classmethod
-    def of(cls, plan: InspectionPlan) -> Targets:
+    def of(cls, plan: PointsToTouch) -> Targets:
         """The points of a plan, with approaches along their normals."""
         return cls(plan.point, plan.normal, labels=plan.labels)
 

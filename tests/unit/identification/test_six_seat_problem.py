@@ -12,8 +12,8 @@ import pytest
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.observation import Observation
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
-from pretravel.prediction.hertz import curved_part_factor
 from pretravel.six_seats import six_seat_fit
+from pretravel.six_seats.hertz import curved_part_factor
 from pretravel.six_seats.six_seat_fit import (
     PriorScales,
     SixSeatProblem,

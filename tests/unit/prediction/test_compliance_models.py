@@ -24,10 +24,10 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
 from pretravel.prediction.compliance.ren import RenProbe, ren_pretravel
 from pretravel.prediction.description import Moving, Probe
-from pretravel.prediction.hertz import ball_on_flat, contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.materials import Material, material
+from pretravel.prediction.materials import Material, contact_modulus, material
 from pretravel.prediction.seats import SeatStatics, seat_statics
 from pretravel.prediction.trigger import Trigger, predict
+from pretravel.six_seats.hertz import ball_on_flat, rod_on_ball_coefficient
 
 POLAR, AZIMUTH = np.radians([0.0, 35.0, 60.0, 100.0]), np.array([0.0, 0.4, 2.0, 4.0])
 N = from_angles(POLAR, AZIMUTH)

@@ -19,11 +19,10 @@ from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
 from pretravel.design.fem.interface_loads import SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.materials import material
-from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.materials import contact_modulus, material
+from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.six_seats.event import trigger_force
-from pretravel.six_seats.seat_frames import seat_frame
+from pretravel.six_seats.hertz import rod_on_ball_coefficient
 
 DIRECTIONS = np.array([[0.6, 0.48, 0.64], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
 REGIONS = np.array([0, 0, 1, 2, 1, 2, 2])

@@ -27,7 +27,7 @@ from pretravel.design.fem.quadrature import face_quadrature, quadrature
 from pretravel.design.fem.regions import SPRING, TIP, seat_face
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.six_seats.seat_frames import seat_frame
+from pretravel.prediction.seats import seat_frame
 
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 STEEL, CARBIDE = material("steel"), material("tungsten carbide")

@@ -28,9 +28,9 @@ from pretravel.design.friction.friction_equilibrium import (
 )
 from pretravel.prediction.beam import stylus_compliance
 from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.seats import seat_statics
-from pretravel.six_seats.seat_frames import seat_frame
+from pretravel.prediction.materials import contact_modulus
+from pretravel.prediction.seats import seat_frame, seat_statics
+from pretravel.six_seats.hertz import rod_on_ball_coefficient
 
 COUNT = 4
 PRELOAD = 5.0

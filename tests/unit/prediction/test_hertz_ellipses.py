@@ -7,15 +7,14 @@ import pytest
 from scipy.special import ellipk, elliprd
 
 from pretravel.base.errors import PretravelError
-from pretravel.prediction.hertz import (
+from pretravel.prediction.materials import Material, contact_modulus
+from pretravel.six_seats.hertz import (
     approach_coefficient,
     ball_on_flat,
-    contact_modulus,
     curved_part_factor,
     ellipticity,
     rod_on_ball_coefficient,
 )
-from pretravel.prediction.materials import Material
 
 PRINTED = np.array([
     (30.0, 2.731, 0.493), (35.0, 2.397, 0.530), (40.0, 2.136, 0.567), (45.0, 1.926, 0.604),

@@ -19,15 +19,9 @@ from pretravel.prediction.compliance import analytic
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
+from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.trigger import predict
-from pretravel.six_seats.response import (
-    ProbeResponse,
-    ResponseBasis,
-    hertz_power,
-    hertz_slope,
-    probe_response,
-    response_map,
-)
+from pretravel.six_seats.response import ProbeResponse, ResponseBasis, hertz_power, hertz_slope
 from pretravel.six_seats.six_seat_basis import SixSeatBasis
 from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
 from pretravel.six_seats.uneven_seats import PARAMETERS

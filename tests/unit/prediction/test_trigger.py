@@ -19,12 +19,12 @@ from pretravel.prediction.catalogue import description_text, parse_probe
 from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.description import Moving, Orientation, Probe
 from pretravel.prediction.materials import default_workpiece, material
+from pretravel.prediction.response import probe_response
 from pretravel.prediction.seats import lifted_tip_motion, seat_statics, statics_in_machine
 from pretravel.prediction.trigger import Trigger, predict, predicted_map
 from pretravel.probing.simulation import simulate
 from pretravel.probing.slides import slide
 from pretravel.six_seats.event import trigger_force, watched_loads
-from pretravel.six_seats.response import probe_response
 from pretravel.surface.shapes import Plane
 from pretravel.tasks.predict import Predict
 from pretravel.touches.targets import Targets

@@ -10,9 +10,11 @@ from nicegui import ui
 
 from pretravel.app.components.downloads import written_file
 from pretravel.app.components.layout import live, note, text
-from pretravel.app.jobs import WORKS
+from pretravel.app.jobs import WORKS, Work
 from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.screens import QUALIFYING
 from pretravel.app.session import SESSION, address_in
+from pretravel.base import object_at
 
 _MOST = 6
 """Files that are offered."""
@@ -20,11 +22,14 @@ _MAP_FILE = "map.json"
 
 
 def made_map() -> object | None:
-    """The map of the engineer's screen, where there is one of what stands there now."""
-    from pretravel.tasks.qualify import FIT
-
-    work = WORKS.of(SESSION.project.screen("engineer"), FIT)
+    """The map that the project made, where there is one of what stands there now."""
+    work = _qualifying()
     return None if work.outdated or work.result is None else work.result.qualified
+
+
+def _qualifying() -> Work:
+    state = SESSION.project.screen(QUALIFYING.name)
+    return WORKS.of(state, object_at(QUALIFYING.jobs[0]))
 
 
 async def give_map(state: ScreenState, purpose: str) -> None:
@@ -101,10 +106,7 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
                 button.props("no-caps flat dense")
                 button.props["aria-label"] = f"Take {file.name} from this project"
 
-    from pretravel.tasks.qualify import FIT
-
-    fit = WORKS.of(project.screen("engineer"), FIT)
-    live([project.listen, fit.listen], build, key)
+    live([project.listen, _qualifying().listen], build, key)
 
 
 _REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")

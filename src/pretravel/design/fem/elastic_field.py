@@ -13,8 +13,16 @@ from pretravel.design.fem.compliance import FiniteElements, seat_closure
 from pretravel.design.fem.condensation import ElasticField, ReducedModel
 from pretravel.design.fem.elasticity import stress_of
 from pretravel.design.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
-from pretravel.prediction import Probe, Trigger, default_workpiece, loaded, predict, seat_statics
-from pretravel.six_seats import SEAT_NAMES, seat_frame
+from pretravel.prediction import (
+    Probe,
+    Trigger,
+    default_workpiece,
+    loaded,
+    predict,
+    seat_frame,
+    seat_statics,
+)
+from pretravel.six_seats import SEAT_NAMES
 
 log = logging.getLogger(__name__)
 
@@ -137,6 +145,14 @@ class StressByDirection:
     rest: FloatArray
     highest: FloatArray
     places: FloatArray
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """The highest of all parts, by name with unit."""
+        return {
+            "highest stress at rest / MPa": float(self.rest.max()),
+            "highest stress at the trigger on walls / MPa": float(self.highest.max()),
+        }
 
 
 def stress_by_direction(

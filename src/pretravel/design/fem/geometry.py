@@ -19,8 +19,8 @@ from pretravel.design.fem.described_solids import described_solids
 from pretravel.design.fem.regions import PATCH, SPRING, ProbeSolid, seat_face
 from pretravel.design.fem.step_solids import step_solids
 from pretravel.design.fem.symmetry import COPIES, ThreefoldSymmetry, threefold_symmetry
-from pretravel.prediction import Material, Probe
-from pretravel.six_seats import SEAT_NAMES, seat_frame
+from pretravel.prediction import Material, Probe, seat_frame
+from pretravel.six_seats import SEAT_NAMES
 
 _SEAT_TOLERANCE = 0.02
 """Largest distance between the rods' surface and the described seats. [mm]"""

@@ -13,8 +13,8 @@ from pretravel.design.fem.quadrature import (
     skfem_mesh,
 )
 from pretravel.design.fem.regions import SPRING, TIP, seat_face
-from pretravel.prediction import Material, Probe
-from pretravel.six_seats import SEAT_NAMES, seat_frame
+from pretravel.prediction import Material, Probe, seat_frame
+from pretravel.six_seats import SEAT_NAMES
 
 INTERFACE = (
     *(f"seat {name}" for name in SEAT_NAMES),

@@ -14,8 +14,8 @@ import numpy as np
 
 from pretravel.base import BoolArray, FloatArray, frozen
 from pretravel.design.fem.interface_loads import INTERFACE, SPRING_FORCE, TIP_FORCE
-from pretravel.prediction import Probe
-from pretravel.six_seats import SeatFrame, seat_frame
+from pretravel.prediction import Probe, seat_frame
+from pretravel.six_seats import SeatFrame
 
 COPIES = 6
 """Number of motions of the group, and of sixths of which the body consists."""

@@ -22,8 +22,7 @@ from pretravel.design.fem.interface_loads import (
     TANGENTIAL,
     TIP_FORCE,
 )
-from pretravel.prediction import Probe, SeatStatics, seat_coefficient, stylus_compliance
-from pretravel.six_seats import seat_frame
+from pretravel.prediction import Probe, SeatStatics, seat_coefficient, seat_frame, stylus_compliance
 
 _TOLERANCE = 1e-10  # of residuals, relative to preload and rest indentation
 _ITERATIONS = 60

@@ -9,7 +9,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, PretravelError
 from pretravel.maps import Origin, PretravelMap, TouchedMeans
-from pretravel.prediction import curved_part_factor
+from pretravel.six_seats import curved_part_factor
 
 SMALLEST_ERROR = 0.05 * MICROMETRE
 """Smallest assumed standard uncertainty of a model in each direction. [mm]"""

@@ -11,7 +11,8 @@ from types import MappingProxyType
 from typing import Any
 
 from pretravel.base import PretravelError, TomlDocument
-from pretravel.prediction import CONTACTS, CRITERIA, Probe, described_probe, known_materials
+from pretravel.prediction import CONTACTS, Probe, described_probe, known_materials
+from pretravel.six_seats import CRITERIA
 
 PREFIX = "design."
 """Before the place of a value in its description, in the names of settings."""

@@ -170,7 +170,7 @@ class FiniteElementDesigns:
         table = elements_comparison_table(
             (compared.other.trigger, compared.design.trigger),
             triggers,
-            (self.other.stresses, self.design.stresses),
+            (self.other.stresses.figures, self.design.stresses.figures),
         )
         meshes = "; ".join(
             f"{letter}: {one.reduced.summary['unknowns']}"

@@ -40,8 +40,8 @@ def extremes_between(
     Returns
     -------
     dict of str to float
-        By the names and in the units of `pretravel.design.studies.outputs.MEANINGS`: least, greatest,
-        and pretravel_range.
+        By the names and in the units of `MEANINGS` in `outputs`: least, greatest, and
+        pretravel_range.
 
     Raises
     ------

@@ -15,10 +15,9 @@ from pretravel.design.studies.definition import Directions, Level, Study
 from pretravel.files import read_targets
 from pretravel.maps import PretravelMap
 from pretravel.measurement import apply, compare_corrections
-from pretravel.prediction import Trigger, predict
+from pretravel.prediction import Trigger, predict, probe_response, response_map
 from pretravel.probing import Latch, PartSetup, simulate, travel_since_contact
 from pretravel.qualification import qualify
-from pretravel.six_seats import probe_response, response_map
 from pretravel.surface import parse_surface
 from pretravel.touches import Touches
 

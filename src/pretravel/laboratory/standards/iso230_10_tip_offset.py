@@ -78,9 +78,9 @@ def check_tip_offset(
     Notes
     -----
     The machine reports the axis of the spindle. The centre of one circle is found at its place
-    less the offset, which turns with the spindle (`pretravel.laboratory.standards.tip_offset`); place and
-    form of the reference cancel. What the machine sees as an offset contains the part of the
-    pretravel that shifts a circle's centre, which turns as well.
+    less the offset, which turns with the spindle (`pretravel.laboratory.standards.tip_offset`);
+    place and form of the reference cancel. What the machine sees as an offset contains the part of
+    the pretravel that shifts a circle's centre, which turns as well.
 
     >>> from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
     >>> n = plane_pattern_36()

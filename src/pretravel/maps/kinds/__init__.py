@@ -1,7 +1,7 @@
 """The kinds of map, one file each: functions, fit, form in files, form on controls.
 
 A kind is two classes: a `KindOfMap`, which is its fit, and a `MapBasis`, which is its functions.
-Kinds are found by entry points, so that another package can add one.
+Those of this package are listed in `KINDS`; another package adds its own by an entry point.
 """
 
 from __future__ import annotations
@@ -20,7 +20,13 @@ AUTO = "auto"
 
 KINDS: Mapping[str, KindOfMap] = Plugins(
     ENTRY_POINTS,
-    first=("mean", "sectors", "wozniak", "harmonic", "physical"),
+    own={
+        "mean": "pretravel.maps.kinds.mean:MeanKind",
+        "sectors": "pretravel.maps.kinds.sectors:SectorsKind",
+        "wozniak": "pretravel.maps.kinds.wozniak:WozniakKind",
+        "harmonic": "pretravel.maps.kinds.harmonic:HarmonicKind",
+        "physical": "pretravel.six_seats.physical:PhysicalKind",
+    },
     make=lambda kind: kind(),
 )
 """What `kinds` returns."""

@@ -17,3 +17,5 @@ MODELS: Mapping[str, str] = {
     "where the description states the opening of the contact or a piezo stage",
 }
 """Names of the compliance models, each with what it represents. All have the same statics."""
+ELSEWHERE = {"fem": "pretravel.design.fem.compliance"}
+"""Modules of models that are not in this folder: finite elements belong to the design of probes."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from importlib import import_module
 from typing import ClassVar
 
-from pretravel.base import FloatArray, PretravelError
-from pretravel.prediction.compliance import MODELS
+from pretravel.base import FloatArray, PretravelError, object_at
+from pretravel.prediction.compliance import ELSEWHERE, MODELS
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
 
@@ -75,6 +74,6 @@ def compliance_model(model: str | ComplianceModel) -> ComplianceModel:
             inputs=("model",),
         )
     # Imported by name, so that finite elements load only where they are used.
-    module = import_module(f"pretravel.prediction.compliance.{model}")
-    chosen: ComplianceModel = module.MODEL
+    module = ELSEWHERE.get(model, f"pretravel.prediction.compliance.{model}")
+    chosen: ComplianceModel = object_at(f"{module}:MODEL")
     return chosen

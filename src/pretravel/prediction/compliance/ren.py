@@ -14,11 +14,10 @@ from pretravel.base import FloatArray, PretravelError, as_numbers, checked_unit
 from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import ball_on_flat, contact_modulus
 from pretravel.prediction.loading import Loading
-from pretravel.prediction.materials import Material
+from pretravel.prediction.materials import Material, contact_modulus
 from pretravel.prediction.seats import seat_coefficient
-from pretravel.six_seats import seat_triads, tip_wrenches
+from pretravel.six_seats import ball_on_flat, seat_triads, tip_wrenches
 
 Sensed = Literal["paper", "rod", "tip"]
 """What a pretravel is measured of: L_c + L_p - L_k, + L_k, or without L_k."""

@@ -22,8 +22,9 @@ from pretravel.maps import WozniakBasis
 from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance import analytic
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
-from pretravel.prediction.description import PIEZO_STAGE, Probe
+from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading, loaded_to_trigger
+from pretravel.six_seats import PIEZO_STAGE
 
 
 @dataclass(frozen=True)

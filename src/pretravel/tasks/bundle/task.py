@@ -89,17 +89,22 @@ class Bundle(TouchFilesWithFeed):
     def run(self, progress: Progress = SILENT) -> BundledFiles:
         """Read the files and make the parts."""
         from pretravel.base import installed_version
-        from pretravel.files import bundle_file
+        from pretravel.files import (
+            anonymous_description,
+            anonymous_map,
+            anonymous_touches,
+            versions,
+        )
 
         readings = self.read_touches(progress, tip_diameter=self.tip_diameter)
-        table, left_out = bundle_file.anonymous_touches(readings.touches, labels=self.keep_labels)
+        table, left_out = anonymous_touches(readings.touches, labels=self.keep_labels)
         texts: dict[str, str | bytes] = {"touches.csv": table}
         others = []
         if self.map_file is not None:
-            texts["map.json"] = bundle_file.anonymous_map(self.map_file)
+            texts["map.json"] = anonymous_map(self.map_file)
             others.append("map.json          the map that was made of them")
         if self.machine is not None:
-            texts["machine.toml"] = bundle_file.anonymous_description(self.machine)
+            texts["machine.toml"] = anonymous_description(self.machine)
             others.append("machine.toml      the machine, without texts that name somebody")
         stated = {
             "reference": "ring" if self.ring else "sphere",
@@ -111,7 +116,7 @@ class Bundle(TouchFilesWithFeed):
             "read_as": readings.touches.reading,
         }
         texts["description.json"] = json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
-        texts["versions.json"] = bundle_file.versions()
+        texts["versions.json"] = versions()
         if self.raw:
             left_out = "nothing of the files under raw/; of touches.csv: " + left_out
             for number, path in enumerate(self.files, start=1):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -38,9 +37,6 @@ from pretravel.show import (
     values_on_grid,
 )
 from pretravel.tasks.predict import by_level, polar_axis
-
-if TYPE_CHECKING:  # the library of finite elements is an extra
-    from pretravel.design import StressByDirection
 
 A: Colour = "series8"
 B: Colour = "series5"
@@ -169,7 +165,7 @@ def _results_table(triggers: tuple[Trigger, Trigger]) -> Table:
 def elements_comparison_table(
     analytic: tuple[Trigger, Trigger],
     elements: tuple[Trigger, Trigger] | None = None,
-    stresses: tuple[StressByDirection, StressByDirection] | None = None,
+    stresses: Sequence[Mapping[str, float]] = (),
 ) -> Table:
     """Two designs by the model analytic and by finite elements, beside each other.
 
@@ -178,8 +174,8 @@ def elements_comparison_table(
     analytic : two Triggers
     elements : two Triggers, optional
         In the same directions; without them their columns are empty.
-    stresses : two StressByDirection, optional
-        At the trigger on walls.
+    stresses : two mappings of str to float, optional
+        `StressByDirection.figures` of each.
 
     Returns
     -------
@@ -191,11 +187,8 @@ def elements_comparison_table(
         [results_of(trigger) for trigger in analytic],
         [{}, {}] if elements is None else [results_of(trigger) for trigger in elements],
     ]
-    for number, stress in enumerate(stresses or ()):
-        by_model[1][number] |= {
-            "highest stress at rest / MPa": float(stress.rest.max()),
-            "highest stress at the trigger on walls / MPa": float(stress.highest.max()),
-        }
+    for number, stress in enumerate(stresses):
+        by_model[1][number] |= stress
     names = [*dict.fromkeys(name for model in by_model for one in model for name in one)]
     values, changes = [], []
     for words, model in zip(("", ", fem"), by_model, strict=True):

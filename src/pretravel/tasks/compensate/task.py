@@ -188,7 +188,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
 
     def touch_scatter(self) -> TouchScatter | None:
         """The scatter of single touches by direction, where a separation is given."""
-        from pretravel.laboratory import read_touch_scatter
+        from pretravel.files import read_touch_scatter
 
         return None if self.machine is None else read_touch_scatter(self.machine)
 

@@ -170,8 +170,13 @@ class PredictedProbe(Result):
             interpolation. Models without elastic contacts, and probes with friction at their
             seats or a contact that opens, have a table in either case.
         """
-        from pretravel.prediction import compliance_model, material, predicted_map
-        from pretravel.six_seats import probe_response, response_map
+        from pretravel.prediction import (
+            compliance_model,
+            material,
+            predicted_map,
+            probe_response,
+            response_map,
+        )
 
         task = self.task
         of_statics = self.probe.seats.friction == 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray
-from pretravel.prediction import Probe
+from pretravel.prediction import Probe, seat_frame
 from pretravel.show import (
     Area,
     Axis,
@@ -24,7 +24,6 @@ from pretravel.show import (
     joined,
     sphere_mesh,
 )
-from pretravel.six_seats import seat_frame
 
 _RODS: Colour = "series6"
 _BALLS: Colour = "series5"

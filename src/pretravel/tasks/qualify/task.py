@@ -49,9 +49,9 @@ if TYPE_CHECKING:
 
 def kind_names() -> list[str]:
     """The kinds of map, and the choice among them."""
-    from pretravel.maps.kinds import AUTO, kinds
+    from pretravel.maps import AUTO, KINDS
 
-    return [*kinds(), AUTO]
+    return [*KINDS, AUTO]
 
 
 class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
@@ -243,11 +243,11 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.maps.kinds import AUTO, kind_named, kinds
+        from pretravel.maps import AUTO, KINDS, kind_named
         from pretravel.qualification import qualified
 
         wozniak = self.wozniak()
-        every = {**kinds(), wozniak.name: wozniak}
+        every = {**KINDS, wozniak.name: wozniak}
         wished = list(every.values()) if self.kind == AUTO else every.get(self.kind)
         setup = self.setup(readings)
         found = qualified(readings.touches, setup, wished or kind_named(self.kind))

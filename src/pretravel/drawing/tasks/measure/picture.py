@@ -202,3 +202,8 @@ def _straight(inspected: InspectedFeature) -> PlaneChart:
         Axis("deviation", "µm"),
         tuple(marks),
     )
+
+
+def feature_view(feature: MeasuredFeature) -> View:
+    """The picture of one feature without tolerances."""
+    return features_view([InspectedFeature(feature, ())])

@@ -32,6 +32,7 @@ from pretravel.show import (
     signed_decimals,
     value_text,
 )
+from pretravel.task import NotebookCard, closed_curve, polar_chart, range_figure
 
 _SQUARE = MICROMETRE**2
 _SHOWN_SETUPS = 4
@@ -304,3 +305,37 @@ def separation_view(result: Separation, title: str = "") -> View:
                        (bars, Dots(places, variance / _SQUARE, "variance", colour)))
         )  # fmt: skip
     return View(title or "Machine and probe", tuple(charts), columns=2)
+
+
+def separation_card(result: Separation) -> NotebookCard:
+    """The card of a separation in notebooks."""
+    errors = (("machine", result.machine_error), ("probe", result.probe_error))
+    variances = (("machine", result.machine_variance), ("probe", result.probe_variance))
+    out = len(result.outliers) + len(result.excluded)
+    figures = (
+        KeyFigure("readings", f"{len(result.residuals):,}", remark=f"{out} left out"),
+        KeyFigure(
+            "directions",
+            f"{len(result.machines)} of the machine, {len(result.probes)} of the probe",
+        ),
+        *(range_figure(f"errors of the {name}", e / MICROMETRE, "µm", 2) for name, e in errors),
+        *(
+            range_figure(f"variances of the {name}", v / MICROMETRE**2, "µm²", 2)
+            for name, v in variances
+        ),
+        KeyFigure("method", result.method),
+    )
+    curves = [
+        closed_curve(
+            np.linspace(0.0, 2.0 * math.pi, len(values), endpoint=False),
+            values / MICROMETRE,
+            f"errors of the {name}",
+            index,
+        )
+        for index, (name, values) in enumerate(errors)
+    ]
+    picture = polar_chart(
+        "errors by direction, the first at the right", Axis("error", "µm"), curves,
+        directions=("", ""),
+    )  # fmt: skip
+    return NotebookCard("Separation of machine and probe", figures, picture)

@@ -1,10 +1,11 @@
-"""The screens of the workbench, one module each with a function ``show(state)``."""
+"""The screens of the workbench: each is a function ``show(state)`` in the folder of its task."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from pretravel.base import object_at
 
 if TYPE_CHECKING:
     from pretravel.app.project import ScreenState
@@ -17,7 +18,7 @@ class Screen:
     Attributes
     ----------
     name : str
-        Of its module, its address, and its place in the project.
+        Its address, and its place in the project.
     person : str
         Whom it serves.
     title : str
@@ -26,6 +27,12 @@ class Screen:
         What goes in and what comes out.
     icon : str
         Of Material Icons.
+    place : str
+        Module and function that builds it.
+    jobs : tuple of str
+        Places of the jobs whose progress the start page follows; the first makes a map.
+    next_step : str
+        Place of the function that states the next step, heading and words, where there is one.
     """
 
     name: str
@@ -33,10 +40,13 @@ class Screen:
     title: str
     summary: str
     icon: str
+    place: str
+    jobs: tuple[str, ...] = ()
+    next_step: str = ""
 
     def show(self, state: ScreenState) -> None:
         """Build the screen on the page that is open."""
-        import_module(f"{__name__}.{self.name}").show(state)
+        object_at(self.place)(state)
 
 
 SCREENS = (
@@ -47,6 +57,9 @@ SCREENS = (
         "Touches on a reference sphere in; the probe's lobes, a verdict, and values or programs "
         "for your control out.",
         "radar",
+        "pretravel.tasks.qualify.screen.engineer:show",
+        ("pretravel.tasks.qualify:FIT", "pretravel.tasks.qualify:EXPORT"),
+        "pretravel.tasks.qualify:next_sentence",
     ),
     Screen(
         "metrologist",
@@ -55,6 +68,7 @@ SCREENS = (
         "Touches on a calibrated sphere or ring and your limits in; the standard's figures, the "
         "budget and a certificate out.",
         "verified",
+        "pretravel.laboratory.tasks.check.screen:show",
     ),
     Screen(
         "laboratory",
@@ -63,6 +77,7 @@ SCREENS = (
         "Traces of a calibration rig or reversal readings in; pretravel, hysteresis and a "
         "certificate, or machine and probe apart, out.",
         "science",
+        "pretravel.laboratory.tasks.rig.screen:show",
     ),
     Screen(
         "designer",
@@ -71,6 +86,7 @@ SCREENS = (
         "Stylus, preload, materials and seats in; force, pretravel and stress over all "
         "directions out, two designs beside each other.",
         "architecture",
+        "pretravel.design.screen.designer:show",
     ),
     Screen(
         "part",
@@ -79,5 +95,10 @@ SCREENS = (
         "A part (STEP) and touches on it in; compensated points, deviations and features with "
         "uncertainty out.",
         "view_in_ar",
+        "pretravel.drawing.screen.part:show",
     ),
 )
+
+
+QUALIFYING = SCREENS[0]
+"""The screen that makes a map of touches; other screens take it from there."""

@@ -9,17 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, PretravelError
-from pretravel.prediction.materials import Material
-
-
-def contact_modulus(first: Material, second: Material) -> float:
-    r"""E* = [(1 - nu1²)/E1 + (1 - nu2²)/E2]^-1. [MPa]
-
-    >>> from pretravel.prediction.materials import material
-    >>> round(contact_modulus(material("ruby"), material("steel")))
-    150987
-    """
-    return 1.0 / (first.plane_strain_compliance + second.plane_strain_compliance)
 
 
 def ball_on_flat(force: npt.ArrayLike, radius: float, modulus: float) -> FloatArray:

@@ -1,0 +1,76 @@
+"""The scatter of single touches by direction, from the file of a separation."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, InputError, PretravelError, parsed_json
+from pretravel.files.csv_table import read_csv_table
+from pretravel.files.source_file import opened
+from pretravel.measurement import TouchScatter
+
+
+def read_touch_scatter(path: str | Path) -> TouchScatter:
+    """Read the variances of a separation of machine and probe, by direction.
+
+    Parameters
+    ----------
+    path : str or Path
+        What `separate` writes: .csv, or .json with all values.
+
+    Returns
+    -------
+    TouchScatter
+
+    Raises
+    ------
+    InputError
+        A file of something else; directions whose azimuths are not known; negative variances.
+    """
+    path = Path(path)
+    columns = _directions_of_result(path) if path.suffix.lower() == ".json" else None
+    if columns is None:
+        table = read_csv_table(path)
+        needed = ("kind", "variance_um2", "azimuth_deg")
+        table.require(*needed, what="a separation of machine and probe")
+        columns = {name: list(table.columns[name]) for name in needed}
+    kinds = np.array([str(kind).strip() for kind in columns["kind"]])
+    try:
+        values = {
+            name: np.array([_number_or_nan(cell) for cell in columns[name]])
+            for name in ("azimuth_deg", "variance_um2")
+        }
+        azimuth, variance = values["azimuth_deg"] * DEGREE, values["variance_um2"] * MICROMETRE**2
+        return TouchScatter(
+            *(part[kinds == kind] for kind in ("machine", "probe") for part in (azimuth, variance))
+        )
+    except (TypeError, ValueError) as error:
+        raise InputError(f"a variance or azimuth is no number ({error})", path=path) from None
+    except PretravelError as error:
+        raise InputError(str(error), path=path) from None
+
+
+def _number_or_nan(cell: object) -> float:
+    """A number of a table; nan for an empty cell and for the null of JSON."""
+    return math.nan if cell is None or not str(cell).strip() else float(str(cell))
+
+
+def _directions_of_result(path: Path) -> dict[str, list[object]]:
+    """The columns of the table of directions in a result with all values."""
+    hint = "it is no result of separate with all values (separate … -o separation.json)"
+    try:
+        content = parsed_json(opened(path).content)
+        tables = content["document"]["data"]
+        (directions,) = [table for table in tables if table["title"] == "Directions"]
+        columns = {column["name"]: list(column["values"]) for column in directions["columns"]}
+        needed = ("kind", "variance_um2", "azimuth_deg")
+        if len({len(columns[name]) for name in needed}) > 1:
+            raise InputError(hint, path=path)
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, PretravelError):
+        raise InputError(hint, path=path) from None
+    return columns
