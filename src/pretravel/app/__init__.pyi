@@ -50,6 +50,7 @@ from .components.statements import laboratory_file as laboratory_file
 from .components.statements import statements_form as statements_form
 from .components.task_fields import described_field as described_field
 from .components.task_fields import described_fields as described_fields
+from .every_task import task_links as task_links
 from .jobs import WORKS as WORKS
 from .jobs import Job as Job
 from .jobs import Work as Work
@@ -60,7 +61,6 @@ from .project import Inputs as Inputs
 from .project import ScreenState as ScreenState
 from .project import SettingValue as SettingValue
 from .project import StoredFile as StoredFile
-from .every_task import task_links as task_links
 from .starting import start as start
 from .task_form import TaskForm as TaskForm
 from .task_form import with_file_names as with_file_names
