@@ -12,7 +12,7 @@ import pytest
 
 from pretravel.base.errors import ConvergenceError, DescriptionError, InputError, PretravelError
 from pretravel.base.frames import probe_rotation
-from pretravel.design.friction import predict_with_friction
+from pretravel import design
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.provenance import Origin
 from pretravel.prediction.catalogue import description_text, parse_probe
@@ -287,7 +287,7 @@ class TestTrigger:
             asked.append(given)
             return cycle, {"body": N}
 
-        monkeypatch.setattr(predict_with_friction, "rubbed_trigger", rubbed)
+        monkeypatch.setattr(design, "rubbed_trigger", rubbed)
         rubbing = replace(omp40, seats=replace(omp40.seats, friction=0.01))
         some = predict(rubbing, N, workpiece=material("aluminium"))
         predict(rubbing, N)
