@@ -374,3 +374,19 @@ def test_what_is_refused(criterion: str, kind: str, words: str) -> None:
     arc[::2] *= 1.0001
     with pytest.raises(PretravelError, match=words):
         associate_by(criterion, kind, arc)
+
+
+@pytest.mark.parametrize("criterion", ["minimum-zone", "tangent"])
+def test_the_search_ends_on_short_arcs(criterion: str) -> None:
+    """On 10° the slopes of all contacts are nearly dependent: each one counts once."""
+    rng = np.random.default_rng(57)
+    for count in range(4, 20):
+        turn = np.radians(rng.uniform(0.0, 10.0, count))
+        radius = 10.0 + rng.normal(0.0, E, count)
+        arc = np.c_[radius * np.cos(turn), radius * np.sin(turn), np.zeros(count)]
+        axis = np.array([0.0, 0.0, 1.0])
+        found = associate_by(criterion, "bore", arc, axis=axis)
+        assert found.form <= associate("bore", arc, axis=axis).form * (1.0 + 1e-9)
+        # A feature that grows with all points by the same amount, as any circle does.
+        assert found.diameter_row is not None
+        assert float(found.diameter_row @ found.response @ np.ones(count)) == pytest.approx(2.0)
