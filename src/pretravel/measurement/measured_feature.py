@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from pretravel.measurement.association import SIZE_NAMES, Association, associate
 from pretravel.measurement.extreme_association import GAUSSIAN, TANGENT, associate_by
 from pretravel.measurement.feature_form import FormResult, form_result
 from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
+from pretravel.measurement.largest_distance import LargestDistance, largest_distance
 from pretravel.measurement.points import Points
 from pretravel.uncertainty.gum import coverage_factor
 
@@ -141,7 +143,7 @@ class MeasuredFeature(WithPlot):
     def position(self) -> tuple[float, float]:
         """Twice the distance from the nominal position, and its standard uncertainty. [mm]
 
-        The uncertainty is that along the distance.
+        As of `largest_distance`: without what errors add to a distance near zero.
 
         Raises
         ------
@@ -150,7 +152,12 @@ class MeasuredFeature(WithPlot):
         """
         if self.located is None:
             raise PretravelError("the position needs a nominal position", inputs=("at",))
-        return position_and_uncertainty(self.located, self.located_covariance)
+        return self._distance.value, self._distance.u
+
+    @cached_property
+    def _distance(self) -> LargestDistance:
+        assert self.located is not None
+        return largest_distance(self.located[None], self.located_covariance, self.position_dof)
 
     @property
     def position_dof(self) -> float:
@@ -171,9 +178,9 @@ class MeasuredFeature(WithPlot):
         """All that is stated: `quantities`, the position, the form and the measured ranges."""
         found = list(self.quantities)
         if self.located is not None:
-            value, u = self.position
-            plain = self.uncompensated_position
-            found.append(Quantity("position", value, u, {}, plain, dof=self.position_dof))
+            (value, u), dof = self.position, self.position_dof
+            plain, ends = self.uncompensated_position, self._distance.ends
+            found.append(Quantity("position", value, u, {}, plain, dof=dof, ends=ends))
         if self.association.dof > 0:
             form, before = self.form, self.uncompensated
             if self.points.state_uncertainty:  # else the noise may be all of it

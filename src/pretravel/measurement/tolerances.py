@@ -144,15 +144,14 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
             raise PretravelError(
                 "a tolerance of the position needs the nominal position", inputs=("at",)
             )
-        found.append(
-            position_conformity(
-                feature.located,
-                feature.located_covariance,
-                tolerances.position,
-                required,
-                dof=feature.position_dof,
-            )
+        position = position_conformity(
+            feature.located,
+            feature.located_covariance,
+            tolerances.position,
+            required,
+            dof=feature.position_dof,
         )
+        found.append(position.with_value(*feature.position))
     if tolerances.form is not None:
         if feature.association.dof < 1:
             raise PretravelError(
