@@ -17,7 +17,13 @@ from pretravel.base.forms import WithPlot, from_file
 from pretravel.base.quantities import COORDINATE, UNCERTAINTY, checked, checked_values
 from pretravel.base.units import MICROMETRE
 from pretravel.measurement.association import SIZE_NAMES, Association, associate
-from pretravel.measurement.extreme_association import GAUSSIAN, TANGENT, associate_by
+from pretravel.measurement.extreme_association import (
+    GAUSSIAN,
+    KINDS_BY_CRITERION,
+    MINIMUM_ZONE,
+    TANGENT,
+    associate_by,
+)
 from pretravel.measurement.feature_form import FormResult, form_result
 from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
 from pretravel.measurement.largest_distance import LargestDistance, largest_distance
@@ -108,7 +114,11 @@ class MeasuredFeature(WithPlot):
     located_covariance : (m, m) float
         Of the position in these directions. [mm²]
     form : FormResult
-        From the residuals of least squares, also of an extreme feature.
+        The width of the minimum zone, or from the residuals of least squares.
+    form_by : str
+        Which of the two: minimum-zone or gaussian.
+    range_about_least_squares : float
+        Largest less smallest residual of the feature of least squares. [mm]
     nominal : (3,) float or None
         The nominal position that was given. [mm]
     """
@@ -126,6 +136,8 @@ class MeasuredFeature(WithPlot):
     located_covariance: FloatArray
     form: FormResult
     nominal: FloatArray | None = None
+    form_by: str = GAUSSIAN
+    range_about_least_squares: float = math.nan
 
     def __repr__(self) -> str:
         told = [" ".join(filter(None, (self.kind, self.label))), f"{len(self.points):,} points"]
@@ -186,13 +198,36 @@ class MeasuredFeature(WithPlot):
             if self.points.state_uncertainty:  # else the noise may be all of it
                 found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
             plain = None if before is None else before.form
+            whole = self.range_about_least_squares
             if self.is_extreme:
-                found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}))
+                found.append(Quantity(MEASURED_RANGE, whole, math.nan, {}))
                 name = f"{MEASURED_RANGE}, {self.association.criterion}"
                 found.append(Quantity(name, self.association.form, math.nan, {}, plain))
             else:
-                found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
+                found.append(Quantity(MEASURED_RANGE, whole, math.nan, {}, plain))
+            if MINIMUM_ZONE == self.form_by != self.association.criterion:
+                name = f"{MEASURED_RANGE}, {MINIMUM_ZONE}"
+                found.append(Quantity(name, form.measured, math.nan, {}))
         return tuple(found)
+
+    def with_form_by(self, criterion: str) -> MeasuredFeature:
+        """The same feature, with the form of this association.
+
+        Parameters
+        ----------
+        criterion : str
+            minimum-zone (as ISO 1101 defines form; a slot has none, and keeps that of least
+            squares) or gaussian.
+        """
+        if criterion == self.form_by or self.kind not in KINDS_BY_CRITERION[criterion]:
+            return self
+        axis = None if self.association.direction is None else self.association.direction
+        gaussian = associate(self.kind, self.points.positions, axis=axis)
+        errors = feature_errors(self.points, gaussian, u_machine=self.errors.machine)
+        zone = None
+        if criterion == MINIMUM_ZONE:
+            zone = associate_by(criterion, self.kind, self.points.positions, axis=axis)
+        return replace(self, form=form_result(errors, zone), form_by=criterion)
 
     @property
     def is_extreme(self) -> bool:
@@ -286,7 +321,8 @@ def measure_feature(
         gaussian, minimum-zone, inscribed, circumscribed or tangent, as of `associate_by`. The
         uncertainty of an extreme feature is that of the points on which it rests; it contains no
         form of the part, where the points state their uncertainty. Noise makes an extreme feature
-        larger or smaller on average, which is not taken off.
+        larger or smaller on average, which is not taken off. The form of a minimum zone is its
+        width, with its own interval; of all others it is that of least squares.
 
     Returns
     -------
@@ -330,10 +366,14 @@ def measure_feature(
     stated = kind in ("bore", "boss") or not plain
     side = _side(points, found, kind) if stated else ""
     errors = feature_errors(points, found, u_machine=u_machine)
-    form = form_result(errors)
+    whole, form_by, zone = found.form, GAUSSIAN, None
+    of_least_squares = errors
     if association != GAUSSIAN:
         found = associate_by(association, kind, points.positions, axis=axis, at=at, side=side)
         errors = _of_extreme(errors, found, points)
+        if association == MINIMUM_ZONE:
+            form_by, zone = MINIMUM_ZONE, found
+    form = form_result(of_least_squares, zone)
     before, rebuilt = _uncompensated(points, found, (kind, side), axis, at)
     parts = errors.parts(found.located_along @ found.point_rows)
     covariance = sum(parts.values()) + u_machine**2 * np.eye(len(found.located_along))
@@ -354,6 +394,8 @@ def measure_feature(
         located_covariance=frozen(covariance),
         form=form,
         nominal=None if at is None else frozen(np.asarray(at, dtype=np.float64)),
+        form_by=form_by,
+        range_about_least_squares=whole,
     )
 
 

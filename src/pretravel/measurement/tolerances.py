@@ -17,6 +17,7 @@ from pretravel.measurement.conformity import (
     position_conformity,
     size_conformity,
 )
+from pretravel.measurement.extreme_association import GAUSSIAN, MINIMUM_ZONE
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 from pretravel.measurement.tolerance_frame import GeometricResult
 
@@ -35,14 +36,22 @@ class FeatureTolerances:
         Roundness, flatness, straightness, cylindricity. [mm]
     probability : float
         At which conformity or nonconformity is proven.
+    form_by : str
+        Association whose form is compared: minimum-zone, as ISO 1101 defines form, or gaussian.
     """
 
     size: tuple[float, float] | None = None
     position: float | None = None
     form: float | None = None
     probability: float = DEFAULT_PROBABILITY
+    form_by: str = MINIMUM_ZONE
 
     def __post_init__(self) -> None:
+        if self.form_by not in (MINIMUM_ZONE, GAUSSIAN):
+            raise PretravelError(
+                f"a form is decided by {MINIMUM_ZONE} or {GAUSSIAN}, not by '{self.form_by}'",
+                inputs=("form_association",),
+            )
         check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
 
     @property
@@ -124,8 +133,9 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     Returns
     -------
     InspectedFeature
-        Nothing is decided where the map of the points stated no uncertainty (a prediction): its
-        error may be larger than all others.
+        Its form is that of the association by which it is decided. Nothing is decided where the
+        map of the points stated no uncertainty (a prediction): its error may be larger than all
+        others.
 
     Raises
     ------
@@ -158,6 +168,7 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
                 f"{len(feature.points)} points determine a {feature.kind} exactly: they say "
                 f"nothing about its {feature.form_name}; touch more points"
             )
+        feature = feature.with_form_by(tolerances.form_by)
         found.append(form_conformity(feature.form_name, feature.form, tolerances.form, required))
     return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
 

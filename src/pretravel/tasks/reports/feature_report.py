@@ -21,6 +21,7 @@ from pretravel.measurement.conformity import (
     conformity_words,
     verdict_words,
 )
+from pretravel.measurement.extreme_association import MINIMUM_ZONE
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
 from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
@@ -51,8 +52,9 @@ _ASSOCIATION = (
 )
 _FORM_BESIDE = (
     "form (roundness, flatness, …) is that of the surface at the touched points, in bounds that "
-    "hold for any shape, from the residuals of least squares; the measured range of an extreme "
-    "feature stands beside and contains the noise. Extreme features are those near the one of "
+    "hold for any shape, by the minimum zone where that is stated, else from the residuals of "
+    "least squares; the measured range of an extreme feature stands beside and contains the noise. "
+    "Extreme features are those near the one of "
     "least squares; others may exist where the form is large"
 )
 _BETWEEN = "Between features"
@@ -414,9 +416,8 @@ def _form_words(feature: MeasuredFeature) -> str:
     low, high = (end / MICROMETRE for end in feature.form.interval)
     found = f"at most {high:.2f} µm" if low == 0.0 else f"{low:.2f} to {high:.2f} µm"
     measured = feature.form.measured / MICROMETRE
-    return (
-        f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), measured range {measured:.2f} µm"
-    )
+    zone = "minimum zone" if feature.form_by == MINIMUM_ZONE else "measured range"
+    return f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), {zone} {measured:.2f} µm"
 
 
 def _touched(inspected: InspectedFeature) -> str:
