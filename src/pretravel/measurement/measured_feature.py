@@ -26,6 +26,8 @@ from pretravel.measurement.extreme_association import (
 )
 from pretravel.measurement.feature_form import FormResult, form_result
 from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
+from pretravel.measurement.form_families import families_of
+from pretravel.measurement.form_of_part import NO_FORM
 from pretravel.measurement.largest_distance import LargestDistance, largest_distance
 from pretravel.measurement.points import Points
 from pretravel.uncertainty.gum import coverage_factor
@@ -365,7 +367,8 @@ def measure_feature(
         points = replace(points, normals=frozen(inward * found.outward))
     stated = kind in ("bore", "boss") or not plain
     side = _side(points, found, kind) if stated else ""
-    errors = feature_errors(points, found, u_machine=u_machine)
+    families = families_of(kind, found)
+    errors = feature_errors(points, found, u_machine=u_machine, families=families)
     whole, form_by, zone = found.form, GAUSSIAN, None
     of_least_squares = errors
     if association != GAUSSIAN:
@@ -407,13 +410,7 @@ def _of_extreme(errors: FeatureErrors, found: Association, points: Points) -> Fe
     """
     if not points.state_uncertainty:
         return replace(errors, association=found)
-    return replace(
-        errors,
-        association=found,
-        excess=0.0,
-        form_sizes=np.zeros(1),
-        form_weights=np.ones(1),
-    )
+    return replace(errors, association=found, form=NO_FORM)
 
 
 def position_and_uncertainty(located: FloatArray, covariance: FloatArray) -> tuple[float, float]:

@@ -204,8 +204,8 @@ def _dof(
     u = math.sqrt(max(sum(float(part[row, row]) for part in parts.values()), 0.0))
     if u == 0.0:
         return math.inf
-    weight = [float(np.sum((rows[row : row + 1] @ errors.association.response) ** 2))
-              * errors.excess**2 for errors, rows in terms]  # fmt: skip
+    weight = [float(errors.form.covariance(rows[row : row + 1] @ errors.association.response)[0, 0])
+              for errors, rows in terms]  # fmt: skip
     chosen = np.argsort(weight)[::-1][:2]
     return dof_of_features([(terms[i][0], terms[i][1][row : row + 1]) for i in chosen], u)
 

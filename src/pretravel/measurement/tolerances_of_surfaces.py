@@ -18,6 +18,7 @@ from pretravel.measurement.feature_uncertainty import (
     covariance_by_weights,
     noise_of_features,
 )
+from pretravel.measurement.form_of_part import NO_FORM
 from pretravel.measurement.measured_feature import Quantity
 from pretravel.measurement.tolerance_frame import (
     ORIENTATION,
@@ -202,7 +203,7 @@ def _form(
     The errors of the datums move the zone. The form of the surface itself is no error.
     """
     generator = np.random.default_rng(_SEED)
-    surface = replace(own, excess=0.0)
+    surface = replace(own, form=NO_FORM)
     involved = [surface, *(each.errors for each in system.features)]
     drawn = noise_of_features(involved, _TRIALS, generator)
     moved = factor * drawn[0]
