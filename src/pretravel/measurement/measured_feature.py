@@ -27,7 +27,7 @@ from pretravel.measurement.extreme_association import (
 from pretravel.measurement.feature_form import FormResult, form_result
 from pretravel.measurement.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
 from pretravel.measurement.form_families import families_of
-from pretravel.measurement.form_of_part import NO_FORM
+from pretravel.measurement.form_of_part import NO_FORM, UNSEEN
 from pretravel.measurement.largest_distance import LargestDistance, largest_distance
 from pretravel.measurement.points import Points
 from pretravel.uncertainty.gum import coverage_factor
@@ -235,6 +235,27 @@ class MeasuredFeature(WithPlot):
     def is_extreme(self) -> bool:
         """Whether it rests on its extreme points alone, not on all as that of least squares."""
         return self.association.criterion != GAUSSIAN
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the places of the touches hide, and U does not contain or has by prior alone."""
+        form, found = self.errors.form, []
+        if form.hidden:
+            lobes = [text.split()[0] for text in form.hidden if text.endswith(" lobes")]
+            shapes = [text for text in form.hidden if not text.endswith(" lobes")]
+            words = [f"{', '.join(lobes)} lobes"] if lobes else []
+            found.append(
+                f"the places of its {len(self.points)} touches do not show "
+                f"{' or '.join([*words, *shapes])}: they look like another "
+                f"{'size or place' if lobes else 'place or direction'}, and U does not contain "
+                "them. Touch at unequal steps, or more places, where the part may have them"
+            )
+        if form.by_prior:
+            found.append(
+                f"no residual shows its form; u contains a usual one, {UNSEEN / MICROMETRE:g} µm "
+                "from touch to touch. Touch more places"
+            )
+        return tuple(found)
 
     @property
     def carrying(self) -> tuple[str, ...]:

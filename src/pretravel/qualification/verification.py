@@ -15,7 +15,12 @@ from pretravel.base.units import MICROMETRE
 from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.change_causes import LikelyCause, likely_causes
+from pretravel.qualification.change_causes import (
+    MENTIONED,
+    TURNED,
+    LikelyCause,
+    likely_causes,
+)
 from pretravel.qualification.change_tests import (
     Change,
     ChangeTests,
@@ -237,7 +242,7 @@ def _result(
         p_repeatability=tests.p_repeatability,
         size=tests.size,
         amplitude=tests.amplitude,
-        turn=tests.turn,
+        turn=_turn(tests.turn, causes),
         causes=causes,
         gross=gross,
         changed_with_gross=changed_with_gross,
@@ -284,6 +289,14 @@ class _NewTouches:
                 return compared, ()
             current = self.compared(kept)
         return current, tuple(found)
+
+
+def _turn(linear: Change, causes: tuple[LikelyCause, ...]) -> Change:
+    """The turn by its best angle where it is a likely cause: the slope of a map ends at lobes."""
+    for cause in causes:
+        if cause.name == TURNED and cause.probability >= MENTIONED:
+            return replace(linear, value=cause.value, u=cause.u)
+    return linear
 
 
 def _gross_warnings(gross: tuple[Outlier, ...], changed: bool, with_gross: bool) -> list[str]:

@@ -647,8 +647,9 @@ def _notes(
         excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
         notes.append(
             f"{', '.join(map(_name, rough))}: the residuals scatter by {_range_text(excess)} more "
-            f"than the errors of the points explain. This is {FORM_OF_PART} (or another error); "
-            "its effect on size and position is in u, as if it were random"
+            f"than the errors of the points explain. This is {FORM_OF_PART}, or touches "
+            "that scatter more than those on the reference; its effect on size and position is in "
+            "u, with the correlation of the shapes that the residuals show"
         )
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
@@ -743,5 +744,8 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
         "known, and a gross error would not be seen"
         for feature in features
         if feature.association.dof < 1
+    )
+    warnings.extend(
+        f"{_name(feature)}: {text}" for feature in features for text in feature.warnings
     )
     return warnings
