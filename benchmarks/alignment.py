@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,26 +24,92 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.probes import MICROMETRE
 from benchmarks.departures.tripod import TIP_RADIUS
-from benchmarks.features import Workshop, workshop
+from benchmarks.features import Workshop, around, workshop
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
-from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align
+from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align, points_in_part
 from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.measurement.selection import points_at
 from pretravel.uncertainty.gum import coverage_factor
 from tests.support.touched_bracket import beside, bracket, random_placement, random_targets
 
 COUNTS = (8, 15, 50, 200)
-FORMS = {"perfect": 0.0, "form 1 µm": 1.0 * MICROMETRE, "form 5 µm": 5.0 * MICROMETRE}
-"""Standard deviations of the part from its nominal, from touch to touch."""
+Shape = Callable[[np.random.Generator, np.ndarray, np.ndarray], np.ndarray]
+"""A drawn form: distances of the part from its nominal, by points and faces. [mm]"""
+
+
+def _rough(deviation: float) -> Shape:
+    """Independent from touch to touch."""
+    return lambda rng, _, faces: deviation * rng.standard_normal(len(faces))
+
+
+def _smooth(amplitude: float) -> Shape:
+    """On each face a wave of its own, between half a face and two of them long."""
+
+    def drawn(rng: np.random.Generator, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        off = np.zeros(len(faces))
+        for face in range(len(bracket().faces)):
+            size = float(np.linalg.norm(np.diff(bracket().faces[face].bounds, axis=0)))
+            along = rng.standard_normal(3)
+            along *= 2.0 * np.pi / (np.linalg.norm(along) * size * rng.uniform(0.5, 2.0))
+            phase = rng.uniform(0.0, 2.0 * np.pi)
+            mine = faces == face
+            off[mine] = amplitude * np.cos(points[mine] @ along + phase)
+        return off
+
+    return drawn
+
+
+def _displaced(deviation: float) -> Shape:
+    """Each face as a whole."""
+
+    def drawn(rng: np.random.Generator, _: np.ndarray, faces: np.ndarray) -> np.ndarray:
+        return (deviation * rng.standard_normal(len(bracket().faces)))[faces]
+
+    return drawn
+
+
+def _bores() -> list[int]:
+    faces = bracket().faces
+    return [
+        index
+        for index, face in enumerate(faces)
+        if face.local(face.middle[None]).principal_curvatures.min() < -1e-6
+    ]
+
+
+def _larger_bores(by: float) -> Shape:
+    """All bores by this diameter."""
+    return lambda _, __, faces: np.where(np.isin(faces, _bores()), -0.5 * by, 0.0)
+
+
+FORMS: dict[str, Shape] = {
+    "perfect": _rough(0.0),
+    "form 1 µm": _rough(1.0 * MICROMETRE),
+    "form 5 µm": _rough(5.0 * MICROMETRE),
+    "smooth, ±1.5 µm": _smooth(1.5 * MICROMETRE),
+    "faces off by 5 µm": _displaced(5.0 * MICROMETRE),
+    "bores larger by 20 µm": _larger_bores(20.0 * MICROMETRE),
+}
+RING = 8
+"""Touches in the bore of 12 mm beside the random ones: its place is measured in the part. It is
+larger where bores are, and has no other form."""
+RINGED = 50
+"""Least count of random touches with which there is such a ring."""
+_LARGER = "bores larger by 20 µm"
 _UPWARD = -0.05  # least z of the normals that a probe from above touches
 
 
 def touched(
-    shop: Workshop, count: int, form: float, gross: int
+    shop: Workshop, count: int, form: Shape, gross: int, ring: int = 0
 ) -> tuple[Placement, np.ndarray, np.ndarray]:
-    """A placement, tip centres of random touches, and which of them are gross."""
+    """A placement, tip centres of random touches and a ring, and which of them are gross."""
     part, rng = bracket(), shop.generator
     placement = random_placement(rng)
+    if ring:  # the bore stands upright, as all its sides are touched
+        turn = Rotation.from_euler("z", rng.uniform(0.0, 2.0 * np.pi)).as_matrix()
+        placement = Placement(turn, placement.shift)
     points, normals, faces = (np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=int))
     upward = [
         index
@@ -60,10 +126,16 @@ def touched(
     points, normals, faces = points[:count], normals[:count], faces[:count]
     wrong = np.zeros(count, dtype=bool)
     wrong[rng.permutation(count)[:gross]] = True
-    off = form * rng.standard_normal(count)
+    off = form(rng, points, faces)
+    if ring:
+        at, outward, bore = _ring(ring)
+        points, normals = np.vstack([points, at]), np.vstack([normals, -outward])
+        faces = np.append(faces, np.full(ring, bore))
+        size = float(np.mean(off[faces[:count] == bore])) if form is FORMS[_LARGER] else 0.0
+        off, wrong = np.append(off, np.full(ring, size)), np.append(wrong, np.zeros(ring, bool))
     off[wrong] += rng.choice([-1.0, 1.0], gross) * rng.uniform(0.05, 0.5, gross)
     there, facing = placement.points(points + off[:, None] * normals), placement.vectors(normals)
-    positions = np.empty((count, 3))
+    positions = np.empty((len(points), 3))
     for index in np.unique(faces):
         mine = np.flatnonzero(faces == index)
         bend = float(part.faces[int(index)].local(part.faces[int(index)].middle[None])
@@ -71,6 +143,27 @@ def touched(
         bend = bend if part.faces[int(index)].kind == "cylinder" else 0.0
         positions[mine] = shop.touched(there[mine], facing[mine], bend).positions
     return placement, positions, wrong
+
+
+def _ring(count: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """Points around the bore of 12 mm in the part, away from its axis, and its face."""
+    bore = min(_bores(), key=lambda i: abs(bracket().faces[i].bounds.mean(axis=0)[0] - 12.0))
+    outward = around(count)[1]
+    return np.array([12.0, 12.0, 10.0]) + 6.0 * outward, outward, bore
+
+
+def bore_in_part(found: Alignment, ring: int) -> dict[str, float]:
+    """The place of the bore in the frame of the part, as `measure` states it."""
+    rows = np.arange(len(found.points) - ring, len(found.points))
+    points = points_at(points_in_part(found), rows)
+    bore = measure_feature(points, "bore", axis=np.array([0.0, 0.0, 1.0]))
+    both = [bore.quantity(name) for name in "xy"]
+    # Part and bore lie in the same error of the reference's centre.
+    error = np.array([each.value - 12.0 for each in both])
+    u = np.array([each.u for each in both])
+    covered = np.abs(error) <= [each.expanded_u for each in both]
+    return {"bore chi": float(np.mean((error / u) ** 2)), "bore covered": float(covered.mean()),
+            "bore u": float(u.mean())}  # fmt: skip
 
 
 def row(
@@ -114,7 +207,8 @@ def one_set(
         for count in counts:
             if name not in forms:
                 continue
-            placement, positions, wrong = touched(shop, count, form, count // 50)
+            ring = RING if count >= RINGED else 0
+            placement, positions, wrong = touched(shop, count, form, count // 50, ring)
             start = beside(placement, shop.generator, 0.005, 0.3)
             tips = TipCentres(positions)
             try:
@@ -123,11 +217,14 @@ def one_set(
                 print(f"set {number}, {name}, {count} touches: {error}", file=sys.stderr)
                 continue
             if result.motions.shape[1] == 6:
-                found[f"{name}, {count} touches"] = row(result, placement, wrong, shop.centre_error)
+                one = row(result, placement, wrong, shop.centre_error)
+                if ring:
+                    one |= bore_in_part(result, ring)
+                found[f"{name}, {count} touches"] = one
     x, y, z = np.meshgrid(*part.box.T)
     corners = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
     for count in from_nothing:
-        placement, positions, _ = touched(shop, count, 1.0 * MICROMETRE, count // 50)
+        placement, positions, _ = touched(shop, count, FORMS["form 1 µm"], count // 50)
         try:
             answers = found_placements(
                 TipCentres(positions), part, shop.pretravel_map, extrapolate=True
@@ -156,8 +253,9 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
 
     names = list(dict.fromkeys(name for one in sets for name in one))
     print("| touches | sets | u of a shift µm | χ² | median of squares | covered by U % |"
-          " gross missed | good named | of the sets beyond 4 u, warned |")  # fmt: skip
-    print("| --- |" + " --- |" * 8)
+          " gross missed | good named | of the sets beyond 4 u, warned | bore: u µm | χ² |"
+          " covered by U % |")  # fmt: skip
+    print("| --- |" + " --- |" * 11)
     for name in (name for name in names if "nothing" not in name):
         chi = of(name, "chi")
         print(
@@ -165,6 +263,7 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
             f"{np.median(chi):.2f} | {100.0 * of(name, 'covered').mean():.1f} | "
             f"{of(name, 'missed').sum():.0f} | {of(name, 'false').sum():.0f} | "
             f"{of(name, 'said')[chi > 16.0].sum():.0f} of {np.sum(chi > 16.0)} |"
+            + _bore_cells([one[name] for one in sets if name in one])
         )
     if not any("nothing" in name for name in names):
         return
@@ -177,6 +276,14 @@ def printed(sets: Sequence[dict[str, dict[str, float]]]) -> None:
             f"| {name} | {' | '.join(f'{share:.0f}' for share in shares)} | "
             f"{of(name, 'one, wrong').sum():.0f} of {len(sets)} |"
         )
+
+
+def _bore_cells(rows: Sequence[dict[str, float]]) -> str:
+    if "bore u" not in rows[0]:
+        return " – | – | – |"
+    u, chi, covered = (np.mean([one[f"bore {key}"] for one in rows])
+                       for key in ("u", "chi", "covered"))  # fmt: skip
+    return f" {u / MICROMETRE:.2f} | {chi:.2f} | {100.0 * covered:.1f} |"
 
 
 def main() -> None:

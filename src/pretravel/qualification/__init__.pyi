@@ -4,6 +4,7 @@ from .block_plan import BlockPlan as BlockPlan
 from .block_plan import plan_block as plan_block
 from .change_causes import CHANCE as CHANCE
 from .change_causes import LOOSE as LOOSE
+from .change_causes import MENTIONED as MENTIONED
 from .change_causes import ONE_DIRECTION as ONE_DIRECTION
 from .change_causes import PRELOAD as PRELOAD
 from .change_causes import SOFT_SIDE as SOFT_SIDE

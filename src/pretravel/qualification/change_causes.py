@@ -63,6 +63,8 @@ _BENDING_POWER, _BENDING_SHARE = 2.3, 0.9
 preload (bending is linear, Hertz's contacts are not); 2.0 to 2.5 and 0.86 to 0.94 in the
 catalogue."""
 _AXIAL_RATIO = 0.03
+MENTIONED = 0.1
+"""Causes with a smaller probability are not in a report."""
 
 
 @dataclass(frozen=True)

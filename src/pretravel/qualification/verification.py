@@ -18,7 +18,12 @@ from pretravel.base import (
     describe,
 )
 from pretravel.maps import MapLike, PretravelMap, QualificationSetup, as_map
-from pretravel.qualification.change_causes import LikelyCause, likely_causes
+from pretravel.qualification.change_causes import (
+    MENTIONED,
+    TURNED,
+    LikelyCause,
+    likely_causes,
+)
 from pretravel.qualification.change_tests import (
     Change,
     ChangeTests,
@@ -240,7 +245,7 @@ def _result(
         p_repeatability=tests.p_repeatability,
         size=tests.size,
         amplitude=tests.amplitude,
-        turn=tests.turn,
+        turn=_turn(tests.turn, causes),
         causes=causes,
         gross=gross,
         changed_with_gross=changed_with_gross,
@@ -287,6 +292,14 @@ class _NewTouches:
                 return compared, ()
             current = self.compared(kept)
         return current, tuple(found)
+
+
+def _turn(linear: Change, causes: tuple[LikelyCause, ...]) -> Change:
+    """The turn by its best angle where it is a likely cause: the slope of a map ends at lobes."""
+    for cause in causes:
+        if cause.name == TURNED and cause.probability >= MENTIONED:
+            return replace(linear, value=cause.value, u=cause.u)
+    return linear
 
 
 def _gross_warnings(gross: tuple[Outlier, ...], changed: bool, with_gross: bool) -> list[str]:

@@ -1,6 +1,7 @@
 """What other rooms use of this one."""
 
 from .cad.face import Face as Face
+from .cad.face import lattice as lattice
 from .cad.part import Cloud as Cloud
 from .cad.part import Part as Part
 from .cad.part_file import read_part as read_part

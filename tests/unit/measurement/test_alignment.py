@@ -179,6 +179,30 @@ def test_gross_touches_are_named_and_left_out(count: int) -> None:
     assert _apart(part, found.placement, placement) < 0.03
 
 
+def test_the_form_of_a_face_is_not_gross() -> None:
+    """A bow of 4 µm of the first datum beside perfect ones: all touches are used, its form is in u;
+    a touch 50 µm off on it is gross."""
+    part, made, side = bracket(), radius_alone(RADIUS), _box_faces(bracket())
+    datums = [Datum(letter, (side[name],)) for letter, name in zip("ABC", "zyx", strict=True)]
+    rng, placement = np.random.default_rng(55), Placement(shift=np.array([5.0, 6.0, 7.0]))
+    points, normals, faces = random_targets(part, 45, rng, on=list(side.values()))
+    mine = faces == side["z"]
+    away = np.linalg.norm(points - points[mine].mean(axis=0), axis=1) * mine
+    noise = 0.2 * UM * rng.standard_normal(45)
+
+    def aligned(off: FloatArray) -> Alignment:
+        tips = tip_centres(placement, points + (off + noise)[:, None] * normals, normals, made)
+        return align(tips, part, made, placement, datums=datums, extrapolate=True)
+
+    bow = 4.0 * UM * (away / away.max()) ** 2
+    flat, bowed = aligned(0.0 * bow), aligned(bow)
+    assert not bowed.gross.any()
+    assert bowed.standard_uncertainty.max() > 2.0 * flat.standard_uncertainty.max()
+    wrong = np.zeros(45)
+    wrong[np.flatnonzero(mine)[3]] = 50.0 * UM
+    assert np.flatnonzero(aligned(bow + wrong).gross).tolist() == [np.flatnonzero(mine)[3]]
+
+
 def test_datums_take_motions_in_their_order() -> None:
     """3-2-1 on planes that are not square to each other: the first is fitted whole, the second
     takes one turn and a shift, the third a shift. Calculated here with planes, lines and a mean."""

@@ -10,9 +10,11 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
+from pretravel.drawing.features.conformity import ConformityVerdict
 from pretravel.drawing.features.extreme_association import KINDS_BY_CRITERION, associate_by
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
+from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
 from pretravel.measurement.association import Association, associate
 from pretravel.measurement.points import Points
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
@@ -307,13 +309,37 @@ class TestMeasured:
         assert FORM_OF_PART not in diameter.parts
         assert diameter.expanded_u == pytest.approx(2.0 * diameter.u, rel=1e-12)
 
-    def test_form_is_that_of_least_squares_and_the_zone_beside(self) -> None:
+    def test_the_form_of_a_minimum_zone_is_its_width(self) -> None:
+        """Points at 10 ± 0.0025 mm: a zone of 5 µm, beside the range about least squares."""
         gaussian, zone = self._bore("gaussian"), self._bore("minimum-zone")
-        assert zone.form.interval == gaussian.form.interval
         stated = {q.name: q for q in zone.stated}
         assert stated["measured range"].value == gaussian.form.measured
         assert stated["measured range, minimum-zone"].value == pytest.approx(5e-3, abs=NEAR)
         assert math.isnan(stated["measured range, minimum-zone"].u)
+        assert zone.form.measured == pytest.approx(5e-3, abs=NEAR)
+        low, high = zone.form.interval
+        assert low < 5e-3 < high
+        # As a drawing asks by default, of a feature of least squares.
+        assert gaussian.with_form_by("minimum-zone").form.interval == pytest.approx(
+            zone.form.interval, abs=1e-9
+        )
+        assert gaussian.with_form_by("gaussian") is gaussian
+
+    def test_a_form_is_decided_by_the_minimum_zone(self) -> None:
+        """A ridge of 6 µm beside one edge: least squares see more than the zone does."""
+        x = np.array([-30.0, -20.0, -10.0, 0.0, 10.0, 20.0, 30.0])
+        at = np.array([[a, b, 6e-3 * (a == 20.0)] for a in x for b in (-10.0, 0.0, 10.0)])
+        normals = np.tile([0.0, 0.0, 1.0], (len(at), 1))
+        points = feature_points(at, normals, own=1e-5, shared={"map 1": np.full(len(at), 1e-5)})
+        plane = measure_feature(points, "plane")
+        zone = plane.with_form_by("minimum-zone").form
+        assert zone.interval[1] < plane.form.interval[0]
+        limit = 0.5 * (zone.interval[1] + plane.form.interval[0])
+        by_zone = inspect_feature(plane, FeatureTolerances(form=limit))
+        by_squares = inspect_feature(plane, FeatureTolerances(form=limit, form_by="gaussian"))
+        assert by_zone.verdict is ConformityVerdict.CONFORMS
+        assert by_squares.verdict is ConformityVerdict.DOES_NOT_CONFORM
+        assert by_zone.feature.form_by == "minimum-zone"
 
     def test_points_without_uncertainty(self) -> None:
         """Their scatter stands for it: u is not zero."""
@@ -374,3 +400,19 @@ def test_what_is_refused(criterion: str, kind: str, words: str) -> None:
     arc[::2] *= 1.0001
     with pytest.raises(PretravelError, match=words):
         associate_by(criterion, kind, arc)
+
+
+@pytest.mark.parametrize("criterion", ["minimum-zone", "tangent"])
+def test_the_search_ends_on_short_arcs(criterion: str) -> None:
+    """On 10° the slopes of all contacts are nearly dependent: each one counts once."""
+    rng = np.random.default_rng(57)
+    for count in range(4, 20):
+        turn = np.radians(rng.uniform(0.0, 10.0, count))
+        radius = 10.0 + rng.normal(0.0, E, count)
+        arc = np.c_[radius * np.cos(turn), radius * np.sin(turn), np.zeros(count)]
+        axis = np.array([0.0, 0.0, 1.0])
+        found = associate_by(criterion, "bore", arc, axis=axis)
+        assert found.form <= associate("bore", arc, axis=axis).form * (1.0 + 1e-9)
+        # A feature that grows with all points by the same amount, as any circle does.
+        assert found.diameter_row is not None
+        assert float(found.diameter_row @ found.response @ np.ones(count)) == pytest.approx(2.0)

@@ -266,6 +266,25 @@ def test_the_frame_of_three_planes_is_that_of_the_part() -> None:
     assert system.free.shape == (6, 0)
 
 
+@pytest.mark.parametrize("nominal", [(0.0, 0.0, 0.0), (60.0, 0.0, -50.0), (30.0, 0.0, 20.0)])
+def test_a_second_datum_is_associated_at_its_angle_to_the_first(
+    nominal: tuple[float, float, float],
+) -> None:
+    """B leans by 0.5 mrad against A: at right angles to A it stands where its points are on
+    average, whichever point of it the drawing states."""
+    block = _block()
+    kind, points, normals = block["B"]
+    lean = 5e-4 * points[:, 2]
+    block["B"] = (kind, points - lean[:, None] * normals, normals)  # +y where it is higher
+    placed = _measured(block, place=parse_placement("0,0,0,0,0,0"))
+    points_of = {**{n: np.array(NOMINAL[n][0]) for n in "AC"}, "B": np.array(nominal)}
+    system = datum_system(
+        [[DatumFeature(placed[n].feature, points_of[n], np.array(NOMINAL[n][1]))] for n in "ABC"]
+    )
+    assert system.placement.rotation == pytest.approx(np.eye(3), abs=1e-9)
+    assert system.placement.shift == pytest.approx([0.0, float(lean.mean()), 0.0], abs=1e-7)
+
+
 def test_the_frame_follows_the_points_of_its_datums() -> None:
     """Points of A, of the bore and of B moved by random 1 µm: the frame moves as its rows say."""
     block = _block(h1=_cylinder((10.0, 10.0), 4.0))

@@ -26,6 +26,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict, predicted_map
+from pretravel.qualification.change_causes import TURNED
 from pretravel.qualification.change_tests import changes_of, touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
@@ -94,13 +95,19 @@ class TestWhatIsSeen:
         assert result.amplitude.value == pytest.approx(0.2, abs=3 * result.amplitude.u)
         assert result.amplitude.u < 0.05
 
-    @pytest.mark.parametrize("angle", [8.0, -8.0])
+    @pytest.mark.parametrize("angle", [8.0, -8.0, 20.0])
     def test_turn_with_its_sign(self, angle: float) -> None:
-        """Positive: the probe is mounted further counter-clockwise than when it was qualified."""
+        """Positive: the probe is mounted further counter-clockwise than when it was qualified.
+
+        One answer: the slope of lobes of 120° tells 12° of a turn of 20°, the likely cause 20°.
+        """
         result = check(touches(4, rotation_deg=angle))
         assert result.changed
         # First order in the angle, on lobes of 120°: an error of a fifth at 8°.
         assert result.turn.value / DEGREE == pytest.approx(angle, abs=2.5)
+        turned = [each for each in result.causes if each.name == TURNED]
+        if angle == 20.0:
+            assert result.turn.value == turned[0].value
 
     def test_five_directions_tell_less_but_nothing_wrong(self) -> None:
         few = np.concatenate([np.arange(REPEATS) + REPEATS * k for k in (0, 17, 19, 21, 23)])

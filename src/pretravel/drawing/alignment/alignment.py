@@ -31,10 +31,12 @@ from pretravel.base import (
 )
 from pretravel.drawing.features.extreme_association import GAUSSIAN, TANGENT
 from pretravel.drawing.features.feature_uncertainty import FeatureErrors, feature_errors
+from pretravel.drawing.features.form_families import families_of_faces
+from pretravel.drawing.features.form_of_part import NO_FORM, Family
 from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
 from pretravel.measurement import Association, Points, apply, placed, points_at
 from pretravel.qualification import FEWEST_LEFT, outlier_factor
-from pretravel.surface import ContactSearch, Feet, Part, feet_on_faces
+from pretravel.surface import ContactSearch, Feet, Part, feet_on_faces, lattice
 from pretravel.touches import Touches, travel_of_delay
 from pretravel.uncertainty import Covariance
 
@@ -50,9 +52,11 @@ _NEARLY = 5e-3  # movement of the touched points at which these end [mm]
 _SAME_MOTION = 1e-6  # of a motion's size: less is rounding
 _TURN = 0.3  # largest turn in one step [rad]
 _ROUNDS = 6  # of naming gross touches
+_MANY_OF_FACE = 50  # touches of a face, among which one does not change the median
 _FEWEST_FREE = 3  # degrees of freedom from which gross touches are looked for
 _MANY_FREE = 20  # from which several are named at a time
 _SEEN = 0.05  # least share of a touch's error in its residual: below, it determines a motion alone
+_FORM = 10.0 * MICROMETRE  # that a face may have: a touch nearer to it is not gross
 _SMALLEST = 0.1 * MICROMETRE  # scatter that touches have at least
 
 
@@ -549,7 +553,8 @@ class _Fit:
 
         Among few touches one gross error moves all: the largest is compared with what is left
         without it (externally studentized residuals). Among many, several are compared with the
-        median.
+        median. Each is compared with the others of its face, too, and with a form of 10 µm: what
+        the form of faces does to the placement is in its uncertainty.
         """
         mine = np.flatnonzero(state.used & taken)
         free = len(mine) - state.motions.shape[1]
@@ -562,12 +567,14 @@ class _Fit:
         size = size / np.sqrt(np.maximum(left, _SEEN))
         worst = int(np.argmax(size))
         others = max(float(np.sum(state.distance[mine] ** 2)) - float(size[worst]) ** 2, 0.0)
-        scale = max(math.sqrt(others / (free - 1)), _SMALLEST)
-        if size[worst] > outlier_factor(len(mine), free - 1) * scale:
+        # A face that is bowed, displaced or larger as a whole is no error of its touches.
+        form = np.maximum(1.4826 * _of_the_others(size, state.feet.face[mine]), _SMALLEST)
+        scale = max(math.sqrt(others / (free - 1)), float(form[worst]))
+        if size[worst] > max(outlier_factor(len(mine), free - 1) * scale, _FORM):
             wrong[mine[worst]] = True
         if free >= _MANY_FREE:
-            scale = max(1.4826 * float(np.median(size)), _SMALLEST)
-            limit = outlier_factor(len(mine), free) * scale
+            among = np.maximum(form, 1.4826 * float(np.median(size)))
+            limit = np.maximum(outlier_factor(len(mine), free) * among, _FORM)
             # Smaller ones may only have been moved by the larger.
             wrong[mine[(size > limit) & (size > 0.5 * size[worst])]] = True
         return wrong
@@ -620,6 +627,23 @@ class _Fit:
         motions = np.hstack(found) if found else np.zeros((6, 0))
         return scale * motion, motions * scale[:, None], response * scale[:, None]
 
+    def _families(self, feet: Feet, rows: IntArray) -> tuple[Family, ...]:
+        """What the form of the faces may be: each displaced, of another size, or smooth."""
+        face, places, curved = feet.face[rows], np.zeros((len(rows), 2)), []
+        for index in np.unique(face):
+            mine, own = face == index, self.part.faces[int(index)]
+            local, here = own.local(lattice(*own.box, np.array([9, 9]))), feet.local
+            flat = own.kind == "plane"
+            whole = local.point if flat else local.normal
+            touched = (here.point if flat else here.normal)[rows[mine]]
+            whole = whole[np.isfinite(whole).all(axis=1)]
+            middle = 0.5 * (whole.min(axis=0) + whole.max(axis=0))
+            axes = np.linalg.svd(whole - middle, full_matrices=False)[2][:2]
+            reach = np.maximum(np.abs((whole - middle) @ axes.T).max(axis=0), 1e-12)
+            places[mine] = (touched - middle) @ axes.T / reach
+            curved += [int(index)] if own.kind in ("cylinder", "sphere") else []
+        return families_of_faces(face, curved, np.clip(places, -1.0, 1.0))
+
     def alignment(self, state: _State, gross: BoolArray, *, extrapolate: bool) -> Alignment:
         outside = any(datum.outside for datum in self.datums)
         placement = state.placement
@@ -649,9 +673,10 @@ class _Fit:
             stated_response=amounts,
             criterion=TANGENT if outside else GAUSSIAN,
         )
-        errors = feature_errors(on_part, association)
+        families = self._families(state.feet, rows)
+        errors = feature_errors(on_part, association, families=families)
         if outside:  # the touched places are the datum: their form is no error of it
-            errors = replace(errors, excess=0.0, form_sizes=np.zeros(1), form_weights=np.ones(1))
+            errors = replace(errors, form=NO_FORM)
         return Alignment(
             placement=placement,
             part=self.part,
@@ -731,6 +756,18 @@ def touching(
     inverse = np.zeros((k, count))
     np.add.at(inverse.T, active % count, -(held * sign).T)
     return scale * np.asarray(found.x)[:k], inverse
+
+
+def _of_the_others(size: FloatArray, face: IntArray) -> FloatArray:
+    """Of each touch, the median of the others on its face; zero of one that is alone, (n,)."""
+    found = np.zeros(len(size))
+    for name in np.unique(face):
+        mine = np.flatnonzero(face == name)
+        if len(mine) > _MANY_OF_FACE:
+            found[mine] = np.median(size[mine])
+        elif len(mine) > 1:
+            found[mine] = [np.median(np.delete(size[mine], i)) for i in range(len(mine))]
+    return found
 
 
 def _robust(state: _State) -> FloatArray:

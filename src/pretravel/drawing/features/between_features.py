@@ -13,14 +13,17 @@ from pretravel.drawing.features.feature_uncertainty import (
     covariance_by_source,
     dof_of_features,
 )
+from pretravel.drawing.features.largest_distance import largest_distance
 from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
 from pretravel.measurement import Association
+from pretravel.uncertainty import across as directions_across
 
 _DISTANCE, _ANGLE = "distance", "angle"
 _FLAT = ("plane", "line", "slot")
 _PARALLEL = 1.0 * DEGREE  # largest angle of features that have a distance
 _ALL_PAIRS = 6  # features up to this number: all pairs; more: neighbours alone
 _SAME_PLACE = 1e-12  # mm
+_FAR = 8.0  # standard uncertainties of a distance from which errors across it make it no longer
 
 
 @dataclass(frozen=True)
@@ -42,11 +45,15 @@ class FeatureRelation:
 
 @dataclass(frozen=True, eq=False)
 class _Derived:
-    """A value between two features, and its change by the parameters of both."""
+    """A value between two features, and its change by the parameters of both.
+
+    A length that is never negative has its components (m,) and their changes (m, k) too.
+    """
 
     value: float
     first: FloatArray
     second: FloatArray
+    components: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
 
 _Derive = Callable[[MeasuredFeature, MeasuredFeature, Association, Association], _Derived | None]
@@ -174,6 +181,15 @@ def _quantity(
         parts[MACHINE] = first.errors.machine
     u = float(np.sqrt(sum(part**2 for part in parts.values())))
     dof = dof_of_features(terms, u)
+    if derived.components is not None and derived.value < _FAR * u:
+        away, by_first, by_second = derived.components
+        covariance = sum(
+            covariance_by_source([(first.errors, by_first), (second.errors, by_second)]).values(),
+            first.errors.machine**2 * np.eye(len(away)),
+        )
+        found = largest_distance(0.5 * away[None], 0.25 * covariance, dof)
+        parts = {cause: part * found.u / u for cause, part in parts.items()}
+        return Quantity(name, found.value, found.u, parts, before, dof=dof, ends=found.ends)
     return Quantity(name, derived.value, u, parts, before, name == _ANGLE, dof)
 
 
@@ -220,14 +236,18 @@ def _distance_of_centres(a: Association, b: Association) -> _Derived | None:
     across = apart - along * axes[0] if axes else apart
     value = float(np.linalg.norm(across))
     toward = across / value if value > _SAME_PLACE else a.located_along[0]
-    by_first, by_second = -toward @ a.point_rows, toward @ b.point_rows
+    # Across the axis; of two centres, in all directions.
+    sides = directions_across(axes[0]) if axes else np.eye(3)
+    by_first, by_second = -sides @ a.point_rows, sides @ b.point_rows
     owner = a if a.direction is not None else b
     if owner.direction_rows is not None:
-        turned = -along * (toward @ owner.direction_rows)
+        turned = -along * (sides @ owner.direction_rows)
         by_first, by_second = (
             (by_first + turned, by_second) if owner is a else (by_first, by_second + turned)
         )
-    return _Derived(value, by_first, by_second)
+    weight = sides @ toward
+    components = (sides @ across, by_first, by_second)
+    return _Derived(value, weight @ by_first, weight @ by_second, components)
 
 
 def _angle(

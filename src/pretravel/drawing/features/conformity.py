@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 
@@ -111,6 +111,17 @@ class Conformity:
     def coverage(self) -> float:
         """Factor of the standard uncertainty for a band at one limit, 1.645 for 95 %."""
         return _quantile(self.dof, self.required)
+
+    def with_value(self, value: float, u: float) -> Conformity:
+        """The same decision, with a value from which what noise adds was taken off. [mm]"""
+        less = self.value - value
+        return replace(
+            self,
+            value=value,
+            u=u,
+            guard_band=self.guard_band + less,
+            rejection_band=self.rejection_band - less,
+        )
 
 
 def _quantile(dof: float, probability: float) -> float:

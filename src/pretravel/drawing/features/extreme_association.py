@@ -411,15 +411,18 @@ class _Search:
         rows = np.column_stack([sign[:, None] * slopes[row], -np.ones(len(row))])
         near = np.max(sign * residuals[row]) - sign * residuals[row] <= _TOUCHES * self.width
         held = np.column_stack([load.sign[:, None] * slopes[load.row], -np.ones(len(load.row))])
+        _, size, basis = np.linalg.svd(held, full_matrices=False)
+        along = basis[size > _DEPENDENT * size[0]]
         more: list[int] = []
-        while True:
-            basis = np.linalg.svd(np.vstack([held, rows[more]]), full_matrices=False)
-            along = basis[2][basis[1] > _DEPENDENT * basis[1][0]]
-            left = near * np.linalg.norm(rows - (rows @ along.T) @ along, axis=1)
-            best = int(np.argmax(left))
-            if left[best] < _DEPENDENT:
+        # Each contact holds a direction that was open, of which there are as many as columns.
+        for _ in range(rows.shape[1] - len(along)):
+            left = rows - (rows @ along.T) @ along
+            best = int(np.argmax(near * np.linalg.norm(left, axis=1)))
+            length = float(np.linalg.norm(left[best]))
+            if not near[best] or length < _DEPENDENT:
                 break
             more.append(best)
+            along = np.vstack([along, left[best] / length])
         return _Load(
             np.concatenate([load.row, row[more]]),
             np.concatenate([load.sign, sign[more]]),

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
-from pretravel.base import FloatArray, frozen
+from pretravel.base import FloatArray, IntArray, frozen
 from pretravel.drawing.features.feature_uncertainty import FeatureErrors
+from pretravel.measurement import Association
 from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 _SEED = 1
 _STEPS = 2000  # of probability: the ends of an interval of 95 % are 45 of them
 _NOISE_DOF = 50  # of the repeatability: 25 directions touched three times, as is usual
 _PAIRED = 200  # largest and smallest residuals of which pairs are compared, …
+_ZONES = 60  # linear programs of drawn noise: their mean is known to a few per cent
 _MOST_CHANGES = 4_000_000  # … fewer of very many points
 
 
@@ -76,12 +78,16 @@ class FormResult:
         return self.expanded_u / COVERAGE_FACTOR
 
 
-def form_result(errors: FeatureErrors) -> FormResult:
+def form_result(errors: FeatureErrors, zone: Association | None = None) -> FormResult:
     """The form of a surface at its touched points, from the residuals of a feature.
 
     Parameters
     ----------
     errors : FeatureErrors
+        With the association of least squares.
+    zone : Association, optional
+        Of the minimum zone of the same points: the form is its width then (ISO 1101); else it is
+        the range about the feature of least squares.
 
     Returns
     -------
@@ -94,12 +100,13 @@ def form_result(errors: FeatureErrors) -> FormResult:
     of the noise, since the range of a sum is not larger than the sum of the ranges. It is not
     larger than the largest difference of two residuals plus the uncertainty of this difference,
     since one of these pairs has the true extremes. The noise is drawn from the covariance of the
-    points' errors after the fit.
+    points' errors after the fit. The same holds of a zone, which is the smallest range: its width
+    is a mean of differences of residuals, none of which is more uncertain than that of a pair.
 
     The value is the measured range less the mean enlargement of a range by noise, on a surface of
     the shape of the residuals whose variance is theirs less that of the noise.
     """
-    residuals = errors.association.residuals
+    residuals = (zone or errors.association).residuals
     measured = float(np.ptp(residuals))
     generator = np.random.default_rng(_SEED)
     noise = errors.noise_trials(generator)
@@ -107,14 +114,51 @@ def form_result(errors: FeatureErrors) -> FormResult:
     # How large the noise is was found with few touches itself.
     scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, len(noise)))
     shape = _without_noise(residuals, noise)
+
+    def largest(factors: FloatArray) -> FloatArray:
+        if zone is None:
+            return _largest_difference(errors, factors)
+        rows = _extremes(residuals)
+        return measured + factors * float(errors.u_of_differences(rows).max())
+
+    if zone is None:
+        bias = float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape))
+    else:
+        widths = [_width(shape + one, zone.jacobian) for one in noise[:_ZONES]]
+        bias = float(np.mean(widths)) - _width(shape, zone.jacobian)
+        alone = alone * float(
+            np.mean([_width(one, zone.jacobian) for one in noise[:_ZONES]])
+            / max(float(np.mean(alone[:_ZONES])), 1e-300)
+        )
     return bounded_form(
         measured,
         scale * _enlargement(residuals, noise, alone),
-        lambda factors: _largest_difference(errors, factors),
-        bias=float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape)),
+        largest,
+        bias=bias,
         noise=alone,
         u_machine=errors.machine,
         generator=generator,
+    )
+
+
+def _width(residuals: FloatArray, jacobian: FloatArray) -> float:
+    """Smallest range of residuals that changes of the parameters leave: a linear program. [mm]"""
+    from scipy.optimize import linprog
+
+    count, k = jacobian.shape
+    scale = max(float(np.ptp(residuals)), 1e-12)
+    lengths = np.maximum(np.abs(jacobian).max(axis=0), 1e-300)
+    one = np.ones((count, 1))
+    columns = jacobian / lengths
+    found = linprog(
+        np.append(np.zeros(k), 1.0),
+        A_ub=np.vstack([np.hstack([columns, -one]), np.hstack([-columns, -one])]),
+        b_ub=np.concatenate([-residuals, residuals]) / scale,
+        bounds=[(None, None)] * (k + 1),
+        method="highs",
+    )
+    return (
+        2.0 * scale * float(np.asarray(found.x)[k]) if found.success else float(np.ptp(residuals))
     )
 
 
@@ -181,9 +225,7 @@ def _enlargement(residuals: FloatArray, noise: FloatArray, alone: FloatArray) ->
 def _largest_difference(errors: FeatureErrors, factors: FloatArray) -> FloatArray:
     """Largest difference of two residuals plus factors of its standard uncertainty. [mm]"""
     residuals = errors.association.residuals
-    order = np.argsort(residuals)
-    paired = min(_PAIRED, max(_MOST_CHANGES // len(order), 10))
-    rows = np.unique(np.concatenate([order[:paired], order[-paired:]]))
+    rows = _extremes(residuals)
     u = errors.u_of_differences(rows)
     difference = residuals[rows][:, None] - residuals[rows]
     # Only pairs that are largest for some factor: on the way from small to large u.
@@ -192,6 +234,13 @@ def _largest_difference(errors: FeatureErrors, factors: FloatArray) -> FloatArra
     better = np.concatenate([[True], difference[1:] > np.maximum.accumulate(difference)[:-1]])
     difference, u = difference[better], u[better]
     return np.asarray(np.max(difference + factors[:, None] * u, axis=1))
+
+
+def _extremes(residuals: FloatArray) -> IntArray:
+    """Rows of the smallest and the largest residuals."""
+    order = np.argsort(residuals)
+    paired = min(_PAIRED, max(_MOST_CHANGES // len(order), 10))
+    return np.unique(np.concatenate([order[:paired], order[-paired:]]))
 
 
 def _widened(quantiles: FloatArray, u: float, generator: np.random.Generator) -> FloatArray:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import chdtri, ndtr, stdtrit
+from scipy.special import ndtr, stdtrit
 
 from pretravel.base import FloatArray, IntArray, PretravelError
+from pretravel.drawing.features.form_of_part import NO_FORM, Family, FormOfPart, form_of_part
 from pretravel.measurement import FIXED_SCATTER, Association, Points
 from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
@@ -19,12 +20,8 @@ UNKNOWN_CORRELATION = "points, correlation not stated"
 FORM_OF_PART = "form of the part"
 MACHINE = "machine"
 MAP = "map"
-_RARE = 0.01  # probability that noise alone is taken for form
 _SAME_DIRECTION = np.radians(1.0)
 _CELLS = 128  # of one degree and more, from -1 to 1
-_PERFECT = 0.3  # probability, before the touches, that a surface has no form beside the noise
-_SIZES = 24  # of the form of a part that are tried
-_LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _DOFS = (0.5, 1e4)  # of Student's t: fewer are a bound, more are normal
 _TRIALS = 4000
 _MOST_DRAWS = 4_000_000
@@ -49,13 +46,10 @@ class FeatureErrors:
         Number of the direction of each point, the same in all features.
     correlation_known : bool
         Whether the points state which errors are common.
-    excess : float
-        Standard deviation of the residuals beyond that of the errors: form of the part. [mm]
     machine : float
         Standard uncertainty of a length by other causes than the probe. [mm]
-    form_sizes, form_weights : (s,) float
-        Standard deviations of the form of the part from point to point, and their probabilities
-        by the residuals. Few residuals tell them apart poorly. [mm]
+    form : FormOfPart
+        What the residuals show beyond the errors, or cannot show.
     """
 
     association: Association
@@ -64,10 +58,13 @@ class FeatureErrors:
     fixed: FloatArray
     direction: IntArray
     correlation_known: bool
-    excess: float = 0.0
     machine: float = 0.0
-    form_sizes: FloatArray = field(default_factory=lambda: np.zeros(1))
-    form_weights: FloatArray = field(default_factory=lambda: np.ones(1))
+    form: FormOfPart = NO_FORM
+
+    @property
+    def excess(self) -> float:
+        """Standard deviation of the residuals beyond that of the errors: form of the part. [mm]"""
+        return self.form.excess
 
     @property
     def map_is_stated(self) -> bool:
@@ -150,7 +147,11 @@ class FeatureErrors:
 
 
 def feature_errors(
-    points: Points, association: Association, *, u_machine: float = 0.0
+    points: Points,
+    association: Association,
+    *,
+    u_machine: float = 0.0,
+    families: Sequence[Family] = (),
 ) -> FeatureErrors:
     """The errors of points as errors of a feature through them.
 
@@ -161,6 +162,8 @@ def feature_errors(
         Through these points.
     u_machine : float
         Standard uncertainty of a length by other causes than the probe. [mm]
+    families : sequence of Family
+        Smooth shapes that the form of the part may have.
 
     Returns
     -------
@@ -182,17 +185,11 @@ def feature_errors(
     errors = FeatureErrors(
         association, own, factors, fixed, _directions(points.normals), known, machine=u_machine
     )
-    if association.dof < 1:
+    if association.dof < 1 and not errors.map_is_stated:
         return errors
-    observed = float(np.sum(association.residuals**2))
     expected = _expected_squares(errors)
-    sizes, weights = _form_sizes(observed, expected, association.dof)
-    return replace(
-        errors,
-        excess=_excess(observed, expected, association.dof),
-        form_sizes=sizes,
-        form_weights=weights,
-    )
+    form = form_of_part(association.residuals, association.jacobian, expected, families)
+    return replace(errors, form=form)
 
 
 def _directions(normals: FloatArray) -> IntArray:
@@ -277,9 +274,12 @@ def covariance_by_weights(
         length = np.linalg.norm(weights, axis=0)
         share = own / np.maximum(length, 1e-300)
         found[UNKNOWN_CORRELATION] = (length @ own) * (weights * share) @ weights.T
-    excess = np.repeat([each.excess for each in features], [len(each.own) for each in features])
-    if excess.any():
-        found[FORM_OF_PART] = (weights * excess**2) @ weights.T
+    form, start = np.zeros((len(weights), len(weights))), 0
+    for each in features:
+        mine = slice(start, start + len(each.own))
+        form, start = form + each.form.covariance(weights[:, mine]), mine.stop
+    if form.any():
+        found[FORM_OF_PART] = form
     return {cause: np.asarray(part) for cause, part in found.items()}
 
 
@@ -321,7 +321,8 @@ def noise_of_features(
     """
     check_same_causes(features)
     drawn = [
-        np.hypot(each.own, each.excess) * generator.standard_normal((trials, len(each.own)))
+        each.own * generator.standard_normal((trials, len(each.own)))
+        + each.form.drawn(trials, generator, len(each.own))
         for each in features
     ]
     for cause, rows in features[0].shared.items():
@@ -361,10 +362,11 @@ def dof_of_features(terms: _Terms, u: float) -> float:
     """
     variance, probability, by_form = np.zeros(1), np.ones(1), 0.0
     for errors, rows in terms:
-        factor = float(np.sum((rows @ errors.association.response) ** 2))
-        by_form += errors.excess**2 * factor
-        variance = np.add.outer(variance, errors.form_sizes**2 * factor).ravel()
-        probability = np.multiply.outer(probability, errors.form_weights).ravel()
+        weights = rows @ errors.association.response
+        by_form += float(errors.form.covariance(weights)[0, 0])
+        variances, likely = errors.form.variances(weights[0])
+        variance = np.add.outer(variance, variances).ravel()
+        probability = np.multiply.outer(probability, likely).ravel()
     return dof_of_mixture(np.sqrt(max(u**2 - by_form, 0.0) + variance), probability, u)
 
 
@@ -379,37 +381,6 @@ def _expected_squares(errors: FeatureErrors) -> float:
     return expected + float(
         np.sum(errors.fixed**2) - np.sum(errors.sums_by_direction(basis.T) ** 2)
     )
-
-
-def _excess(observed: float, expected: float, dof: int) -> float:
-    """Standard deviation of residuals that the errors of the points do not explain. [mm]
-
-    Zero where the errors alone exceed the observed sum of squares in more than one of a hundred
-    cases (chi-squared distribution).
-    """
-    limit = expected * float(chdtri(dof, _RARE)) / dof
-    if observed <= limit:
-        return 0.0
-    return float(np.sqrt((observed - expected) / dof))
-
-
-def _form_sizes(observed: float, expected: float, dof: int) -> tuple[FloatArray, FloatArray]:
-    """Standard deviations of the form of a part, and their probabilities by the residuals. [mm]
-
-    Before the touches a surface has no form with a probability of 0.3, and all orders of magnitude
-    of a form are alike. The sum of the squares is distributed as chi-squared. With more weight on
-    surfaces without form, sizes of rough bores of five touches would be accepted falsely too often;
-    with less, four touches of a perfect bore would say still less (benchmarks/features.py).
-    """
-    noise = max(math.sqrt(expected / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
-    largest = _MOST * max(noise, math.sqrt(observed / dof))
-    sizes = np.concatenate([[0.0], np.geomspace(_LEAST * noise, largest, _SIZES)])
-    variance = noise**2 + sizes**2
-    likelihood = -0.5 * (dof * np.log(variance / noise**2) + observed / variance)
-    prior = np.full(len(sizes), (1.0 - _PERFECT) / _SIZES)
-    prior[0] = _PERFECT
-    weights = prior * np.exp(likelihood - likelihood.max())
-    return sizes, weights / weights.sum()
 
 
 def dof_of_mixture(deviations: FloatArray, weights: FloatArray, u: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +23,18 @@ from pretravel.base import (
     from_file,
     frozen,
 )
-from pretravel.drawing.features.extreme_association import GAUSSIAN, TANGENT, associate_by
+from pretravel.drawing.features.extreme_association import (
+    GAUSSIAN,
+    KINDS_BY_CRITERION,
+    MINIMUM_ZONE,
+    TANGENT,
+    associate_by,
+)
 from pretravel.drawing.features.feature_form import FormResult, form_result
 from pretravel.drawing.features.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
+from pretravel.drawing.features.form_families import families_of
+from pretravel.drawing.features.form_of_part import NO_FORM, UNSEEN
+from pretravel.drawing.features.largest_distance import LargestDistance, largest_distance
 from pretravel.measurement import SIZE_NAMES, Association, Points, associate
 from pretravel.uncertainty import coverage_factor
 
@@ -112,7 +122,11 @@ class MeasuredFeature(WithPlot):
     located_covariance : (m, m) float
         Of the position in these directions. [mm²]
     form : FormResult
-        From the residuals of least squares, also of an extreme feature.
+        The width of the minimum zone, or from the residuals of least squares.
+    form_by : str
+        Which of the two: minimum-zone or gaussian.
+    range_about_least_squares : float
+        Largest less smallest residual of the feature of least squares. [mm]
     nominal : (3,) float or None
         The nominal position that was given. [mm]
     """
@@ -130,6 +144,8 @@ class MeasuredFeature(WithPlot):
     located_covariance: FloatArray
     form: FormResult
     nominal: FloatArray | None = None
+    form_by: str = GAUSSIAN
+    range_about_least_squares: float = math.nan
 
     def __repr__(self) -> str:
         told = [" ".join(filter(None, (self.kind, self.label))), f"{len(self.points):,} points"]
@@ -147,7 +163,7 @@ class MeasuredFeature(WithPlot):
     def position(self) -> tuple[float, float]:
         """Twice the distance from the nominal position, and its standard uncertainty. [mm]
 
-        The uncertainty is that along the distance.
+        As of `largest_distance`: without what errors add to a distance near zero.
 
         Raises
         ------
@@ -156,7 +172,12 @@ class MeasuredFeature(WithPlot):
         """
         if self.located is None:
             raise PretravelError("the position needs a nominal position", inputs=("at",))
-        return position_and_uncertainty(self.located, self.located_covariance)
+        return self._distance.value, self._distance.u
+
+    @cached_property
+    def _distance(self) -> LargestDistance:
+        assert self.located is not None
+        return largest_distance(self.located[None], self.located_covariance, self.position_dof)
 
     @property
     def position_dof(self) -> float:
@@ -177,26 +198,70 @@ class MeasuredFeature(WithPlot):
         """All that is stated: `quantities`, the position, the form and the measured ranges."""
         found = list(self.quantities)
         if self.located is not None:
-            value, u = self.position
-            plain = self.uncompensated_position
-            found.append(Quantity("position", value, u, {}, plain, dof=self.position_dof))
+            (value, u), dof = self.position, self.position_dof
+            plain, ends = self.uncompensated_position, self._distance.ends
+            found.append(Quantity("position", value, u, {}, plain, dof=dof, ends=ends))
         if self.association.dof > 0:
             form, before = self.form, self.uncompensated
             if self.points.state_uncertainty:  # else the noise may be all of it
                 found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
             plain = None if before is None else before.form
+            whole = self.range_about_least_squares
             if self.is_extreme:
-                found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}))
+                found.append(Quantity(MEASURED_RANGE, whole, math.nan, {}))
                 name = f"{MEASURED_RANGE}, {self.association.criterion}"
                 found.append(Quantity(name, self.association.form, math.nan, {}, plain))
             else:
-                found.append(Quantity(MEASURED_RANGE, form.measured, math.nan, {}, plain))
+                found.append(Quantity(MEASURED_RANGE, whole, math.nan, {}, plain))
+            if MINIMUM_ZONE == self.form_by != self.association.criterion:
+                name = f"{MEASURED_RANGE}, {MINIMUM_ZONE}"
+                found.append(Quantity(name, form.measured, math.nan, {}))
         return tuple(found)
+
+    def with_form_by(self, criterion: str) -> MeasuredFeature:
+        """The same feature, with the form of this association.
+
+        Parameters
+        ----------
+        criterion : str
+            minimum-zone (as ISO 1101 defines form; a slot has none, and keeps that of least
+            squares) or gaussian.
+        """
+        if criterion == self.form_by or self.kind not in KINDS_BY_CRITERION[criterion]:
+            return self
+        axis = None if self.association.direction is None else self.association.direction
+        gaussian = associate(self.kind, self.points.positions, axis=axis)
+        errors = feature_errors(self.points, gaussian, u_machine=self.errors.machine)
+        zone = None
+        if criterion == MINIMUM_ZONE:
+            zone = associate_by(criterion, self.kind, self.points.positions, axis=axis)
+        return replace(self, form=form_result(errors, zone), form_by=criterion)
 
     @property
     def is_extreme(self) -> bool:
         """Whether it rests on its extreme points alone, not on all as that of least squares."""
         return self.association.criterion != GAUSSIAN
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the places of the touches hide, and U does not contain or has by prior alone."""
+        form, found = self.errors.form, []
+        if form.hidden:
+            lobes = [text.split()[0] for text in form.hidden if text.endswith(" lobes")]
+            shapes = [text for text in form.hidden if not text.endswith(" lobes")]
+            words = [f"{', '.join(lobes)} lobes"] if lobes else []
+            found.append(
+                f"the places of its {len(self.points)} touches do not show "
+                f"{' or '.join([*words, *shapes])}: they look like another "
+                f"{'size or place' if lobes else 'place or direction'}, and U does not contain "
+                "them. Touch at unequal steps, or more places, where the part may have them"
+            )
+        if form.by_prior:
+            found.append(
+                f"no residual shows its form; u contains a usual one, {UNSEEN / MICROMETRE:g} µm "
+                "from touch to touch. Touch more places"
+            )
+        return tuple(found)
 
     @property
     def carrying(self) -> tuple[str, ...]:
@@ -285,7 +350,8 @@ def measure_feature(
         gaussian, minimum-zone, inscribed, circumscribed or tangent, as of `associate_by`. The
         uncertainty of an extreme feature is that of the points on which it rests; it contains no
         form of the part, where the points state their uncertainty. Noise makes an extreme feature
-        larger or smaller on average, which is not taken off.
+        larger or smaller on average, which is not taken off. The form of a minimum zone is its
+        width, with its own interval; of all others it is that of least squares.
 
     Returns
     -------
@@ -328,11 +394,16 @@ def measure_feature(
         points = replace(points, normals=frozen(inward * found.outward))
     stated = kind in ("bore", "boss") or not plain
     side = _side(points, found, kind) if stated else ""
-    errors = feature_errors(points, found, u_machine=u_machine)
-    form = form_result(errors)
+    families = families_of(kind, found)
+    errors = feature_errors(points, found, u_machine=u_machine, families=families)
+    whole, form_by, zone = found.form, GAUSSIAN, None
+    of_least_squares = errors
     if association != GAUSSIAN:
         found = associate_by(association, kind, points.positions, axis=axis, at=at, side=side)
         errors = _of_extreme(errors, found, points)
+        if association == MINIMUM_ZONE:
+            form_by, zone = MINIMUM_ZONE, found
+    form = form_result(of_least_squares, zone)
     before, rebuilt = _uncompensated(points, found, (kind, side), axis, at)
     parts = errors.parts(found.located_along @ found.point_rows)
     covariance = sum(parts.values()) + u_machine**2 * np.eye(len(found.located_along))
@@ -353,6 +424,8 @@ def measure_feature(
         located_covariance=frozen(covariance),
         form=form,
         nominal=None if at is None else frozen(np.asarray(at, dtype=np.float64)),
+        form_by=form_by,
+        range_about_least_squares=whole,
     )
 
 
@@ -364,13 +437,7 @@ def _of_extreme(errors: FeatureErrors, found: Association, points: Points) -> Fe
     """
     if not points.state_uncertainty:
         return replace(errors, association=found)
-    return replace(
-        errors,
-        association=found,
-        excess=0.0,
-        form_sizes=np.zeros(1),
-        form_weights=np.ones(1),
-    )
+    return replace(errors, association=found, form=NO_FORM)
 
 
 def position_and_uncertainty(located: FloatArray, covariance: FloatArray) -> tuple[float, float]:

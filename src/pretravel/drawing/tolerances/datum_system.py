@@ -1,7 +1,8 @@
 """The frame of a drawing from its datums, as measured features: ISO 5459.
 
-Each datum takes the motions that it determines and those before it left. The frame follows from the
-parameters of the datum features by linear equations, so that its errors are those of their points.
+Each datum takes the motions that it determines and those before it left: a second plane is
+associated at the angle to the first that the drawing has. The frame follows from the parameters of
+the datum features by linear equations, so that its errors are those of their points.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from pretravel.base import ConvergenceError, FloatArray, Placement, PretravelError, frozen
 from pretravel.drawing.features.measured_feature import MeasuredFeature
@@ -117,8 +119,9 @@ def datum_system(datums: Datums) -> DatumSystem:
 
     References
     ----------
-    ISO 5459: the order of datums. The features are associated as they were measured: least
-    squares, or as the drawing's file states.
+    ISO 5459: the order of datums. The first is associated as it was measured: by least squares, or
+    as the drawing's file states. A later one has the orientation that those before it leave, and
+    the place in which the squares of its points' distances are least.
 
     >>> datum_system(()).free.shape
     (6, 6)
@@ -187,9 +190,12 @@ def _staged(
         wanted = [_equations(each, placement, middle, lever) for each in group]
         matrix = np.vstack([one[0] for one in wanted]) * scale
         off = np.concatenate([one[1] for one in wanted])
-        u, size, v = np.linalg.svd(matrix @ left, full_matrices=True)
+        _, size, v = np.linalg.svd(matrix @ left, full_matrices=True)
         rank = int(np.sum(size > _DETERMINED))
-        inverse = (left @ v[:rank].T / size[:rank]) @ u[:, :rank].T
+        taken = left @ v[:rank].T
+        weight = block_diag(*(_weight(each, one[2]) for each, one in
+                              zip(group, wanted, strict=True)))  # fmt: skip
+        inverse = taken @ np.linalg.pinv(weight @ matrix @ taken) @ weight
         motion = motion + inverse @ (off - matrix @ motion)
         rows = [row - inverse @ (matrix @ row) for row in rows]
         start = 0
@@ -206,6 +212,18 @@ def _staged(
         [from_origin(row) for row in rows],
         from_origin(left),
     )
+
+
+def _weight(datum: DatumFeature, change: FloatArray) -> FloatArray:
+    """Weights of the equations of a datum with which their squares are those of its points, (e, e).
+
+    Where the datums before it leave too few motions for its equations, the best of them is the
+    feature of least squares under their constraint, which does not depend on the nominal point.
+    """
+    jacobian = datum.feature.association.jacobian
+    scatter = change @ np.linalg.pinv(jacobian.T @ jacobian) @ change.T
+    sizes, vectors = np.linalg.eigh(scatter)
+    return np.asarray((vectors / np.sqrt(np.maximum(sizes, 1e-12 * sizes[-1]))).T)
 
 
 def _equations(

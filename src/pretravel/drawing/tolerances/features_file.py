@@ -36,6 +36,8 @@ class DrawnFeature:
         [mm]
     geometric : tuple of GeometricTolerance
         Tolerances to datums, which are other features of the drawing.
+    form_association : str or None
+        By which the form is decided: minimum-zone or gaussian. None: that of the option.
     """
 
     kind: str
@@ -49,6 +51,7 @@ class DrawnFeature:
     position_tolerance: float | None = None
     form_tolerance: float | None = None
     geometric: tuple[GeometricTolerance, ...] = ()
+    form_association: str | None = None
 
     def __post_init__(self) -> None:
         if self.association is not None:

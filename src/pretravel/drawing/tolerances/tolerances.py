@@ -16,6 +16,7 @@ from pretravel.drawing.features.conformity import (
     position_conformity,
     size_conformity,
 )
+from pretravel.drawing.features.extreme_association import GAUSSIAN, MINIMUM_ZONE
 from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
 from pretravel.drawing.tolerances.tolerance_frame import GeometricResult
 
@@ -34,14 +35,22 @@ class FeatureTolerances:
         Roundness, flatness, straightness, cylindricity. [mm]
     probability : float
         At which conformity or nonconformity is proven.
+    form_by : str
+        Association whose form is compared: minimum-zone, as ISO 1101 defines form, or gaussian.
     """
 
     size: tuple[float, float] | None = None
     position: float | None = None
     form: float | None = None
     probability: float = DEFAULT_PROBABILITY
+    form_by: str = MINIMUM_ZONE
 
     def __post_init__(self) -> None:
+        if self.form_by not in (MINIMUM_ZONE, GAUSSIAN):
+            raise PretravelError(
+                f"a form is decided by {MINIMUM_ZONE} or {GAUSSIAN}, not by '{self.form_by}'",
+                inputs=("form_association",),
+            )
         check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
 
     @property
@@ -123,8 +132,9 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
     Returns
     -------
     InspectedFeature
-        Nothing is decided where the map of the points stated no uncertainty (a prediction): its
-        error may be larger than all others.
+        Its form is that of the association by which it is decided. Nothing is decided where the
+        map of the points stated no uncertainty (a prediction): its error may be larger than all
+        others.
 
     Raises
     ------
@@ -143,21 +153,21 @@ def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> 
             raise PretravelError(
                 "a tolerance of the position needs the nominal position", inputs=("at",)
             )
-        found.append(
-            position_conformity(
-                feature.located,
-                feature.located_covariance,
-                tolerances.position,
-                required,
-                dof=feature.position_dof,
-            )
+        position = position_conformity(
+            feature.located,
+            feature.located_covariance,
+            tolerances.position,
+            required,
+            dof=feature.position_dof,
         )
+        found.append(position.with_value(*feature.position))
     if tolerances.form is not None:
         if feature.association.dof < 1:
             raise PretravelError(
                 f"{len(feature.points)} points determine a {feature.kind} exactly: they say "
                 f"nothing about its {feature.form_name}; touch more points"
             )
+        feature = feature.with_form_by(tolerances.form_by)
         found.append(form_conformity(feature.form_name, feature.form, tolerances.form, required))
     return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
 

@@ -17,6 +17,7 @@ from pretravel.drawing.features.feature_uncertainty import (
     covariance_by_source,
     dof_of_features,
 )
+from pretravel.drawing.features.largest_distance import largest_distance
 from pretravel.drawing.features.measured_feature import Quantity
 from pretravel.drawing.tolerances.datum_system import DatumSystem, moved_by_frame
 from pretravel.drawing.tolerances.tolerance_frame import (
@@ -100,11 +101,12 @@ def decided_places(
         dof=min(_dof(terms, parts, row) for row in range(located.size)),
         refit=keep,
     )
+    quantity = _quantity(tolerance.name, located, parts, keep, conformity.dof)
     return GeometricResult(
         tuple(placed.label for placed in features),
         tolerance,
-        _quantity(tolerance.name, located, parts, keep, conformity.dof),
-        conformity,
+        quantity,
+        conformity.with_value(quantity.value, quantity.u),
         bonus,
         places.free.shape[1],
         remarks,
@@ -161,7 +163,7 @@ def _terms(
 def _quantity(
     name: str, located: FloatArray, parts: Mapping[str, FloatArray], keep: FloatArray, dof: float
 ) -> Quantity:
-    """Twice the largest distance, with the uncertainty along itself."""
+    """Twice the largest distance; its sources have shares as along itself."""
     worst = int(np.argmax(np.linalg.norm(located, axis=1)))
     length = float(np.linalg.norm(located[worst]))
     mine = slice(worst * located.shape[1], (worst + 1) * located.shape[1])
@@ -172,8 +174,12 @@ def _quantity(
         cause: 2.0 * math.sqrt(max(float(along @ keep @ part @ keep.T @ along), 0.0))
         for cause, part in parts.items()
     }
-    u = math.sqrt(sum(each**2 for each in share.values()))
-    return Quantity(name, 2.0 * length, u, share, dof=dof)
+    count = located.size
+    total = np.asarray(sum(parts.values()))[:count, :count]
+    found = largest_distance(located, total, dof, keep[:count, :count])
+    linear = math.sqrt(sum(each**2 for each in share.values()))
+    share = {cause: each * found.u / max(linear, 1e-300) for cause, each in share.items()}
+    return Quantity(name, found.value, found.u, share, dof=dof, ends=found.ends)
 
 
 def _merged(
@@ -197,8 +203,8 @@ def _dof(
     u = math.sqrt(max(sum(float(part[row, row]) for part in parts.values()), 0.0))
     if u == 0.0:
         return math.inf
-    weight = [float(np.sum((rows[row : row + 1] @ errors.association.response) ** 2))
-              * errors.excess**2 for errors, rows in terms]  # fmt: skip
+    weight = [float(errors.form.covariance(rows[row : row + 1] @ errors.association.response)[0, 0])
+              for errors, rows in terms]  # fmt: skip
     chosen = np.argsort(weight)[::-1][:2]
     return dof_of_features([(terms[i][0], terms[i][1][row : row + 1]) for i in chosen], u)
 

@@ -16,6 +16,7 @@ from pretravel.drawing.features.feature_uncertainty import (
     covariance_by_weights,
     noise_of_features,
 )
+from pretravel.drawing.features.form_of_part import NO_FORM
 from pretravel.drawing.features.measured_feature import Quantity
 from pretravel.drawing.tolerances.datum_system import DatumSystem, moved_by_frame
 from pretravel.drawing.tolerances.tolerance_frame import (
@@ -201,7 +202,7 @@ def _form(
     The errors of the datums move the zone. The form of the surface itself is no error.
     """
     generator = np.random.default_rng(_SEED)
-    surface = replace(own, excess=0.0)
+    surface = replace(own, form=NO_FORM)
     involved = [surface, *(each.errors for each in system.features)]
     drawn = noise_of_features(involved, _TRIALS, generator)
     moved = factor * drawn[0]

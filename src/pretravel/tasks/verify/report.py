@@ -12,6 +12,7 @@ from pretravel.files import Entry
 from pretravel.qualification import (
     CHANCE,
     LOOSE,
+    MENTIONED,
     ONE_DIRECTION,
     PRELOAD,
     SOFT_SIDE,
@@ -109,14 +110,12 @@ _NOTES = (
     ),
     "a bent stylus or a moved tip shifts only the centre: touches on a reference do not show it",
 )
-_MENTIONED = 0.1
-"""Causes with a smaller probability are not in the report."""
 
 
 def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:
     if not result.causes:
         return ()
-    named = [cause for cause in result.causes if cause.probability >= _MENTIONED]
+    named = [cause for cause in result.causes if cause.probability >= MENTIONED]
     texts = [f"{cause_text(cause)} (probability {cause.probability:.2f})" for cause in named]
     return (KeyFigure("likely cause", "; or ".join(texts)),)
 

@@ -130,10 +130,15 @@ class Coverage:
 
     @property
     def verdict(self) -> str:
-        """``honest``, ``too small`` or ``too large``."""
-        if self.interval[1] < EXPANDED_COVERAGE:
+        """``honest``, ``too small`` or ``too large``.
+
+        U is so only where the interval of the share does not contain what is stated.
+        """
+        low, high = self.interval
+        if high < EXPANDED_COVERAGE:
             return "too small"
-        return "too large" if self.needed < 1.0 / TOO_LARGE else "honest"
+        large = low > EXPANDED_COVERAGE and self.needed < 1.0 / TOO_LARGE
+        return "too large" if large else "honest"
 
 
 @dataclass(frozen=True, eq=False)

@@ -237,12 +237,16 @@ def _rms(values: FloatArray) -> float:
 
 
 def _figure(each: Coverage) -> KeyFigure:
+    from pretravel.drawing.tasks.check_budget.budget_check import TOO_LARGE
     from pretravel.show import KeyFigure, decimals
 
     low, high = (100.0 * end for end in each.interval)
+    perhaps = ""
+    if each.verdict == "honest" and each.needed < 1.0 / TOO_LARGE:
+        perhaps = "; it may be too large, more sets would tell"
     return KeyFigure(
         f"{each.name}: errors within U", 100.0 * each.share, "%", decimals(1),
-        remark=f"{low:.1f} to {high:.1f} %; 95.4 % is stated: {each.verdict}",
+        remark=f"{low:.1f} to {high:.1f} %; 95.4 % is stated: {each.verdict}{perhaps}",
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from pretravel.drawing.features.conformity import (
     conformity_words,
     verdict_words,
 )
+from pretravel.drawing.features.extreme_association import MINIMUM_ZONE
 from pretravel.drawing.features.feature_budget import feature_budgets
 from pretravel.drawing.features.feature_results import features_table, residuals_table
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
@@ -53,8 +54,9 @@ _ASSOCIATION = (
 )
 _FORM_BESIDE = (
     "form (roundness, flatness, …) is that of the surface at the touched points, in bounds that "
-    "hold for any shape, from the residuals of least squares; the measured range of an extreme "
-    "feature stands beside and contains the noise. Extreme features are those near the one of "
+    "hold for any shape, by the minimum zone where that is stated, else from the residuals of "
+    "least squares; the measured range of an extreme feature stands beside and contains the noise. "
+    "Extreme features are those near the one of "
     "least squares; others may exist where the form is large"
 )
 _BETWEEN = "Between features"
@@ -416,9 +418,8 @@ def _form_words(feature: MeasuredFeature) -> str:
     low, high = (end / MICROMETRE for end in feature.form.interval)
     found = f"at most {high:.2f} µm" if low == 0.0 else f"{low:.2f} to {high:.2f} µm"
     measured = feature.form.measured / MICROMETRE
-    return (
-        f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), measured range {measured:.2f} µm"
-    )
+    zone = "minimum zone" if feature.form_by == MINIMUM_ZONE else "measured range"
+    return f"{feature.form_name}{AT_TOUCHED_POINTS} {found} (95 %), {zone} {measured:.2f} µm"
 
 
 def _touched(inspected: InspectedFeature) -> str:
@@ -648,8 +649,9 @@ def _notes(
         excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
         notes.append(
             f"{', '.join(map(_name, rough))}: the residuals scatter by {_range_text(excess)} more "
-            f"than the errors of the points explain. This is {FORM_OF_PART} (or another error); "
-            "its effect on size and position is in u, as if it were random"
+            f"than the errors of the points explain. This is {FORM_OF_PART}, or touches "
+            "that scatter more than those on the reference; its effect on size and position is in "
+            "u, with the correlation of the shapes that the residuals show"
         )
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
@@ -744,5 +746,8 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
         "known, and a gross error would not be seen"
         for feature in features
         if feature.association.dof < 1
+    )
+    warnings.extend(
+        f"{_name(feature)}: {text}" for feature in features for text in feature.warnings
     )
     return warnings

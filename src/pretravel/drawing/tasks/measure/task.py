@@ -52,6 +52,7 @@ def _features() -> list[str]:
 
 
 Criterion: TypeAlias = Literal["gaussian", "minimum-zone", "inscribed", "circumscribed", "tangent"]
+FormCriterion: TypeAlias = Literal["minimum-zone", "gaussian"]
 
 
 class Measure(LaboratoryReport):
@@ -108,8 +109,8 @@ class Measure(LaboratoryReport):
             help="Instead of --feature: all features of a drawing with their tolerances: .toml, or "
             "a plan, .qif or .dmi. In the .toml a table [[feature]] for each, with kind, select, "
             "label, association, axis, at_mm, tolerance, nominal_mm, position_tolerance_mm, "
-            "form_tolerance_mm; [[feature.geometric]] with kind, tolerance_mm, datums, material; "
-            "[[pattern]]; [[between]].",
+            "form_tolerance_mm, form_association; [[feature.geometric]] with kind, tolerance_mm, "
+            "datums, material; [[pattern]]; [[between]].",
             label="Features of a drawing",
             reads=True,
         ),
@@ -198,6 +199,15 @@ class Measure(LaboratoryReport):
             label="Tolerance of the form",
         ),
     ] = None
+    form_association: Annotated[
+        FormCriterion,
+        Field(
+            help="By which a tolerance of the form is decided: minimum-zone (ISO 1101), or "
+            "gaussian, least squares.",
+            words={"minimum-zone": "minimum zone (ISO 1101)", "gaussian": "least squares"},
+            label="Form by",
+        ),
+    ] = "minimum-zone"
     probability: Annotated[
         float,
         Field(
@@ -288,6 +298,9 @@ class Measure(LaboratoryReport):
                     nominal=row.nominal,
                     position_tolerance=row.position_tolerance,
                     form_tolerance=row.form_tolerance,
+                    form_association=cast(
+                        "FormCriterion", row.form_association or self.form_association
+                    ),
                 )
                 tasks[name].tolerances()
             except PretravelError as error:
@@ -316,7 +329,11 @@ class Measure(LaboratoryReport):
         from pretravel.drawing.tolerances.tolerances import FeatureTolerances
 
         return FeatureTolerances(
-            self._limits(), self.position_tolerance, self.form_tolerance, self.probability
+            self._limits(),
+            self.position_tolerance,
+            self.form_tolerance,
+            self.probability,
+            self.form_association,
         )
 
     def _limits(self) -> tuple[float, float] | None:
