@@ -84,6 +84,14 @@ class Separate(LaboratoryReport):
             },
         ),
     ] = "reml"
+    clockwise: Annotated[
+        bool,
+        Field(
+            help="The orientations of the probe are counted clockwise, seen from the spindle.",
+            label="Orientations are counted clockwise",
+            hint="A warning says where they seem to be",
+        ),
+    ] = False
     pair: Annotated[
         tuple[Indices, ...],
         Field(
@@ -124,11 +132,14 @@ class Separate(LaboratoryReport):
             A variance of repeats without its configuration, or the reverse; as `separate`.
         """
         from pretravel.files.separation_csv import read_multi_step_test
+        from pretravel.laboratory.multi_step_readings import counted_the_other_way
         from pretravel.laboratory.separation import separate
 
         statements = self.statements()
         repeated = self._repeated()
         measured, notes = read_multi_step_test(self.readings)
+        if self.clockwise:
+            measured = counted_the_other_way(measured)
         with progress.working(f"separating {len(measured)} readings"):
             found = separate(measured, method=self.method, repeated=repeated, exclude=self.exclude)
         found = replace(found, notes=(*notes, *found.notes))

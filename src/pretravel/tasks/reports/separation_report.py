@@ -76,7 +76,7 @@ def separation_document(
             *_model_picture(result, title),
         ),
         notes=result.notes,
-        warnings=tuple(warnings),
+        warnings=(*(f"{each} (--clockwise)" for each in result.warnings), *warnings),
         data=_data(result),
     )
 
