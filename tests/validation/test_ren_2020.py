@@ -33,6 +33,8 @@ from pretravel.prediction.materials import material
 from pretravel.prediction.predict import predict
 from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_coefficient, seat_statics
+from tests.support.commands import rows, run
+from tests.support.examples import EXAMPLES
 from tests.support.ren_probe import SECTION_4, ren_terms
 from tests.support.statics_by_hand import direction
 
@@ -170,6 +172,25 @@ _ELASTIC = 2.0 / 200e3
 RIGID = 1.5 * 0.655 * 0.9744 * np.cbrt(_ELASTIC**2 * 3.0)
 BENDING = 64.0 * 18.0**3 / (3.0 * np.pi * 200e3 * 2.0**4)
 COMPRESSION = 0.8255 * np.cbrt((1.0 / 620e3 + 1.0 / 200e3) ** 2 / 4.0)
+
+
+def test_the_papers_own_probe_is_an_example(tmp_path: Path) -> None:
+    """Section 4's moduli, as a table of the description: `predict` is equation 12 by its numbers
+    in numpy, with L_k added (spindle), at the forces of its own seats. Mean force 0.082 N."""
+    path = EXAMPLES / "ren_2020_probe.toml"
+    run("predict", path, "--model", "ren", "--workpiece", "part of the paper",
+        "--azimuth", "0:355:5", "--polar", "90", "-o", tmp_path / "map.csv")  # fmt: skip
+    found = rows(tmp_path / "map.csv")
+    force = np.array([float(row["trigger_force_N"]) for row in found])
+    assert force.mean() == pytest.approx(0.082, abs=5e-4)  # the paper's digits
+    for name, expected in (
+        ("seat_tilt", RIGID * force ** (2 / 3)),
+        ("stylus_bending", BENDING * force),
+        ("tip_on_part", COMPRESSION * force ** (2 / 3)),
+    ):
+        share = [float(row[f"share_{name}_um"]) for row in found]
+        # The paper's 0.655 n_delta and 0.8255 are rounded to four digits.
+        assert share == pytest.approx(1e3 * expected, rel=5e-4), name
 
 
 def test_equation_1_abbe_error() -> None:

@@ -64,7 +64,9 @@ class Material:
 
 
 @dataclass(frozen=True)
-class _MaterialTable:
+class MaterialTable:
+    """The keys of a material in a file."""
+
     youngs_modulus: float
     poissons_ratio: float
     density: float
@@ -72,7 +74,14 @@ class _MaterialTable:
 
 
 _STRUCTURE = TomlStructure()
-_STRUCTURE.table(_MaterialTable, youngs_modulus="youngs_modulus_GPa", density="density_g_cm3")
+
+
+def state_keys(structure: TomlStructure) -> None:
+    """State the keys of tables of materials in a kind of file."""
+    structure.table(MaterialTable, youngs_modulus="youngs_modulus_GPa", density="density_g_cm3")
+
+
+state_keys(_STRUCTURE)
 
 
 def material_in(document: TomlDocument, name: str, *place: str | int) -> Material:
@@ -82,7 +91,7 @@ def material_in(document: TomlDocument, name: str, *place: str | int) -> Materia
     >>> material_in(parse_toml(text), "aluminium").youngs_modulus
     70000.0
     """
-    table = _STRUCTURE.make(document, _MaterialTable, *place)
+    table = _STRUCTURE.make(document, MaterialTable, *place)
     with document.located(*place):
         return Material(
             name, table.youngs_modulus, table.poissons_ratio, table.density, table.source

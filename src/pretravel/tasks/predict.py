@@ -110,14 +110,13 @@ class Predict(Reported):
             An unknown model; a direction in which the probe never triggers; a probe that cannot be
             predicted.
         """
-        from pretravel.prediction.materials import material
         from pretravel.prediction.predict import predict
 
         trigger = predict(
             probe,
             self.directions,
             self.model,
-            workpiece=material(self.workpiece),
+            workpiece=probe.part_material(self.workpiece),
             gravity=self.gravity,
         )
         return PredictedProbe(self, probe, trigger)
@@ -169,14 +168,13 @@ class PredictedProbe(Result):
             seats or a contact that opens, have a table in either case.
         """
         from pretravel.prediction.compliance.base import compliance_model
-        from pretravel.prediction.materials import material
         from pretravel.prediction.predict import predicted_map
         from pretravel.prediction.response import probe_response, response_map
 
         task = self.task
         of_statics = self.probe.seats.friction == 0.0
         if exact and of_statics and compliance_model(task.model).condenses(self.probe):
-            workpiece = material(task.workpiece)
+            workpiece = self.probe.part_material(task.workpiece)
             response = probe_response(
                 self.probe, task.model, workpiece=workpiece, gravity=task.gravity
             )

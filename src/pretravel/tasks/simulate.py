@@ -118,6 +118,7 @@ class Simulate(PlacedPart, Reported):
     def run(self, progress: Progress = SILENT) -> SimulatedPart:
         """Touch the targets."""
         from pretravel.files.touches_csv import read_targets
+        from pretravel.prediction.description import Probe
         from pretravel.prediction.materials import material
         from pretravel.probing import simulation
         from pretravel.probing.surface_touches import describe_failures
@@ -128,7 +129,11 @@ class Simulate(PlacedPart, Reported):
         shape = parse_surface(self.surface)
         wanted = read_targets(self.targets, shape, approach=self.approach)
         setup = simulation.PartSetup(
-            material=material(self.workpiece),
+            material=(
+                known.part_material(self.workpiece)
+                if isinstance(known, Probe)
+                else material(self.workpiece)
+            ),
             friction=self.friction,
             clearance=self.clearance,
             check_stylus=self.stem,

@@ -103,13 +103,12 @@ class Slide(Reported):
         PretravelError
             A surface, a process or a model that cannot be followed.
         """
-        from pretravel.prediction.materials import material
         from pretravel.probing.slide import SlideSettings, slide
         from pretravel.probing.tip import predicted_tip
         from pretravel.surface.specification import face_of
 
         shape = face_of(self.surface)
-        tip = predicted_tip(probe, self.model, workpiece=material(self.workpiece))
+        tip = predicted_tip(probe, self.model, workpiece=probe.part_material(self.workpiece))
         settings = SlideSettings(
             step=self.step,
             steps=self.steps,
