@@ -232,7 +232,7 @@ def _toml_kinds() -> dict[str, tuple[Any, Any, Any]]:
         "material": (
             materials._STRUCTURE,
             None,
-            [("materials.NAME", materials._MaterialTable, False)],
+            [("materials.NAME", materials.MaterialTable, False)],
         ),
         "machine": (machine_file._STRUCTURE, machine_file._Tables, None),
         "laboratory": (TomlStructure(), laboratory_file.LaboratoryStatements, None),
