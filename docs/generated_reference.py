@@ -173,11 +173,19 @@ def materials(_: str) -> str:
             f"{known.youngs_modulus / 1e3:g}",
             f"{known.poissons_ratio:g}",
             f"{known.density * 1e6:g}",
+            "" if known.hardness is None else f"{known.hardness / 1e3:g}",
             known.source,
         )
         for name, known in sorted(known_materials().items())
     ]
-    head = ("name", "Young's modulus / GPa", "Poisson's ratio", "density / g/cm³", "source")
+    head = (
+        "name",
+        "Young's modulus / GPa",
+        "Poisson's ratio",
+        "density / g/cm³",
+        "hardness / GPa",
+        "source",
+    )
     return table(head, rows)
 
 

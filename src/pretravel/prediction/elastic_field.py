@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from pretravel.base.arrays import FloatArray, frozen
 from pretravel.prediction.compliance.fem import FiniteElements, seat_closure
+from pretravel.prediction.contact_stress import ContactStress, seat_stress, tip_stress
 from pretravel.prediction.description import Probe
 from pretravel.prediction.fem.condensation import ElasticField, ReducedModel
 from pretravel.prediction.fem.elasticity import stress_of
@@ -43,6 +44,11 @@ class TriggerField:
         [N]
     points, forces : (8, 3) float
         Points at which seats, tip and spring push, and their forces at the trigger. [mm], [N]
+    seats : ContactStress
+        Of the six seats at the trigger, which the stress of elements does not contain.
+    seats_at_rest : ContactStress
+    tip : ContactStress
+        Of tip and part, one force.
     """
 
     elastic: ElasticField
@@ -53,6 +59,9 @@ class TriggerField:
     rest_reactions: FloatArray
     points: FloatArray
     forces: FloatArray
+    seats: ContactStress
+    seats_at_rest: ContactStress
+    tip: ContactStress
 
     @property
     def opened(self) -> list[str]:
@@ -115,6 +124,9 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
                 ]
             )
         ),
+        seats=seat_stress(probe, trigger.reactions[0]),
+        seats_at_rest=seat_stress(probe, statics.rest_reactions),
+        tip=tip_stress(probe, trigger.force, default_workpiece()),
     )
 
 
@@ -134,6 +146,8 @@ class StressByDirection:
         The same at the trigger. [MPa]
     places : (d, p, 3) float
         Centres of the elements that have it. [mm]
+    seats : ContactStress
+        Of the six seats at the trigger, (d, 6).
     """
 
     directions: FloatArray
@@ -141,6 +155,7 @@ class StressByDirection:
     rest: FloatArray
     highest: FloatArray
     places: FloatArray
+    seats: ContactStress
 
 
 def stress_by_direction(
@@ -197,6 +212,7 @@ def stress_by_direction(
         rest=frozen([rest[own].max() for own in rows]),
         highest=frozen(highest),
         places=frozen(places),
+        seats=seat_stress(probe, trigger.reactions),
     )
 
 

@@ -25,6 +25,8 @@ class Material:
         [kg/mm³]
     source : str
         Where the numbers come from.
+    hardness : float, optional
+        By Vickers, as a pressure: 1000 HV are 9807 MPa. It is the limit of contacts. [MPa]
 
     >>> material("ceramic").youngs_modulus
     413000.0
@@ -35,6 +37,7 @@ class Material:
     poissons_ratio: float
     density: float
     source: str = ""
+    hardness: float | None = None
 
     def __post_init__(self) -> None:
         if not self.youngs_modulus > 0.0:
@@ -51,11 +54,20 @@ class Material:
             raise DescriptionError(
                 f"material '{self.name}': density {self.density} kg/mm³ must be positive"
             )
+        if self.hardness is not None and not self.hardness > 0.0:
+            raise DescriptionError(
+                f"material '{self.name}': hardness {self.hardness} MPa must be positive"
+            )
 
     @property
     def shear_modulus(self) -> float:
         """E / (2 (1 + nu)). [MPa]"""
         return self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
+
+    @property
+    def shear_at_yield(self) -> float | None:
+        """Shear stress at which it yields: half of the hardness over 2.8 (Tresca, Tabor). [MPa]"""
+        return None if self.hardness is None else self.hardness / 5.6
 
     @property
     def plane_strain_compliance(self) -> float:
@@ -71,6 +83,7 @@ class MaterialTable:
     poissons_ratio: float
     density: float
     source: str = ""
+    hardness: float | None = None
 
 
 _STRUCTURE = TomlStructure()
@@ -78,7 +91,12 @@ _STRUCTURE = TomlStructure()
 
 def state_keys(structure: TomlStructure) -> None:
     """State the keys of tables of materials in a kind of file."""
-    structure.table(MaterialTable, youngs_modulus="youngs_modulus_GPa", density="density_g_cm3")
+    structure.table(
+        MaterialTable,
+        youngs_modulus="youngs_modulus_GPa",
+        density="density_g_cm3",
+        hardness="hardness_GPa",
+    )
 
 
 state_keys(_STRUCTURE)
@@ -94,7 +112,12 @@ def material_in(document: TomlDocument, name: str, *place: str | int) -> Materia
     table = _STRUCTURE.make(document, MaterialTable, *place)
     with document.located(*place):
         return Material(
-            name, table.youngs_modulus, table.poissons_ratio, table.density, table.source
+            name,
+            table.youngs_modulus,
+            table.poissons_ratio,
+            table.density,
+            table.source,
+            table.hardness,
         )
 
 

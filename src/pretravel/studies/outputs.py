@@ -17,6 +17,7 @@ from pretravel.files.touches_csv import read_targets
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.measurement.compensation import apply
+from pretravel.prediction.contact_stress import seat_stress, tip_stress
 from pretravel.prediction.predict import Trigger, predict
 from pretravel.prediction.response import probe_response, response_map
 from pretravel.probing.simulation import Latch, PartSetup, simulate, travel_since_contact
@@ -83,6 +84,13 @@ MEANINGS: Mapping[str, Mapping[str, OutputMeaning]] = {
     },
     "touch": _spread("um", "travel since contact"),
     "stress": {"stress_greatest": OutputMeaning("MPa", "highest von Mises stress of any part")},
+    "contact": {
+        "seat_pressure_greatest": OutputMeaning("MPa", "highest Hertz pressure of a seat"),
+        "tip_pressure_greatest": OutputMeaning("MPa", "highest Hertz pressure of tip and part"),
+        "contact_shear_of_limit": OutputMeaning(
+            "1", "highest shear of seats and tip, in that at which the softer material yields"
+        ),
+    },
 }
 """The numbers of each output, by name."""
 
@@ -290,6 +298,19 @@ def _stress(case: Case, trigger: Trigger, directions: Directions) -> dict[str, f
     return {"stress_greatest": float(stresses.highest.max())}
 
 
+def _contact(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del directions
+    seats = seat_stress(case.probe, trigger.reactions)
+    tip = tip_stress(case.probe, trigger.force, case.prediction.material)
+    return {
+        "seat_pressure_greatest": float(seats.pressure.max()),
+        "tip_pressure_greatest": float(tip.pressure.max()),
+        "contact_shear_of_limit": float(
+            np.max([seats.share_of_limit.max(), tip.share_of_limit.max()])
+        ),
+    }
+
+
 _COMPUTE: Mapping[str, Callable[[Case, Trigger, Directions], dict[str, float]]] = {
     "force": _force,
     "sensing-distance": _sensing_distance,
@@ -298,4 +319,5 @@ _COMPUTE: Mapping[str, Callable[[Case, Trigger, Directions], dict[str, float]]] 
     "calibration": _calibration,
     "touch": _touch,
     "stress": _stress,
+    "contact": _contact,
 }

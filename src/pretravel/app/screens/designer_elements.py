@@ -200,6 +200,7 @@ def stress_figures(
     from pretravel.show.document import KeyFigure
     from pretravel.show.formatting import decimals
     from pretravel.tasks.reports.finite_elements_picture import trigger_field_view
+    from pretravel.tasks.reports.finite_elements_report import contact_figures
 
     normal = from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0]
     field = field_at_trigger(result.predicted.probe, normal, result.reduced)
@@ -209,7 +210,8 @@ def stress_figures(
         KeyFigure("trigger force", float(trigger.force[0]), "N", decimals(3)),
         KeyFigure("pretravel", float(trigger.pretravel[0]) / MICROMETRE, "µm"),
         KeyFigure("opened seat", " and ".join(field.opened)),
-        KeyFigure("highest stress", float(field.stress.max()), "MPa", decimals(1), remark="at rest "
-                  f"{field.rest_stress.max():.1f} MPa"),
+        KeyFigure("highest stress of the bodies", float(field.stress.max()), "MPa", decimals(1),
+                  remark=f"at rest {field.rest_stress.max():.1f} MPa"),
+        *contact_figures(field),
     )  # fmt: skip
     return plotly_figure(bent), listed

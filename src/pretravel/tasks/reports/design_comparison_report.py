@@ -178,6 +178,9 @@ def elements_comparison_table(
         by_model[1][number] |= {
             "highest stress at rest / MPa": float(stress.rest.max()),
             "highest stress at the trigger on walls / MPa": float(stress.highest.max()),
+            "highest pressure of a seat on walls / MPa": float(stress.seats.pressure.max()),
+            "highest shear of a seat, of its limit / %": 100.0
+            * float(stress.seats.share_of_limit.max()),
         }
     names = [*dict.fromkeys(name for model in by_model for one in model for name in one)]
     values, changes = [], []
