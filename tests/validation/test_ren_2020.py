@@ -33,7 +33,7 @@ from pretravel.prediction.materials import material
 from pretravel.prediction.predict import predict
 from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_coefficient, seat_statics
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import EXAMPLES
 from tests.support.ren_probe import SECTION_4, ren_terms
 from tests.support.statics_by_hand import direction
@@ -254,7 +254,31 @@ def test_equation_17_gives_rows_of_table_2() -> None:
         )
         assert 1e6 * temperature.per_length == pytest.approx(11.5 * kelvin, rel=1e-12)
         assert 1e6 * temperature.per_length == pytest.approx(printed, abs=6e-4)
-        assert 1e6 * expansion.per_length == pytest.approx(0.010, abs=1e-12)
+        # Row 9, and the product of both uncertainties, which equation 17 leaves out.
+        assert 1e6 * expansion.per_length == pytest.approx(np.hypot(0.010, kelvin), abs=1e-12)
+
+
+def test_product_of_temperature_and_expansion_by_trials() -> None:
+    """The variance of α ΔT L at 20 °C by a million trials (0.1 %): equation 17 has no term of u(α)
+    there, though its uncertainty is stated."""
+    rng = np.random.default_rng(3)
+    for deviation in (0.0, 0.3):
+        lines = thermal_components(
+            expansion=8e-6, deviation=deviation, u_expansion=1e-6, u_temperature=0.5
+        )
+        alpha = 8e-6 + 1e-6 * rng.standard_normal(1_000_000)
+        product = alpha * (deviation + 0.5 * rng.standard_normal(1_000_000))
+        assert np.hypot(*(line.per_length for line in lines)) == pytest.approx(
+            product.std(), rel=5e-3
+        )
+
+
+def test_an_expansion_at_20_degrees_is_no_empty_line(tmp_path: Path) -> None:
+    """Its uncertainty is stated, and it is in the budget."""
+    arguments = ("rig", EXAMPLES / "rig", "--u-temperature", 0.5, "--u-expansion", 1)
+    told = both_outputs(*arguments, "--verbose")
+    assert "0 or empty" not in told[1]
+    assert "thermal expansion of the scale (u 1e-6/K)" in told[0]
 
 
 def test_figure_5a_in_a_description(tmp_path: Path) -> None:

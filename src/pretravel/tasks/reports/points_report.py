@@ -13,7 +13,7 @@ from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import Moments, PointsSummary
 from pretravel.show.budget_picture import budget_picture
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Span, Table
-from pretravel.show.formatting import value_text
+from pretravel.show.formatting import number_text, value_text
 from pretravel.surface.cad.part import Part
 from pretravel.surface.local_geometry import Surface
 from pretravel.tasks.reports.budget_report import budget_section
@@ -106,10 +106,12 @@ def summary_document(
                 detail=True,
             ),
         ]
+    # The k of the budget: few touches of a map have few degrees of freedom.
+    factor = budgets[0].coverage_factor() if budgets else COVERAGE_FACTOR
     return Document(
         title=title,
         verdict=f"{len(summary)} points{_in_short(summary)}; U of a point up to "
-        f"{value_text(COVERAGE_FACTOR * summary.u.high / MICROMETRE, 'µm')} (k = 2)",
+        f"{value_text(factor * summary.u.high / MICROMETRE, 'µm')} (k = {number_text(factor)})",
         figures=tuple(figures),
         tables=before_and_after(summary),
         sections=budget_section(budgets),
