@@ -266,8 +266,8 @@ def separate(
     Nafi and Mayer 2011, equations 1 to 10. Equation 5 takes the total less the explained sum of
     squares of one direction for that of its residuals, which is right only over all directions
     together (`pretravel.laboratory.separation_variances.literal_variances`). It also leaves out
-    the degrees of freedom of the systematic errors, so that its variances are too small by
-    (n - 1)² / n² in a complete n x n test.
+    the degrees of freedom of the systematic errors, so that its variances are too small:
+    their mean by (n - 1)² / n², their variation by (n - 1)(n - 2) / n² in a complete n x n test.
 
     >>> m, p = np.divmod(np.arange(64), 8)
     >>> e = 1e-3 * (np.sin(m) - np.cos(p)) + 1e-4 * np.random.default_rng(1).normal(size=64)

@@ -84,7 +84,7 @@ def contact_stress(
     >>> from pretravel.prediction.materials import material
     >>> ball = contact_stress([1.0], (3.0, 3.0), (material("ruby"), material("steel")))
     >>> [round(float(part[0]), 4) for part in (ball.pressure, ball.depth)]
-    [785.7653, 0.0118]
+    [788.4598, 0.0118]
     """
     f = np.asarray(force, dtype=np.float64)
     if np.any(f < 0.0):

@@ -151,7 +151,7 @@ class TestFile:
 
 def test_lines_that_are_stated_beside_the_file(tmp_path: Path) -> None:
     """Abbé: 10 mm times 20 µrad is 0.2 µm. Equation 17: at 22 °C, 8e-6/K, u 0.5 K and 1e-6/K 4 and
-    2.06 µm/m, which take the place of the paper's 0.058 and 0.010; over 4 µm they are picometres."""
+    2.06 µm/m, which take the place of the paper's 0.058 and 0.010; over 4 µm they are pm."""
     traces = sorted((EXAMPLES / "rig").glob("*.csv"))
 
     def sources(*options: str) -> dict[str, float]:
