@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from pretravel.base.arrays import FloatArray
+from pretravel.base.directions import ring_pattern
 from pretravel.base.plugins import Plugins
 from pretravel.laboratory.standard_check import Standard
 
@@ -15,13 +18,17 @@ STANDARDS: Mapping[str, Standard] = Plugins(
 
 
 def patterns() -> dict[str, Callable[[], FloatArray]]:
-    """Directions of the touches of all standards, by the name of the pattern.
+    """Directions of the touches of all standards, by the name of the pattern; then the equator.
 
-    >>> list(patterns())[:3]
-    ['iso10360-5', 'iso10360-5-cumulative', 'iso230-10']
+    >>> list(patterns())[:3], len(patterns()["equator-24"]())
+    (['iso10360-5', 'iso10360-5-cumulative', 'iso230-10'], 24)
     """
     return {
         name: pattern
         for standard in STANDARDS.values()
         for name, pattern in standard.patterns.items()
-    }
+    } | {f"equator-{count}": partial(ring_pattern, 0.5 * math.pi, count) for count in _AROUND}
+
+
+_AROUND = (12, 24, 36)
+"""Directions around the equator: of a multi-step test (Nafi and Mayer: 24)."""

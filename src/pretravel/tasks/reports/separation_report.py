@@ -12,11 +12,18 @@ from pretravel.base.units import MICROMETRE
 from pretravel.files.separation_csv import separation_table
 from pretravel.laboratory.separation import Separation
 from pretravel.laboratory.separation_plan import SeparationPlan
+from pretravel.laboratory.separation_ranges import ranges_of_variances
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.colours import Colour
 from pretravel.show.document import Column, Document, KeyFigure, Picture, Section, Span, Table
-from pretravel.show.formatting import decimals, number_text, signed_decimals, value_text
+from pretravel.show.formatting import (
+    decimals,
+    number_text,
+    signed_decimals,
+    significant,
+    value_text,
+)
 from pretravel.show.whiskers import interval_lines
 
 _SQUARE = MICROMETRE**2
@@ -65,6 +72,7 @@ def separation_document(
         figures=(
             *_side_figures("machine", result.machine_error, result.machine_variance),
             *_side_figures("probe", result.probe_error, result.probe_variance),
+            *_range_figures(result),
             *(_pair_figure(result, machine, probe) for machine, probe in pairs),
             *(KeyFigure("LEFT OUT", outlier.message) for outlier in result.outliers),
             *_excluded_figure(result),
@@ -131,6 +139,24 @@ def _side_figures(side: str, error: FloatArray, variance: FloatArray) -> tuple[K
         KeyFigure(f"{side}, variance", float(variance.mean()) / _SQUARE, "µm²", decimals(3),
                   remark="mean of the directions"),
     )  # fmt: skip
+
+
+def _range_figures(result: Separation) -> tuple[KeyFigure, ...]:
+    """The ranges of the variances, and whether equal variances explain them."""
+    if result.used is None:
+        return ()
+    return tuple(
+        KeyFigure(
+            f"{side}, range of variance",
+            found.value / _SQUARE,
+            "µm²",
+            decimals(3),
+            remark=f"{'more than chance' if found.differs else 'no more than chance'}: equal "
+            f"variances give up to {value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in "
+            f"95 of 100 tests (p = {number_text(found.probability, significant(2))})",
+        )
+        for side, found in zip(("machine", "probe"), ranges_of_variances(result.used), strict=True)
+    )
 
 
 def _pair_figure(result: Separation, machine: int, probe: int) -> KeyFigure:
