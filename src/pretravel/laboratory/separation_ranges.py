@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.laboratory.multi_step_readings import (
+from pretravel.base import FloatArray
+from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepDesign,
     MultiStepReadings,
     multi_step_design,
     normal_matrix,
     weighted_residuals,
 )
-from pretravel.laboratory.separation_noise import TAILS
-from pretravel.laboratory.separation_variances import likelihood_information, noise_of_readings
+from pretravel.laboratory.separation.noise import TAILS
+from pretravel.laboratory.separation.variances import likelihood_information, noise_of_readings
 
 CHANCE = 0.05
 """Probability of a range by chance below which the variances are said to differ."""

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
+from pretravel.drawing import FeatureErrors, MeasuredFeature, Quantity
 from pretravel.measurement.association import associate
-from pretravel.measurement.feature_uncertainty import FeatureErrors
-from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
 
 _COVERAGE = (0.025, 0.975)
 
@@ -72,7 +70,7 @@ def feature_by_trials(
     ----------
     JCGM 101, clause 7, with a stated number of trials; Nafi and Mayer 2011, section VI.
 
-    >>> from pretravel.measurement.measured_feature import measure_feature
+    >>> from pretravel.drawing.features.measured_feature import measure_feature
     >>> from pretravel.measurement.points import Points
     >>> angle = np.arange(8) * np.pi / 4
     >>> outward = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
