@@ -173,11 +173,19 @@ def materials(_: str) -> str:
             f"{known.youngs_modulus / 1e3:g}",
             f"{known.poissons_ratio:g}",
             f"{known.density * 1e6:g}",
+            "" if known.hardness is None else f"{known.hardness / 1e3:g}",
             known.source,
         )
         for name, known in sorted(known_materials().items())
     ]
-    head = ("name", "Young's modulus / GPa", "Poisson's ratio", "density / g/cm³", "source")
+    head = (
+        "name",
+        "Young's modulus / GPa",
+        "Poisson's ratio",
+        "density / g/cm³",
+        "hardness / GPa",
+        "source",
+    )
     return table(head, rows)
 
 
@@ -232,7 +240,7 @@ def _toml_kinds() -> dict[str, tuple[Any, Any, Any]]:
         "material": (
             materials._STRUCTURE,
             None,
-            [("materials.NAME", materials._MaterialTable, False)],
+            [("materials.NAME", materials.MaterialTable, False)],
         ),
         "machine": (machine_file._STRUCTURE, machine_file._Tables, None),
         "laboratory": (TomlStructure(), laboratory_file.LaboratoryStatements, None),

@@ -112,10 +112,10 @@ from .surface.cad.part_file import read_part as read_part
 from .surface.cad.step_part import read_step_part as read_step_part
 from .surface.parametric import FunctionSurface as FunctionSurface
 from .surface.specification import parse_surface as parse_surface
+from .touches.targets import Targets as Targets
 
 # the two shared types
-from .touches import Touches as Touches
-from .touches.targets import Targets as Targets
+from .touches.touches import Touches as Touches
 from .uncertainty.covariance import Covariance as Covariance
 from .uncertainty.fitting.circle import fit_circle as fit_circle
 from .uncertainty.fitting.cone import fit_cone as fit_cone

@@ -180,6 +180,29 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
     assert np.mean(ours) == pytest.approx(1.0, abs=4 * standard_error / factor)
 
 
+@pytest.mark.parametrize(
+    ("count", "of_mean", "of_variation"), [(24, 0.9184, 0.8785), (8, 0.7656, 0.6563)]
+)
+def test_variations_are_low_by_another_factor(
+    count: int, of_mean: float, of_variation: float
+) -> None:
+    """What the paper plots are differences between directions: sums of squared residuals have
+    (n - 1)(n - 2) / n² of them, and (n - 1)² / n² of the mean. Exact, with M = 1 - H in numpy:
+    E[r²] = (M ∘ M) v for each of both kinds of v."""
+    machine = np.kron(np.eye(count), np.ones((count, 1)))
+    probe = np.kron(np.ones((count, 1)), np.eye(count))
+    both = np.concatenate([machine, probe], axis=1)
+    left = np.eye(count**2) - both @ np.linalg.pinv(both)
+    squares = left**2
+    mean = machine.T @ squares @ np.ones(count**2) / count
+    assert mean == pytest.approx(np.full(count, (count - 1) ** 2 / count**2))
+    assert mean[0] == pytest.approx(of_mean, abs=5e-5)
+    wave = np.cos(2.0 * np.pi * np.arange(count) / count)
+    variation = machine.T @ squares @ (machine @ wave) / count
+    assert variation == pytest.approx((count - 1) * (count - 2) / count**2 * wave)
+    assert (count - 1) * (count - 2) / count**2 == pytest.approx(of_variation, abs=5e-5)
+
+
 def _additive(table: np.ndarray) -> np.ndarray:
     """What machine and probe explain of readings: means of rows and columns."""
     rows = table.mean(axis=-1, keepdims=True)
@@ -285,7 +308,8 @@ def test_condition_number_of_equation_2() -> None:
     assert np.linalg.matrix_rank(matrix) == 47
     singular = np.linalg.svd(np.delete(matrix, 23, axis=1), compute_uv=False)
     assert singular[0] / singular[-1] == pytest.approx(9.69, abs=0.005)
-    ours = multi_step_design(MultiStepReadings(i, j, np.zeros(576))).design
+    design = multi_step_design(MultiStepReadings(i, j, np.zeros(576)))
+    ours = design.columns @ design.basis
     singular = np.linalg.svd(ours, compute_uv=False)
     assert singular[0] / singular[-1] == pytest.approx(1.0, abs=1e-9)
 

@@ -153,3 +153,33 @@ def test_equation_4_7_is_rounded() -> None:
     exact = np.cross(du, dv)
     cosine = printed @ exact / np.linalg.norm(printed) / np.linalg.norm(exact)
     assert np.degrees(np.arccos(cosine)) < 0.04
+
+
+def test_equations_3_23_and_3_25_have_the_sign_of_the_ellipsoid() -> None:
+    """S_u x S_v points into the ellipsoid of 4.14, as 3.23 says, and out of the convex surface of
+    4.1: there 3.25 is the inward normal. Equation 4.7, "by 3.25", is 3.23's product. Outward is
+    away from the middle of the ellipsoid, and up, where the surface falls on all sides."""
+    u, v = 0.5, 0.5
+    du = np.array([-np.sin(u) * np.sin(v), np.cos(u) * np.sin(v), 0.0])
+    dv = np.array([np.cos(u) * np.cos(v), np.sin(u) * np.cos(v), -np.sin(v)])
+    place = np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
+    assert np.cross(du, dv) @ place < 0.0 < np.cross(dv, du) @ place
+    a, b = 20.0, 10.0
+    bowl_u, bowl_v = np.array([a, 0.0, -2.0 * b * u]), np.array([0.0, a, -2.0 * b * v])
+    assert np.cross(bowl_v, bowl_u)[2] < 0.0 < np.cross(bowl_u, bowl_v)[2]
+
+
+def test_section_5_1_the_probe_slides_more_on_the_ellipsoid() -> None:
+    """ "The probe slides more in case of the inclined surface": in all rows of Table 4.11 it slides
+    less, by 30 % and more after the first. The 27.7 % "between the sensing distances" are spindle
+    travel, 18 and 13 µm; the sensing distances there are 28.0 and 28.85 µm (29.30 printed, with the
+    0.449 µm of rows 1 to 19), 3 % apart."""
+    rows = np.genfromtxt(
+        REFERENCE / "rodrigues_ellipsoid_inclined_sliding.csv", delimiter=",", names=True
+    )
+    ellipsoid, inclined = rows["deflection_um_ellipsoid"], rows["deflection_um_inclined"]
+    assert np.all(ellipsoid > inclined)
+    assert np.all(ellipsoid[1:] / inclined[1:] > 1.3)
+    assert pytest.approx(27.7, abs=0.1) == 100.0 * (18.0 - 13.0) / 18.0
+    assert inclined[17] == 28.0
+    assert ellipsoid[12] - 0.449 == pytest.approx(28.855, abs=0.001)

@@ -9,6 +9,7 @@ His experiment is repeated in simulation: a small contact probe with a 0.6 N spr
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +32,8 @@ from pretravel.qualification.qualifying import qualify
 from pretravel.surface.shapes import Plane
 from pretravel.touches import Touches
 from pretravel.touches.targets import Targets
+from tests.support.commands import rows, run
+from tests.support.examples import EXAMPLES
 from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
 
 DEGREE = np.pi / 180.0
@@ -395,6 +398,20 @@ def test_a_described_transducer_is_his_full_model(
             travel = 3.0 - touches.positions[0] @ (turned @ normal)
             assert travel == pytest.approx(expected_there, abs=1e-9)
         assert _closed_form(normal[None], opening, stage)[0] == pytest.approx(pretravel)
+
+
+def test_his_own_probe_is_an_example(tmp_path: Path) -> None:
+    """The window of Figure 2: 0.6 N, seats 8 mm apart, 40 mm long, 2 mm thick, ball of 4 mm, stylus
+    of 210000 N/mm² as a table of the description. Force and bending in numpy, in the middle of an
+    arm's third (180°) and beside it (120°, cos ψ = 0.5)."""
+    path = EXAMPLES / "wozniak_tp2_probe.toml"
+    run("predict", path, "--model", "wozniak", "--azimuth", "120,180", "--polar", "90",
+        "-o", tmp_path / "map.csv")  # fmt: skip
+    for row, cosine in zip(rows(tmp_path / "map.csv"), (1.0, 0.5), strict=True):
+        force = 0.6 * 8.0 / np.sqrt(3.0) / (2.0 * 44.0 * cosine)
+        assert float(row["trigger_force_N"]) == pytest.approx(force, rel=1e-8)
+        bending = force * 40.0**3 * 64.0 / (3.0 * 210e3 * np.pi * 2.0**4)
+        assert float(row["share_stylus_bending_um"]) == pytest.approx(1e3 * bending, rel=1e-8)
 
 
 def test_wozniak_pretravel_of_the_same_numbers() -> None:

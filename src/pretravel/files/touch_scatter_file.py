@@ -36,7 +36,11 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
         table = read_csv_table(path)
         needed = ("kind", "variance_um2", "azimuth_deg")
         table.require(*needed, what="a separation of machine and probe")
-        columns = {name: list(table.columns[name]) for name in needed}
+        columns = {
+            name: list(table.columns[name])
+            for name in (*needed, "systematic_um")
+            if name in table.columns
+        }
     kinds = np.array([str(kind).strip() for kind in columns["kind"]])
     try:
         values = {
@@ -44,8 +48,15 @@ def read_touch_scatter(path: str | Path) -> TouchScatter:
             for name in ("azimuth_deg", "variance_um2")
         }
         azimuth, variance = values["azimuth_deg"] * DEGREE, values["variance_um2"] * MICROMETRE**2
+        error = [_number_or_nan(cell) for cell in columns.get("systematic_um", ())]
+        own = np.array(error)[kinds == "machine"] * MICROMETRE if error else np.zeros(0)
+        of_machine, of_probe = kinds == "machine", kinds == "probe"
         return TouchScatter(
-            *(part[kinds == kind] for kind in ("machine", "probe") for part in (azimuth, variance))
+            azimuth[of_machine],
+            variance[of_machine],
+            azimuth[of_probe],
+            variance[of_probe],
+            machine_error=own if np.all(np.isfinite(own)) else np.zeros(0),
         )
     except (TypeError, ValueError) as error:
         raise InputError(f"a variance or azimuth is no number ({error})", path=path) from None

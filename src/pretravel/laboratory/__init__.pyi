@@ -13,5 +13,6 @@ from .separation.multi_step_readings import RepeatedPair as RepeatedPair
 from .separation.separation import Separation as Separation
 from .separation.separation import separate as separate
 from .separation.separation_csv import read_multi_step_readings as read_multi_step_readings
+from .standards.standard_check import Standard as Standard
 from .tasks.separate.report import separation_card as separation_card
 from .tasks.separate.report import separation_view as separation_view

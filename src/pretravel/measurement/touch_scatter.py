@@ -20,6 +20,8 @@ from pretravel.maps import PretravelMap
 MACHINE_PART, PROBE_PART = "machine, separated", "probe, separated"
 """Names of the two parts in budgets. Their sum is measured, their shares are a convention."""
 _TURN = 2.0 * math.pi
+_ACROSS = 0.035
+"""Cosine of a normal with the axis below which it is across: 2°."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,8 @@ class TouchScatter:
         Of normals in the machine's frame. [rad], [mm²]
     probe_azimuth, probe_variance : (p,) float
         Of normals in the probe's frame. [rad], [mm²]
+    machine_error : (m,) float
+        The machine's errors along its normals, in their order; none where they are not known. [mm]
     to_machine : (3, 3) float
         Rotation from the frame of the touches to that of the machine.
 
@@ -55,6 +59,7 @@ class TouchScatter:
     machine_variance: FloatArray
     probe_azimuth: FloatArray
     probe_variance: FloatArray
+    machine_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     to_machine: FloatArray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
@@ -72,6 +77,8 @@ class TouchScatter:
             if not np.all(np.isfinite(variance)):
                 raise PretravelError(f"a variance of the {side} is not finite", inputs=("machine",))
             order = np.argsort(np.mod(azimuth, _TURN))
+            if side == "machine" and len(self.machine_error):
+                object.__setattr__(self, "machine_error", frozen(self.machine_error[order]))
             object.__setattr__(self, f"{side}_azimuth", frozen(np.mod(azimuth, _TURN)[order]))
             object.__setattr__(self, f"{side}_variance", frozen(np.asarray(variance)[order]))
         if self.machine_variance.min() + self.probe_variance.min() < 0.0:
@@ -105,15 +112,76 @@ class TouchScatter:
             a normal has along it scatters as the repeatability of the map, which is in both parts
             as they are. [mm²]
         """
-        seen = pretravel_map.probe_directions(normals)
-        # The machine's directions are counted about the axis of a probe that is not turned.
-        unturned = probe_rotation(self.to_machine @ pretravel_map.rotation[:, 2], 0.0)
-        of_machine = azimuth_angle(normals @ self.to_machine.T @ unturned)
-        machine = np.interp(of_machine, self.machine_azimuth, self.machine_variance, period=_TURN)
+        return self._with_axial(normals, pretravel_map.rotation, pretravel_map.repeatability)
+
+    def _with_axial(
+        self, normals: FloatArray, rotation: FloatArray, repeatability: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Parts of machine and probe; along the axis by this repeatability. [mm²]"""
+        seen = normals @ rotation
+        machine = np.interp(self._at_machine(normals, rotation), self.machine_azimuth,
+                            self.machine_variance, period=_TURN)  # fmt: skip
         of_probe = azimuth_angle(seen)
         probe = np.interp(of_probe, self.probe_azimuth, self.probe_variance, period=_TURN)
         along = seen[:, 2] ** 2
         pair = machine + probe
         share = np.where(pair > 0.0, machine / np.where(pair > 0.0, pair, 1.0), 0.5)
-        total = (1.0 - along) * pair + along * pretravel_map.repeatability**2
+        total = (1.0 - along) * pair + along * repeatability**2
         return np.asarray(share * total), np.asarray((1.0 - share) * total)
+
+    def _at_machine(self, normals: FloatArray, rotation: FloatArray) -> FloatArray:
+        """Azimuths of normals as the machine's directions are counted."""
+        # About the axis of a probe that is not turned.
+        unturned = probe_rotation(self.to_machine @ rotation[:, 2], 0.0)
+        return azimuth_angle(normals @ self.to_machine.T @ unturned)
+
+    def drawn(
+        self,
+        normals: FloatArray,
+        rotation: FloatArray,
+        rng: np.random.Generator,
+        axial: float | None = None,
+    ) -> FloatArray:
+        """Errors of touches along their normals: the machine's, and noise of both.
+
+        Parameters
+        ----------
+        normals : (n, 3) float
+            Frame of the touches.
+        rotation : (3, 3) float
+            Of the probe in this frame.
+        rng : numpy.random.Generator
+        axial : float, optional
+            Standard deviation of a touch along the axis of the probe, which the separation does
+            not know. [mm]
+
+        Returns
+        -------
+        (n,) float
+            Of the reported place, outward. [mm]
+
+        Raises
+        ------
+        PretravelError
+            Normals with a part along the axis, and no repeatability there.
+
+        References
+        ----------
+        Nafi and Mayer 2011, section VI.
+        """
+        along = np.abs(normals @ rotation[:, 2])
+        if axial is None and np.any(along > _ACROSS):
+            raise PretravelError(
+                "the separation knows directions across the axis of the probe, and some of these "
+                "normals have a part along it: state the noise there",
+                inputs=("noise",),
+            )
+        deviation = np.sqrt(sum(self._with_axial(normals, rotation, axial or 0.0)))
+        error = deviation * rng.standard_normal(len(normals))
+        if len(self.machine_error):
+            azimuth = self._at_machine(normals, rotation)
+            across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
+            error += across * np.interp(
+                azimuth, self.machine_azimuth, self.machine_error, period=_TURN
+            )
+        return np.asarray(error)

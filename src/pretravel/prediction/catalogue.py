@@ -28,7 +28,13 @@ from pretravel.prediction.description import (
     Tip,
     Tripod,
 )
-from pretravel.prediction.materials import Material, material, material_in
+from pretravel.prediction.materials import (
+    Material,
+    MaterialTable,
+    material,
+    material_in,
+    state_keys,
+)
 
 _HINT = "pretravel probes omp40-2 prints a whole description"
 
@@ -108,7 +114,7 @@ class _Description:
     moving: Moving = field(default_factory=Moving)
     orientation: Orientation = field(default_factory=Orientation)
     trigger: _Trigger = field(default_factory=_Trigger)
-    materials: Mapping[str, Material] = field(default_factory=dict)
+    materials: Mapping[str, MaterialTable] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -249,6 +255,7 @@ def described_probe(document: TomlDocument, folder: Path = Path()) -> Probe:
             threshold=description.trigger.threshold,
             opening=description.trigger.opening,
             spring_offset=description.spring.offset,
+            materials=tuple(own.values()),
         )
 
 
@@ -282,6 +289,7 @@ def _structure(own: tuple[tuple[str, Material], ...]) -> TomlStructure:
     structure.table(Moving, mass="mass_g", height="height_mm")
     structure.table(Orientation, rotation="rotation_deg")
     structure.table(_Trigger, threshold="threshold_N", opening="opening_um")
+    state_keys(structure)
     structure.value(Material, lambda name: _named(name, dict(own)))
     structure.value(_Solids, _solids)
     return structure

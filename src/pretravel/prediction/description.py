@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base import DEGREE, DescriptionError, FloatArray, probe_rotation
-from pretravel.prediction.materials import Material
+from pretravel.prediction.materials import Material, material
 from pretravel.six_seats import CRITERIA, PIEZO_STAGE
 
 CONTACTS = ("hertz", "rigid")
@@ -315,6 +315,8 @@ class Probe:
     opening : float, optional
         Woźniak's a: how far the contact of a rod that lifts opens before the circuit is broken.
         [mm]
+    materials : tuple of Material, optional
+        Those that the description states itself; a part may be of one, see `part_material`.
 
     Raises
     ------
@@ -341,6 +343,7 @@ class Probe:
     threshold: float = 0.0
     spring_offset: tuple[float, float] = (0.0, 0.0)
     opening: float | None = None
+    materials: tuple[Material, ...] = ()
 
     def __post_init__(self) -> None:
         _positive(self.preload, "the spring preload", "N", STRONGEST)
@@ -399,6 +402,19 @@ class Probe:
                 f"the opening of a contact is that of a rod that lifts; the criterion "
                 f"'{self.criterion}' has none: make it 'arm_lift', or leave opening_um out"
             )
+
+    def part_material(self, name: str) -> Material:
+        """The material of a part by its name: of the description, or of the package.
+
+        Raises
+        ------
+        DescriptionError
+            No such material.
+        """
+        try:
+            return material(name, {own.name: own for own in self.materials})
+        except DescriptionError as error:
+            raise DescriptionError(str(error), inputs=("workpiece",)) from None
 
     @property
     def uneven(self) -> bool:

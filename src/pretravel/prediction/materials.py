@@ -24,6 +24,8 @@ class Material:
         [kg/mm³]
     source : str
         Where the numbers come from.
+    hardness : float, optional
+        By Vickers, as a pressure: 1000 HV are 9807 MPa. It is the limit of contacts. [MPa]
 
     >>> material("ceramic").youngs_modulus
     413000.0
@@ -34,6 +36,7 @@ class Material:
     poissons_ratio: float
     density: float
     source: str = ""
+    hardness: float | None = None
 
     def __post_init__(self) -> None:
         if not self.youngs_modulus > 0.0:
@@ -50,11 +53,20 @@ class Material:
             raise DescriptionError(
                 f"material '{self.name}': density {self.density} kg/mm³ must be positive"
             )
+        if self.hardness is not None and not self.hardness > 0.0:
+            raise DescriptionError(
+                f"material '{self.name}': hardness {self.hardness} MPa must be positive"
+            )
 
     @property
     def shear_modulus(self) -> float:
         """E / (2 (1 + nu)). [MPa]"""
         return self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
+
+    @property
+    def shear_at_yield(self) -> float | None:
+        """Shear stress at which it yields: half of the hardness over 2.8 (Tresca, Tabor). [MPa]"""
+        return None if self.hardness is None else self.hardness / 5.6
 
     @property
     def plane_strain_compliance(self) -> float:
@@ -63,15 +75,30 @@ class Material:
 
 
 @dataclass(frozen=True)
-class _MaterialTable:
+class MaterialTable:
+    """The keys of a material in a file."""
+
     youngs_modulus: float
     poissons_ratio: float
     density: float
     source: str = ""
+    hardness: float | None = None
 
 
 _STRUCTURE = TomlStructure()
-_STRUCTURE.table(_MaterialTable, youngs_modulus="youngs_modulus_GPa", density="density_g_cm3")
+
+
+def state_keys(structure: TomlStructure) -> None:
+    """State the keys of tables of materials in a kind of file."""
+    structure.table(
+        MaterialTable,
+        youngs_modulus="youngs_modulus_GPa",
+        density="density_g_cm3",
+        hardness="hardness_GPa",
+    )
+
+
+state_keys(_STRUCTURE)
 
 
 def material_in(document: TomlDocument, name: str, *place: str | int) -> Material:
@@ -81,10 +108,15 @@ def material_in(document: TomlDocument, name: str, *place: str | int) -> Materia
     >>> material_in(parse_toml(text), "aluminium").youngs_modulus
     70000.0
     """
-    table = _STRUCTURE.make(document, _MaterialTable, *place)
+    table = _STRUCTURE.make(document, MaterialTable, *place)
     with document.located(*place):
         return Material(
-            name, table.youngs_modulus, table.poissons_ratio, table.density, table.source
+            name,
+            table.youngs_modulus,
+            table.poissons_ratio,
+            table.density,
+            table.source,
+            table.hardness,
         )
 
 

@@ -5,7 +5,9 @@ from .event import PIEZO_STAGE as PIEZO_STAGE
 from .event import trigger_force as trigger_force
 from .event import watched_loads as watched_loads
 from .hertz import ball_on_flat as ball_on_flat
+from .hertz import contact_area as contact_area
 from .hertz import curved_part_factor as curved_part_factor
+from .hertz import ellipticity as ellipticity
 from .hertz import rod_on_ball_coefficient as rod_on_ball_coefficient
 from .physical import PhysicalMapFit as PhysicalMapFit
 from .response import ProbeResponse as ProbeResponse

@@ -116,7 +116,7 @@ def approach_coefficient(
     >>> bool(abs(c - ball_on_flat(1.0, 2.0, 3.2e5)) < 1e-15)
     True
     """
-    from scipy.special import ellipe, ellipk
+    from scipy.special import ellipk
 
     larger = np.asarray(larger_radius, dtype=np.float64)
     smaller = np.asarray(smaller_radius, dtype=np.float64)
@@ -127,15 +127,57 @@ def approach_coefficient(
         )
     base = np.cbrt(9.0 / (16.0 * np.sqrt(larger * smaller) * modulus**2))
     ratio = ellipticity(np.maximum(larger / smaller, 1.0))
-    # An ellipse that is a circle within 1e-5 has the circle's coefficient within 1e-11.
-    circle = ratio > 1.0 - 1e-5
+    circle = ratio > _CIRCULAR
     ratio = np.where(circle, 0.5, ratio)
+    shape = (2.0 / math.pi) * np.sqrt(ratio) * ellipk(1.0 - ratio**2) / _size_factor(ratio)
+    return np.asarray(base * np.where(circle, 1.0, shape))
+
+
+_CIRCULAR = 1.0 - 1e-5
+"""An ellipse that is a circle within 1e-5 has the circle's coefficient within 1e-11."""
+
+
+def _size_factor(ratio: FloatArray) -> FloatArray:
+    """Johnson's F1 of the ratio b/a: half-axes over those of the circle."""
+    from scipy.special import ellipe, ellipk
+
     square = 1.0 - ratio**2
     k, e = ellipk(square), ellipe(square)
     first = np.cbrt(4.0 / (math.pi * square)) * np.sqrt(ratio)
-    first = first * ((e / ratio**2 - k) * (k - e)) ** (1.0 / 6.0)
-    shape = (2.0 / math.pi) * np.sqrt(ratio) * k / first
-    return np.asarray(base * np.where(circle, 1.0, shape))
+    return np.asarray(first * ((e / ratio**2 - k) * (k - e)) ** (1.0 / 6.0))
+
+
+def contact_area(
+    force: npt.ArrayLike, larger_radius: float, smaller_radius: float, modulus: float
+) -> FloatArray:
+    """Product a b of the half-axes of the contact's ellipse.
+
+    Parameters
+    ----------
+    force : (n,) float
+        [N]
+    larger_radius, smaller_radius : float
+        As in `approach_coefficient`. [mm]
+    modulus : float
+        Contact modulus E*. [MPa]
+
+    Returns
+    -------
+    (n,) float
+        [mm²]
+
+    References
+    ----------
+    Johnson, equations 4.22 and 4.26.
+
+    >>> float(contact_area(1.0, 3.0, 3.0, 1.5e5).round(6))  # (3 F R / 4 E*)^(2/3)
+    0.000608
+    """
+    ratio = ellipticity(np.maximum(larger_radius / smaller_radius, 1.0))
+    factor = np.where(ratio > _CIRCULAR, 1.0, _size_factor(np.where(ratio > _CIRCULAR, 0.5, ratio)))
+    radius = math.sqrt(larger_radius * smaller_radius)
+    f = np.asarray(force, dtype=np.float64)
+    return np.asarray((factor * np.cbrt(0.75 * f * radius / modulus)) ** 2)
 
 
 def curved_part_factor(ball_radius: float, curvatures: FloatArray) -> FloatArray:

@@ -41,12 +41,6 @@ if TYPE_CHECKING:
 # Names of registries, which are read when a command runs
 
 
-def _materials() -> Iterable[str]:
-    from pretravel.prediction import known_materials
-
-    return sorted(known_materials())
-
-
 def models() -> Iterable[str]:
     """Names of the compliance models."""
     from pretravel.prediction import MODELS
@@ -150,7 +144,11 @@ ProbeName: TypeAlias = Annotated[
     Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
 ]
 Workpiece: TypeAlias = Annotated[
-    str, Field(help="Material of the part.", names=_materials, metavar="MATERIAL")
+    str,
+    Field(
+        help="Material of the part: of the package, or of the probe's description.",
+        metavar="MATERIAL",
+    ),
 ]
 ModelName: TypeAlias = Annotated[
     str,

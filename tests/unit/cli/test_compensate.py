@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
+from pretravel.base.directions import five_point_pattern
+from pretravel.files.csv_table import write_csv_table
 from pretravel.files.logs.fusion import read_fusion
 from pretravel.files.logs.qif import read_point_sets
 from pretravel.files.map_file import read_map
 from pretravel.files.points_reading import read_points
-from pretravel.files.touches_csv import read_touches
+from pretravel.files.touches_csv import read_touches, touches_table
 from pretravel.measurement.compensation import apply
+from pretravel.touches import Touches
 from tests.support.commands import both_outputs, positions, rows, run
 from tests.support.control_logs import (
     OWN_LOG,
@@ -51,6 +57,24 @@ class TestCompensatedPoints:
             # The evaluation by Fusion: the radius is subtracted along the nominal normal.
             found = readings.touches.positions - 3.0 * readings.touches.normals
         assert found == pytest.approx(expected.positions, abs=1e-12)
+
+    def test_the_verdict_has_the_k_of_the_budget(self, tmp_path: Path) -> None:
+        """A map of five touches has one degree of freedom: k = 13.97 of Student's t, not 2."""
+        touches = five_point_pattern() * (15.5 - np.array([4.0, 5.2, 5.5, 4.6, 1.1]) / 1e3)[:, None]
+        five = Touches(touches, five_point_pattern())
+        write_csv_table(tmp_path / "five.csv", touches_table(five))
+        run("qualify", tmp_path / "five.csv", "--diameter", 25, "--tip-diameter", 6, "--kind",
+            "wozniak", "--transducer", "piezo", "-o", tmp_path / "map.json")  # fmt: skip
+        part = EXAMPLES / "part_touches.csv"
+        told = run("compensate", part, "--map", tmp_path / "map.json", "--extrapolate",
+                   "--verbose", "-o", tmp_path / "p.csv")  # fmt: skip
+        u = max(float(row["u_um"]) for row in rows(tmp_path / "p.csv"))
+        student = stdtrit(1.0, 0.5 + 0.5 * math.erf(math.sqrt(2.0)))
+        words = re.search(r"U of a point up to ([\d.]+) µm \(k = ([\d.]+)\)", told)
+        assert words is not None
+        assert float(words[2]) == pytest.approx(student, rel=0.02)  # a little of known sources
+        assert float(words[1]) == pytest.approx(float(words[2]) * u, rel=5e-3)  # three digits
+        assert f"k {words[2]}" in told
 
     def test_from_a_log_to_points(self, tmp_path: Path, map_file: Path) -> None:
         log = written(tmp_path, OWN_LOG, "a.log")

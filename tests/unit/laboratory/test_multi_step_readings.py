@@ -20,7 +20,7 @@ from pretravel.laboratory.separation.multi_step_readings import (
     direction_sums,
     multi_step_design,
     normal_matrix,
-    weighted_errors,
+    weighted_fit,
     weighted_residuals,
 )
 
@@ -40,13 +40,13 @@ def test_a_design_is_made_of_indicators() -> None:
     assert (design.split, design.size) == (5, 9)
     assert design.basis.T @ design.basis == pytest.approx(np.eye(8), abs=1e-12)
     assert design.basis[:5].sum(axis=0) == pytest.approx(0.0, abs=1e-12)
-    assert design.design == pytest.approx(SIGNED @ design.basis, abs=1e-12)
+    assert design.columns == pytest.approx(SIGNED, abs=1e-12)
     assert np.array_equal(design.machines[design.row], MACHINE)
     assert np.array_equal(design.probes[design.column], PROBE)
     assert (design.machine_place(13), design.probe_place(32)) == (2, 6)
 
 
-def test_sums_normal_equations_and_weighted_errors() -> None:
+def test_sums_normal_equations_and_weighted_fit() -> None:
     design = multi_step_design(READINGS)
     weights = np.random.default_rng(1).uniform(0.5, 2.0, 12)
     assert direction_sums(design, weights) == pytest.approx(np.abs(SIGNED).T @ weights)
@@ -55,7 +55,7 @@ def test_sums_normal_equations_and_weighted_errors() -> None:
     assert normal_matrix(design, weights) == pytest.approx(dense, abs=1e-12)
     root = np.sqrt(weights)
     expected = np.linalg.lstsq(SIGNED * root[:, None], READINGS.errors * root, rcond=None)[0]
-    found = weighted_errors(design, READINGS.errors, weights)
+    found = weighted_fit(design, READINGS.errors, weights)
     assert found[:5].sum() == pytest.approx(0.0, abs=1e-12)
     left = READINGS.errors - SIGNED @ expected
     assert READINGS.errors - SIGNED @ found == pytest.approx(left, abs=1e-12)

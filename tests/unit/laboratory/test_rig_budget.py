@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
@@ -150,7 +151,7 @@ class TestFile:
 
 def test_lines_that_are_stated_beside_the_file(tmp_path: Path) -> None:
     """Abbé: 10 mm times 20 µrad is 0.2 µm. Equation 17: at 22 °C, 8e-6/K, u 0.5 K and 1e-6/K 4 and
-    2 µm/m, which take the place of the paper's 0.058 and 0.010; over 4 µm they are picometres."""
+    2.06 µm/m, which take the place of the paper's 0.058 and 0.010; over 4 µm they are pm."""
     traces = sorted((EXAMPLES / "rig").glob("*.csv"))
 
     def sources(*options: str) -> dict[str, float]:
@@ -167,6 +168,7 @@ def test_lines_that_are_stated_beside_the_file(tmp_path: Path) -> None:
                    for name in found)  # fmt: skip
     warm = found["temperature of the scale (u 0.5 K)"]
     grown = found["thermal expansion of the scale (u 1e-6/K)"]
-    assert warm == pytest.approx(2.0 * grown, rel=1e-6)
+    # 2 K at 1e-6/K, and the product with u of the temperature, 0.5 K.
+    assert warm == pytest.approx(4.0 / np.hypot(2.0, 0.5) * grown, rel=1e-6)
     told = run("rig", *traces, "-o", tmp_path / "rig.json", "--u-temperature", "0.5", code=2)
     assert "--u-expansion" in told

@@ -46,7 +46,9 @@ def test_the_package_lists_its_own_kinds() -> None:
     """In code, the simple ones first; an installation is not asked for them."""
     assert list(kinds())[:5] == ["mean", "sectors", "wozniak", "harmonic", "physical"]
     assert all(kinds()[name].name == name for name in kinds())
-    assert "entry-points" not in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert (
+        "entry-points" not in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    )
 
 
 def test_another_package_adds_a_kind(tmp_path: Path) -> None:

@@ -69,6 +69,49 @@ def test_both_angles_of_uneven_seats_lie_within_the_limits(mean: float) -> None:
         parse_probe(_edited(stated, f"{uneven}4.1"))
 
 
+OWN = """
+[materials."my steel"]
+youngs_modulus_GPa = 206
+poissons_ratio = 0.29
+density_g_cm3 = 7.8
+source = "certificate of the rod"
+"""
+
+
+def test_materials_of_the_description() -> None:
+    """The table of docs/reference/materials.md, used wherever a description names a material."""
+    text = description_text("omp40-2")
+    for name in ("tungsten carbide", "stainless steel", "ceramic", "ruby"):
+        text = text.replace(f'material = "{name}"', 'material = "my steel"')
+    probe = parse_probe(text + OWN)
+    own = probe.part_material("my steel")
+    assert (own.youngs_modulus, own.poissons_ratio, own.density) == (206e3, 0.29, 7.8e-6)
+    assert probe.hub is not None
+    named = [probe.tripod.material, probe.seats.material, probe.hub.material, probe.tip.material]
+    assert named + [part.material for part in probe.stylus] == [own] * 6
+    assert probe.part_material("steel").youngs_modulus == 210e3
+    assert load_probe("omp40-2").materials == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("poissons_ratio = 0.29", "poissons_ratio = 0.6", "between -1 and 0.5"),
+        ("density_g_cm3 = 7.8", "density = 7.8", "has no density"),
+        ("youngs_modulus_GPa = 206", "", "needs youngs_modulus_GPa"),
+    ],
+)
+def test_materials_that_cannot_be(old: str, new: str, words: str) -> None:
+    with pytest.raises((InputError, DescriptionError), match=words):
+        parse_probe(description_text("omp40-2") + OWN.replace(old, new), "mine.toml")
+
+
+def test_a_part_of_a_material_that_nobody_knows() -> None:
+    with pytest.raises(DescriptionError, match="'cheese' is not known") as error:
+        load_probe("omp40-2").part_material("cheese")
+    assert error.value.inputs == ("workpiece",)
+
+
 def test_a_name_that_the_catalogue_does_not_have() -> None:
     with pytest.raises(DescriptionError, match=r"no probe .omp41. in .*; there are .*omp"):
         description_text("omp41")

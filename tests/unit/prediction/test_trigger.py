@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel import design
 from pretravel.base.errors import ConvergenceError, DescriptionError, InputError, PretravelError
 from pretravel.base.frames import probe_rotation
-from pretravel import design
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.provenance import Origin
 from pretravel.prediction.catalogue import description_text, parse_probe

@@ -15,6 +15,7 @@ from pretravel.design.studies.definition import Study, study_in
 from pretravel.design.studies.outputs import outcome_of
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.contact_stress import seat_stress
 from pretravel.prediction.trigger import predict
 from pretravel.tasks.predict import Predict
 from tests.support.coarse_models import models_by_name_are_coarse
@@ -95,6 +96,20 @@ def test_stress_is_the_highest_of_all_directions(monkeypatch: pytest.MonkeyPatch
     assert max(each) > 1.01 * min(each)
     less = outcome_of(fem, {"spring.preload_N": 4.0}).numbers["stress_greatest"]
     assert less / found == pytest.approx(4.0 / 5.91, rel=1e-9)
+
+
+def test_contacts_are_the_highest_of_all_directions() -> None:
+    """With any model. Pressure grows with the root of the third degree of all loads."""
+    made = study("contact", '[directions]\nazimuth_deg = "0:60:60"\npolar_deg = "90:90:10"\n')
+    found = outcome_of(made, {}).numbers
+    probe = load_probe("omp40-2")
+    trigger = predict(probe, [[1.0, 0.0, 0.0], [0.5, np.sqrt(0.75), 0.0]])
+    expected = seat_stress(probe, trigger.reactions)
+    assert found["seat_pressure_greatest"] == pytest.approx(expected.pressure.max())
+    assert found["contact_shear_of_limit"] > expected.share_of_limit.max()  # of the part of steel
+    less = outcome_of(made, {"spring.preload_N": 4.0}).numbers
+    for name in ("seat_pressure_greatest", "tip_pressure_greatest"):
+        assert less[name] / found[name] == pytest.approx((4.0 / 5.91) ** (1 / 3), rel=1e-9)
 
 
 def test_outputs_that_lack_something_say_what() -> None:

@@ -24,8 +24,8 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
-from pretravel.tasks.compensate import task as compensate
 from pretravel.tasks.compensate import Compensate, compensate_long_table
+from pretravel.tasks.compensate import task as compensate
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import both_outputs

@@ -14,6 +14,7 @@ from pretravel.design.fem.condensation import ElasticField, ReducedModel
 from pretravel.design.fem.elasticity import stress_of
 from pretravel.design.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction import (
+    ContactStress,
     Probe,
     Trigger,
     default_workpiece,
@@ -21,6 +22,8 @@ from pretravel.prediction import (
     predict,
     seat_frame,
     seat_statics,
+    seat_stress,
+    tip_stress,
 )
 from pretravel.six_seats import SEAT_NAMES
 
@@ -47,6 +50,11 @@ class TriggerField:
         [N]
     points, forces : (8, 3) float
         Points at which seats, tip and spring push, and their forces at the trigger. [mm], [N]
+    seats : ContactStress
+        Of the six seats at the trigger, which the stress of elements does not contain.
+    seats_at_rest : ContactStress
+    tip : ContactStress
+        Of tip and part, one force.
     """
 
     elastic: ElasticField
@@ -57,6 +65,9 @@ class TriggerField:
     rest_reactions: FloatArray
     points: FloatArray
     forces: FloatArray
+    seats: ContactStress
+    seats_at_rest: ContactStress
+    tip: ContactStress
 
     @property
     def opened(self) -> list[str]:
@@ -119,6 +130,9 @@ def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedMod
                 ]
             )
         ),
+        seats=seat_stress(probe, trigger.reactions[0]),
+        seats_at_rest=seat_stress(probe, statics.rest_reactions),
+        tip=tip_stress(probe, trigger.force, default_workpiece()),
     )
 
 
@@ -138,6 +152,8 @@ class StressByDirection:
         The same at the trigger. [MPa]
     places : (d, p, 3) float
         Centres of the elements that have it. [mm]
+    seats : ContactStress
+        Of the six seats at the trigger, (d, 6).
     """
 
     directions: FloatArray
@@ -145,6 +161,7 @@ class StressByDirection:
     rest: FloatArray
     highest: FloatArray
     places: FloatArray
+    seats: ContactStress
 
     @property
     def figures(self) -> dict[str, float]:
@@ -152,6 +169,9 @@ class StressByDirection:
         return {
             "highest stress at rest / MPa": float(self.rest.max()),
             "highest stress at the trigger on walls / MPa": float(self.highest.max()),
+            "highest pressure of a seat on walls / MPa": float(self.seats.pressure.max()),
+            "highest shear of a seat, of its limit / %": 100.0
+            * float(self.seats.share_of_limit.max()),
         }
 
 
@@ -209,6 +229,7 @@ def stress_by_direction(
         rest=frozen([rest[own].max() for own in rows]),
         highest=frozen(highest),
         places=frozen(places),
+        seats=seat_stress(probe, trigger.reactions),
     )
 
 

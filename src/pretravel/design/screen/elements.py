@@ -205,6 +205,7 @@ def stress_figures(
     from pretravel.base import MICROMETRE, from_angles
     from pretravel.design.fem.elastic_field import field_at_trigger
     from pretravel.design.tasks.fem.picture import trigger_field_view
+    from pretravel.design.tasks.fem.report import contact_figures
     from pretravel.show import KeyFigure, decimals, plotly_figure
 
     normal = from_angles(math.radians(polar_deg), math.radians(azimuth_deg))[0]
@@ -215,7 +216,8 @@ def stress_figures(
         KeyFigure("trigger force", float(trigger.force[0]), "N", decimals(3)),
         KeyFigure("pretravel", float(trigger.pretravel[0]) / MICROMETRE, "µm"),
         KeyFigure("opened seat", " and ".join(field.opened)),
-        KeyFigure("highest stress", float(field.stress.max()), "MPa", decimals(1), remark="at rest "
-                  f"{field.rest_stress.max():.1f} MPa"),
+        KeyFigure("highest stress of the bodies", float(field.stress.max()), "MPa", decimals(1),
+                  remark=f"at rest {field.rest_stress.max():.1f} MPa"),
+        *contact_figures(field),
     )  # fmt: skip
     return plotly_figure(bent), listed

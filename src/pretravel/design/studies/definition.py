@@ -36,7 +36,8 @@ OUTPUTS: Mapping[str, str] = {
     "corrections": "what the corrections of controls leave",
     "calibration": "what a qualification with some touches leaves",
     "touch": "travel from first contact to the reported point on a surface",
-    "stress": "highest von Mises stress at the trigger (model fem)",
+    "stress": "highest von Mises stress of the bodies at the trigger (model fem)",
+    "contact": "pressure and shear of the contacts of seats and tip at the trigger",
 }
 """What a study computes of each design."""
 STUDIES = ShippedTexts("pretravel.design.studies", "data/studies", "study", "studies")

@@ -15,7 +15,14 @@ from pretravel.design.studies.definition import Directions, Level, Study
 from pretravel.files import read_targets
 from pretravel.maps import PretravelMap
 from pretravel.measurement import apply, compare_corrections
-from pretravel.prediction import Trigger, predict, probe_response, response_map
+from pretravel.prediction import (
+    Trigger,
+    predict,
+    probe_response,
+    response_map,
+    seat_stress,
+    tip_stress,
+)
 from pretravel.probing import Latch, PartSetup, simulate, travel_since_contact
 from pretravel.qualification import qualify
 from pretravel.surface import parse_surface
@@ -78,6 +85,13 @@ MEANINGS: Mapping[str, Mapping[str, OutputMeaning]] = {
     },
     "touch": _spread("um", "travel since contact"),
     "stress": {"stress_greatest": OutputMeaning("MPa", "highest von Mises stress of any part")},
+    "contact": {
+        "seat_pressure_greatest": OutputMeaning("MPa", "highest Hertz pressure of a seat"),
+        "tip_pressure_greatest": OutputMeaning("MPa", "highest Hertz pressure of tip and part"),
+        "contact_shear_of_limit": OutputMeaning(
+            "1", "highest shear of seats and tip, in that at which the softer material yields"
+        ),
+    },
 }
 """The numbers of each output, by name."""
 
@@ -285,6 +299,19 @@ def _stress(case: Case, trigger: Trigger, directions: Directions) -> dict[str, f
     return {"stress_greatest": float(stresses.highest.max())}
 
 
+def _contact(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del directions
+    seats = seat_stress(case.probe, trigger.reactions)
+    tip = tip_stress(case.probe, trigger.force, case.prediction.material)
+    return {
+        "seat_pressure_greatest": float(seats.pressure.max()),
+        "tip_pressure_greatest": float(tip.pressure.max()),
+        "contact_shear_of_limit": float(
+            np.max([seats.share_of_limit.max(), tip.share_of_limit.max()])
+        ),
+    }
+
+
 _COMPUTE: Mapping[str, Callable[[Case, Trigger, Directions], dict[str, float]]] = {
     "force": _force,
     "sensing-distance": _sensing_distance,
@@ -293,4 +320,5 @@ _COMPUTE: Mapping[str, Callable[[Case, Trigger, Directions], dict[str, float]]] 
     "calibration": _calibration,
     "touch": _touch,
     "stress": _stress,
+    "contact": _contact,
 }

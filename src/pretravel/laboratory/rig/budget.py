@@ -125,12 +125,13 @@ def thermal_components(
 
     References
     ----------
-    Ren 2020, equation 17: u(α)² (ΔT L0)² + u(ΔT)² (α L0)².
+    Ren 2020, equation 17: u(α)² (ΔT L0)² + u(ΔT)² (α L0)²; and u(α)² u(ΔT)² L0², the rest of the
+    variance of the product α ΔT. At 20 °C it is all that the expansion contributes.
 
     >>> lines = thermal_components(expansion=11.5e-6, deviation=0.01, u_expansion=1e-6,
     ...                            u_temperature=0.005)
     >>> [f"{line.per_length * 1e6:.3f}" for line in lines]  # µm/m
-    ['0.057', '0.010']
+    ['0.057', '0.011']
     """
     return (
         LengthComponent(
@@ -139,7 +140,7 @@ def thermal_components(
         ),
         LengthComponent(
             f"thermal expansion of the scale (u {u_expansion * 1e6:g}e-6/K)", "B", 0.0,
-            abs(deviation) * u_expansion, thermal=True,
+            math.hypot(deviation, u_temperature) * u_expansion, thermal=True,
         ),
     )  # fmt: skip
 

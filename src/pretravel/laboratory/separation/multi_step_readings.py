@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,8 +30,9 @@ class MultiStepReadings:
         Indices of the directions; they may start at any number.
     errors : (n,) float
         Machine error less probe error, with noise. [mm]
-    lost : int
-        Degrees of freedom that were taken from the readings before, beside those of the errors.
+    circles : (n, k) float
+        What was fitted to the readings before, by its derivatives: the circle of each setup, of
+        which no reading tells machine or probe. No columns where nothing was.
     first_azimuth : float
         Of the directions with index 1; nan where they are not known. [rad]
     directions : int
@@ -49,7 +50,7 @@ class MultiStepReadings:
     machine: IntArray
     probe: IntArray
     errors: FloatArray
-    lost: int = 0
+    circles: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     first_azimuth: float = math.nan
     directions: int = 0
 
@@ -71,6 +72,10 @@ class MultiStepReadings:
                 f"{len(errors)} readings are too few to separate machine and probe; at least 4 "
                 "are needed"
             )
+        circles = frozen(self.circles) if np.size(self.circles) else np.zeros((len(errors), 0))
+        if circles.ndim != 2 or len(circles) != len(errors):
+            raise PretravelError(f"{len(errors)} readings have circles of shape {circles.shape}")
+        object.__setattr__(self, "circles", circles)
         object.__setattr__(self, "machine", machine.astype(np.int64))
         object.__setattr__(self, "probe", probe.astype(np.int64))
         object.__setattr__(self, "errors", errors)
@@ -83,21 +88,29 @@ class MultiStepReadings:
         """Machine directions that occur, in order."""
         return np.unique(self.machine)
 
+    @property
+    def turn(self) -> int:
+        """Directions in a full turn; 0 where they are not known.
+
+        Where they are not stated, machine and probe have the directions 1 to n.
+        """
+        if self.directions:
+            return self.directions
+        each = np.arange(1, len(self.machines) + 1)
+        same = np.array_equal(self.machines, each) and np.array_equal(self.probes, each)
+        return len(each) if same and len(each) > 2 else 0
+
     def azimuths_of(self, indices: IntArray) -> FloatArray:
         """Azimuths of directions by their indices, as `separation-plan` numbers them. [rad]
 
         Where they are not stated, machine and probe must have the directions 1 to n, all around
         from +x; else nan.
         """
-        count, first = self.directions, self.first_azimuth
+        count, first = self.turn, self.first_azimuth
         if not count:
-            each = np.arange(1, len(self.machines) + 1)
-            both = len(self.machines) == len(self.probes) > 2
-            if not (
-                both and np.array_equal(self.machines, each) and np.array_equal(self.probes, each)
-            ):
-                return np.full(len(indices), math.nan)
-            count, first = len(each), 0.0
+            return np.full(len(indices), math.nan)
+        if not self.directions:
+            first = 0.0
         return np.asarray(first + (indices - 1) * (2.0 * math.pi / count))
 
     @property
@@ -151,10 +164,14 @@ class MultiStepDesign:
         One where a direction takes part in a reading: the sums of variances.
     signs : (m + p,) float
         Plus one for the machine, minus one for the probe.
-    basis : (m + p, m + p - 1) float
-        Orthonormal; it spans the errors whose machine part adds up to zero.
-    design : (n, m + p - 1) float
-        Readings by the coordinates of the errors in `basis`.
+    basis : (m + p, r) float
+        Orthonormal; it spans the errors whose machine part adds up to zero, or with circles those
+        that no circle can take.
+    columns : (n, c) float
+        Readings by what is fitted to them: the errors of all directions, whose sum is not
+        determined; or the coordinates of the errors in `basis`, then the circles.
+    rank : int
+        Of the columns.
     """
 
     machines: IntArray
@@ -164,7 +181,20 @@ class MultiStepDesign:
     incidence: FloatArray
     signs: FloatArray
     basis: FloatArray
-    design: FloatArray
+    columns: FloatArray
+    rank: int
+
+    @property
+    def with_circles(self) -> bool:
+        """Whether circles were fitted to the readings."""
+        return bool(self.columns.shape[1] == self.rank)
+
+    @property
+    def solved(self) -> FloatArray:
+        """Errors of all directions by the readings, in `basis`: least squares, (r, n)."""
+        if self.with_circles:
+            return np.asarray(np.linalg.pinv(self.columns)[: self.basis.shape[1]])
+        return np.asarray(np.linalg.pinv(self.columns @ self.basis))
 
     @property
     def split(self) -> int:
@@ -197,8 +227,13 @@ def multi_step_design(readings: MultiStepReadings) -> MultiStepDesign:
     MultiStepDesign
 
     >>> readings = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2e-3])
-    >>> multi_step_design(readings).design.shape
-    (4, 3)
+    >>> multi_step_design(readings).rank
+    3
+
+    Raises
+    ------
+    PretravelError
+        Circles that leave more undetermined than the mean and the first harmonic of both errors.
     """
     from scipy.linalg import null_space
 
@@ -209,19 +244,77 @@ def multi_step_design(readings: MultiStepReadings) -> MultiStepDesign:
     incidence[np.arange(count), row] = 1.0
     incidence[np.arange(count), split + column] = 1.0
     signs = np.concatenate([np.ones(split), -np.ones(len(probes))])
-    # A constant added to all errors of machine and probe changes no reading.
-    machine_sum = np.concatenate([np.ones(split), np.zeros(len(probes))])
-    basis = np.asarray(null_space(machine_sum[None, :]))
-    return MultiStepDesign(
-        machines=machines,
-        probes=probes,
-        row=row,
-        column=column,
-        incidence=incidence,
-        signs=signs,
-        basis=basis,
-        design=(incidence * signs) @ basis,
-    )
+    signed = incidence * signs
+    if readings.circles.shape[1]:
+        basis, columns = _beside_circles(signed, readings.circles)
+        rank = columns.shape[1]
+    else:
+        # A constant added to all errors of machine and probe changes no reading.
+        machine_sum = np.concatenate([np.ones(split), np.zeros(len(probes))])
+        basis, columns, rank = np.asarray(null_space(machine_sum[None, :])), signed, len(signs) - 1
+    return MultiStepDesign(machines, probes, row, column, incidence, signs, basis, columns, rank)
+
+
+_IN_CIRCLES = 6
+"""Combinations of errors that circles take: mean and first harmonic of machine and probe."""
+
+
+def _beside_circles(signed: FloatArray, circles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Errors that circles do not take, and the readings by these errors and the circles."""
+    own = circles @ _split_by_rank(circles)[0]
+    both = np.concatenate([signed, own], axis=1)
+    hidden = _split_by_rank(both)[1][: signed.shape[1]]
+    if hidden.shape[1] > _IN_CIRCLES:
+        raise PretravelError(
+            f"the circles of the setups leave {hidden.shape[1]} combinations of errors open, where "
+            f"the mean and the first harmonic of machine and probe are {_IN_CIRCLES}: touch all "
+            "directions at each orientation, or at more orientations"
+        )
+    basis = _split_by_rank(hidden.T)[1]
+    return basis, np.concatenate([signed @ basis, own], axis=1)
+
+
+def _split_by_rank(matrix: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal coefficients of columns: those that make something, and those that make zero."""
+    # Faster than singular values; all columns are of one order of magnitude.
+    squares, vectors = np.linalg.eigh(matrix.T @ matrix)
+    makes = squares > 1e-12 * squares[-1]
+    return np.asarray(vectors[:, makes]), np.asarray(vectors[:, ~makes])
+
+
+def counted_the_other_way(readings: MultiStepReadings) -> MultiStepReadings:
+    """The readings as they are if the orientations of the probe were counted the other way.
+
+    Machine direction i meets probe direction i - s in orientation s; the other way it meets
+    i + s.
+
+    Parameters
+    ----------
+    readings : MultiStepReadings
+        Machine and probe have the same directions, numbered 1 to n around the circle.
+
+    Returns
+    -------
+    MultiStepReadings
+
+    Raises
+    ------
+    PretravelError
+        Directions of machine and probe that are not the same.
+
+    >>> readings = MultiStepReadings([1, 2, 3, 1], [1, 2, 3, 3], [0.0, 1e-3, 1e-3, 2e-3])
+    >>> counted_the_other_way(readings).probe.tolist()
+    [1, 2, 3, 2]
+    """
+    count = readings.turn
+    if count == 0:
+        raise PretravelError(
+            "the directions of machine and probe are not the same ones, numbered 1 to n around "
+            "the circle, so that their orientations have no other way",
+            inputs=("clockwise",),
+        )
+    turned = np.mod(2 * (readings.machine - 1) - (readings.probe - 1), count) + 1
+    return replace(readings, probe=turned)
 
 
 def direction_sums(design: MultiStepDesign, values: FloatArray) -> FloatArray:
@@ -237,7 +330,8 @@ def direction_sums(design: MultiStepDesign, values: FloatArray) -> FloatArray:
 def normal_matrix(design: MultiStepDesign, weights: FloatArray) -> FloatArray:
     """Normal equations of the errors of all directions, (m + p, m + p).
 
-    The constant that no reading determines is fixed: the machine's errors add up to zero.
+    The constant that no reading determines is fixed: the machine's errors add up to zero. With
+    circles they are those of `MultiStepDesign.columns`, which have full rank.
 
     Parameters
     ----------
@@ -245,6 +339,8 @@ def normal_matrix(design: MultiStepDesign, weights: FloatArray) -> FloatArray:
     weights : (n,) float
         Of the readings.
     """
+    if design.with_circles:
+        return np.asarray(design.columns.T @ (weights[:, None] * design.columns))
     split, probes = design.split, design.size - design.split
     cells = np.bincount(design.row * probes + design.column, weights, split * probes)
     matrix = np.diag(direction_sums(design, weights))
@@ -254,14 +350,19 @@ def normal_matrix(design: MultiStepDesign, weights: FloatArray) -> FloatArray:
     return matrix
 
 
-def weighted_errors(design: MultiStepDesign, errors: FloatArray, weights: FloatArray) -> FloatArray:
-    """Errors of all directions by weighted least squares, (m + p,). [mm]"""
-    right = design.signs * direction_sums(design, weights * errors)
+def weighted_fit(design: MultiStepDesign, errors: FloatArray, weights: FloatArray) -> FloatArray:
+    """Coefficients of `MultiStepDesign.columns` by weighted least squares, (c,). [mm]"""
+    if design.with_circles:
+        right = design.columns.T @ (weights * errors)
+    else:
+        right = design.signs * direction_sums(design, weights * errors)
     return np.asarray(np.linalg.solve(normal_matrix(design, weights), right))
 
 
 def residuals_from(design: MultiStepDesign, errors: FloatArray, solution: FloatArray) -> FloatArray:
-    """Readings less machine plus probe error, (n,). [mm]"""
+    """Readings less what the columns have with these coefficients, (n,). [mm]"""
+    if design.with_circles:
+        return np.asarray(errors - design.columns @ solution)
     return errors - (solution[design.row] - solution[design.split + design.column])
 
 
@@ -275,7 +376,7 @@ def weighted_residuals(
     >>> [f"{1e3 * residual:.1f}" for residual in residuals]
     ['0.1', '-0.1', '-0.1', '0.1']
     """
-    return residuals_from(design, errors, weighted_errors(design, errors, weights))
+    return residuals_from(design, errors, weighted_fit(design, errors, weights))
 
 
 def direction_place(indices: IntArray, wanted: int, kind: str) -> int:

@@ -18,7 +18,7 @@ from pretravel.base import (
     polar_angle,
     probe_rotation,
 )
-from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.touches import Touches
 from pretravel.uncertainty import fit_sphere
 
@@ -85,8 +85,8 @@ def readings_of_touches(
     A radial distance is that of the circle, plus the machine's error, less the probe's (equation
     1). The circle of a setup is that of a qualification made in it: its centre and radius contain
     the place of the tip, and with it all of the mean and of the first harmonic of both errors.
-    These are not determined. The degrees of freedom that circles take beside those of the
-    separation are in `MultiStepReadings.lost`.
+    These are not determined. The derivatives of the circles are in `MultiStepReadings.circles`, so
+    that a separation counts what they take from each direction.
 
     References
     ----------
@@ -132,14 +132,14 @@ def readings_of_touches(
     if inward:  # in a ring a late trigger makes the circle larger, on a sphere smaller
         errors = -errors
     machine, probe = direction + 1, np.mod(direction - shift[setup], count) + 1
-    lost = _lost(machine, probe, setup, np.asarray(first + direction * step))
+    circles = _circles(setup, np.asarray(first + direction * step))
     readings = MultiStepReadings(
-        machine, probe, errors, lost=lost, first_azimuth=first, directions=count
+        machine, probe, errors, circles=circles, first_azimuth=first, directions=count
     )
     note = (
         f"the readings are deviations from {len(orientations)} circles, one for each orientation "
         "of the probe: the mean and the first harmonic of both errors are in their radii and "
-        f"centres and are not determined; the circles take {lost} degrees of freedom"
+        "centres and are not determined"
     )
     return MultiStepTouches(readings, frozen(orientations), frozen(centers), frozen(radii), (note,))
 
@@ -202,12 +202,9 @@ def _check_setups(
             )
 
 
-def _lost(machine: IntArray, probe: IntArray, setup: IntArray, azimuth: FloatArray) -> int:
-    """Degrees of freedom that the circles take beside those of machine and probe."""
-    design = multi_step_design(MultiStepReadings(machine, probe, np.zeros(len(machine)))).design
+def _circles(setup: IntArray, azimuth: FloatArray) -> FloatArray:
+    """Derivatives of the readings by radius and centre of the circle of each setup, (n, 3 k)."""
     own = np.equal.outer(setup, np.unique(setup)).astype(np.float64)
-    circles = np.concatenate(
+    return np.concatenate(
         [own, own * np.cos(azimuth)[:, None], own * np.sin(azimuth)[:, None]], axis=1
     )
-    both = np.concatenate([design, circles], axis=1)
-    return int(np.linalg.matrix_rank(both, tol=1e-8) - np.linalg.matrix_rank(design, tol=1e-8))

@@ -13,7 +13,7 @@ from pretravel.laboratory.separation.multi_step_readings import (
     direction_sums,
     normal_matrix,
     residuals_from,
-    weighted_errors,
+    weighted_fit,
 )
 from pretravel.laboratory.separation.noise import (
     TAILS,
@@ -91,7 +91,7 @@ def outlying_readings(design: MultiStepDesign, errors: FloatArray) -> list[Readi
     `READING_OUTLIER_LEVEL` over the number of readings.
     """
     count = len(errors)
-    if count - design.size + 1 < _FEWEST_DOF:
+    if count - design.rank < _FEWEST_DOF:
         return []
     suspected = _first_suspects(design, errors)
     for _ in range(_ROUNDS):
@@ -138,7 +138,7 @@ def _judged(
     distance = _distances(
         design, part, errors, total * float(tails.of_tails @ tails.levels), tails.mean_tail, rows
     )
-    signed = design.incidence * design.signs
+    signed = design.columns
     cofactor = np.linalg.inv(normal_matrix(part, 1.0 / total[rows]))
     predicted = np.sum((signed @ cofactor) * signed, axis=1)
     own = total + predicted
@@ -174,7 +174,7 @@ def _distances(
     weights = 1.0 / total[used]
     factor = np.ones(len(used))
     for _ in range(_FIT_ROUNDS):
-        solution = weighted_errors(part, errors[used], weights * factor)
+        solution = weighted_fit(part, errors[used], weights * factor)
         residuals = residuals_from(part, errors[used], solution)
         factor = student_weight(tail, residuals**2 / total[used])
     return residuals_from(design, errors, solution)
@@ -187,12 +187,14 @@ def _part(design: MultiStepDesign, rows: IntArray) -> MultiStepDesign | None:
         row=design.row[rows],
         column=design.column[rows],
         incidence=design.incidence[rows],
-        design=design.design[rows],
+        columns=design.columns[rows],
     )
     if np.min(direction_sums(part, np.ones(len(rows)))) < _FEWEST_READINGS:
         return None
     try:
         check_connected(part)
     except PretravelError:
+        return None
+    if part.with_circles and np.linalg.matrix_rank(part.columns, tol=1e-9) < part.rank:
         return None
     return part

@@ -24,8 +24,10 @@ from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepReadings,
     RepeatedPair,
     check_connected,
+    counted_the_other_way,
     direction_place,
     multi_step_design,
+    weighted_residuals,
 )
 from pretravel.laboratory.separation.outliers import ReadingOutlier, outlying_readings
 from pretravel.laboratory.separation.variances import (
@@ -45,6 +47,9 @@ _ESTIMATES = {
     "paper": literal_variances,
 }
 _FEWEST_DOF = 4.0
+_CLEARLY = 2.0
+"""Ratio of squared residuals of both senses that is no chance: without errors of the probe it is
+near one, as far off as the root of 8 / dof."""
 _SQUARE_MICROMETRE = MICROMETRE**2
 
 
@@ -84,6 +89,9 @@ class Separation(ShownInNotebooks, WithPlot):
         Of the directions, of the probe in its own frame; nan where they are not known. [rad]
     used : MultiStepReadings or None
         The readings that were used, in the order of the residuals.
+    sense_ratio : float
+        Sum of squared residuals over the one with the orientations of the probe counted the other
+        way; nan where that cannot be known.
     """
 
     machines: IntArray
@@ -105,6 +113,19 @@ class Separation(ShownInNotebooks, WithPlot):
     machine_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
     probe_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
     used: MultiStepReadings | None = None
+    sense_ratio: float = math.nan
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What makes the whole result doubtful."""
+        if not self.sense_ratio > _CLEARLY:
+            return ()
+        words = (
+            f"the variance of the residuals is {self.sense_ratio:.2g} times that with the "
+            "orientations of the probe counted the other way: they seem to be counted clockwise, "
+            "seen from the spindle, so that errors of the probe are taken for scatter"
+        )
+        return (words,)
 
     def __repr__(self) -> str:
         out = len(self.outliers) + len(self.excluded)
@@ -250,8 +271,8 @@ def separate(
     Nafi and Mayer 2011, equations 1 to 10. Equation 5 takes the total less the explained sum of
     squares of one direction for that of its residuals, which is right only over all directions
     together (`pretravel.laboratory.separation.variances.literal_variances`). It also leaves out
-    the degrees of freedom of the systematic errors, so that its variances are too small by
-    (n - 1)² / n² in a complete n x n test.
+    the degrees of freedom of the systematic errors, so that its variances are too small:
+    their mean by (n - 1)² / n², their variation by (n - 1)(n - 2) / n² in a complete n x n test.
 
     >>> m, p = np.divmod(np.arange(64), 8)
     >>> e = 1e-3 * (np.sin(m) - np.cos(p)) + 1e-4 * np.random.default_rng(1).normal(size=64)
@@ -272,9 +293,11 @@ def separate(
         used = np.setdiff1d(used, [outlier.row for outlier in outliers])
         design = multi_step_design(rows_of_readings(readings, used))
         _check_dof(design)
-    result = _without_lost(_separation(design, readings.errors[used], method, repeated), readings)
+    result = _separation(design, readings.errors[used], method, repeated)
+    ratio = _sense_ratio(rows_of_readings(readings, used), float(np.sum(result.residuals**2)))
     return replace(
         result,
+        sense_ratio=ratio,
         outliers=tuple(outliers),
         excluded=tuple(int(row) for row in excluded),
         machine_azimuth=frozen(readings.azimuths_of(result.machines)),
@@ -283,26 +306,18 @@ def separate(
     )
 
 
-def _without_lost(result: Separation, readings: MultiStepReadings) -> Separation:
-    """The separation with the degrees of freedom that were taken from its readings before."""
-    if not readings.lost:
-        return result
-    dof = result.dof - readings.lost
-    if dof < 1.0:
-        raise PretravelError(
-            f"{len(result.residuals)} readings, of which circles took {readings.lost} degrees of "
-            "freedom, leave none for a variance; touch more directions or orientations"
-        )
-    ratio = result.dof / dof
-    return replace(
-        result,
-        error_covariance=frozen(ratio * result.error_covariance),
-        machine_variance=frozen(ratio * result.machine_variance),
-        probe_variance=frozen(ratio * result.probe_variance),
-        # The variances scatter more by the root of the ratio, as their degrees of freedom.
-        variance_covariance=frozen(ratio**3 * result.variance_covariance),
-        movable=frozen(ratio * result.movable),
-        dof=dof,
+def _sense_ratio(readings: MultiStepReadings, squares: float) -> float:
+    """Squared residuals over those with the orientations counted the other way."""
+    if readings.turn == 0:
+        return math.nan
+    other = multi_step_design(counted_the_other_way(readings))
+    try:
+        check_connected(other)
+        _check_dof(other)
+    except PretravelError:
+        return math.nan
+    return squares / float(
+        np.sum(weighted_residuals(other, readings.errors, np.ones(len(readings))) ** 2)
     )
 
 
@@ -329,14 +344,16 @@ def rows_of_readings(readings: MultiStepReadings, rows: IntArray) -> MultiStepRe
         machine=readings.machine[rows],
         probe=readings.probe[rows],
         errors=readings.errors[rows],
+        circles=readings.circles[rows],
     )
 
 
 def _check_dof(design: MultiStepDesign) -> None:
     count = len(design.row)
-    if count - design.size + 1 < 1:
+    if count - design.rank < 1:
+        circles = " and circles of the setups" if design.with_circles else ""
         raise PretravelError(
-            f"{count} readings for {design.size - 1} systematic errors leave no degree of "
+            f"{count} readings for {design.rank} systematic errors{circles} leave no degree of "
             "freedom for a variance; repeat readings, or combine more orientations"
         )
 
@@ -347,7 +364,7 @@ def _separation(
     """The separation from the readings that are used."""
     pair = None if repeated is None else pair_variance_of(design, repeated)
     variances = _ESTIMATES[method](design, errors, pair)
-    inverse = np.linalg.pinv(design.design)
+    inverse = design.solved
     solution = inverse @ errors
     of_solution = (inverse * np.maximum(variances.of_readings, 0.0)) @ inverse.T
     found = design.basis @ solution
@@ -363,8 +380,8 @@ def _separation(
         probe_variance=frozen(shares.variances[design.split :]),
         variance_covariance=frozen(at_share @ variances.covariance @ at_share.T),
         movable=frozen(shares.movable),
-        residuals=frozen(errors - design.design @ solution),
-        dof=float(len(errors) - design.size + 1),
+        residuals=frozen(weighted_residuals(design, errors, np.ones(len(errors)))),
+        dof=float(len(errors) - design.rank),
         method=method,
         repeated=repeated,
         outliers=(),
@@ -430,6 +447,14 @@ def _notes(
         "of machine and probe, and all else they do (the matrix of the equations has rank "
         f"{design.size - 1} of {design.size}); the machine's errors are made to add up to zero"
     )
+    if design.with_circles:
+        of_circles = design.rank - design.basis.shape[1]
+        of_errors = (
+            f"{len(design.row)} readings, {len(design.machines)} machine and "
+            f"{len(design.probes)} probe directions, and circles of {of_circles} numbers: "
+            "the circles take the mean and the first harmonic of both errors, which are stated as "
+            "zero; all else the readings determine"
+        )
     of_variances = (
         "the variances' matrix lacks one rank too: variances of pairs are absolute, but no "
         "reading determines which part is the machine's and which the probe's, and no repeat "

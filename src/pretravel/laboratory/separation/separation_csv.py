@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import DEGREE, MICROMETRE, InputError, PretravelError
+from pretravel.base import DEGREE, MICROMETRE, InputError, PretravelError, from_angles
 from pretravel.files import CsvTable, read_csv_table
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation.plan import SeparationPlan
@@ -66,14 +68,23 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
         raise InputError(str(error), path=path) from None
 
 
-def read_multi_step_test(path: str | Path) -> tuple[MultiStepReadings, tuple[str, ...]]:
+def read_multi_step_test(
+    paths: Sequence[Path] | Path | str,
+    *,
+    axis: npt.ArrayLike = (0.0, 0.0, 1.0),
+    spindle: Sequence[float] | None = None,
+) -> tuple[MultiStepReadings, tuple[str, ...]]:
     """Read a multi-step test: its readings, or the touches of the reference that they follow from.
 
     Parameters
     ----------
-    path : str or Path
+    paths : Path, str or sequence of Path
         Columns machine_index, probe_index, error_um; or touches of any format with the orientation
-        of the probe, spindle_deg.
+        of the probe, spindle_deg: one file, or one for each setup.
+    axis : (3,) float
+        The probe's +z in the machine frame.
+    spindle : sequence of float, optional
+        Orientation of the probe in each file, where the files do not state it. [rad]
 
     Returns
     -------
@@ -84,26 +95,32 @@ def read_multi_step_test(path: str | Path) -> tuple[MultiStepReadings, tuple[str
     Raises
     ------
     InputError
-        As `read_multi_step_readings`, `read_readings` and `readings_of_touches`.
+        As `read_multi_step_readings`, `read_series` and `readings_of_touches`.
     """
-    from pretravel.files import read_readings
+    from pretravel.files import read_series
     from pretravel.laboratory.separation.multi_step_touches import readings_of_touches
 
+    given = [Path(paths)] if isinstance(paths, Path | str) else list(paths)
+    if len(given) == 1 and spindle is None and not _has_touches(given[0]):
+        return read_multi_step_readings(given[0]), ()
     try:
-        columns = set(read_csv_table(path).columns)
-    except InputError:
-        columns = set()
-    if not columns or columns & {"machine_index", "probe_index", "error_um"}:
-        return read_multi_step_readings(path), ()
-    if not any("spindle" in name.lower() or "spindel" in name.lower() for name in columns):
-        return read_multi_step_readings(path), ()  # which says what is missing
-    try:
-        found = readings_of_touches(read_readings(path).touches)
+        found = readings_of_touches(read_series(given, spindle=spindle).touches, axis=axis)
     except InputError:
         raise
     except PretravelError as error:
-        raise InputError(str(error), path=path) from None
+        raise InputError(str(error), path=given[0]) from None
     return found.readings, found.notes
+
+
+def _has_touches(path: Path) -> bool:
+    """Whether a file has touches with the orientation of the probe, not readings by indices."""
+    try:
+        columns = set(read_csv_table(path).columns)
+    except InputError:
+        return False
+    if "x_mm" not in columns and columns & {"machine_index", "probe_index", "error_um"}:
+        return False
+    return any("spindle" in name.lower() or "spindel" in name.lower() for name in columns)
 
 
 def _indices(table: CsvTable, name: str) -> npt.NDArray[np.int64]:
@@ -148,16 +165,22 @@ def separation_plan_table(plan: SeparationPlan) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to values
-        orientation_deg (of the probe), machine_azimuth_deg, machine_index, probe_index,
+        orientation_deg (of the probe), machine_azimuth_deg, machine_index, probe_index, the normal
+        nx, ny, nz of the touch and spindle_deg (the orientation again, as touches state it),
         error_um (empty).
     """
     machine, probe = plan.pairs()
     step = 360.0 / plan.directions
     per_orientation = plan.directions * plan.repeats
+    orientation = np.repeat(np.array(plan.steps) * step, per_orientation)
+    azimuth = (machine - 1) * step
+    normals = from_angles(np.full(len(azimuth), 0.5 * math.pi), azimuth * DEGREE)
     return {
-        "orientation_deg": np.repeat(np.array(plan.steps) * step, per_orientation),
-        "machine_azimuth_deg": (machine - 1) * step,
+        "orientation_deg": orientation,
+        "machine_azimuth_deg": azimuth,
         "machine_index": machine,
         "probe_index": probe,
+        **{f"n{axis}": np.round(normals[:, i], 9) for i, axis in enumerate("xyz")},
+        "spindle_deg": orientation,
         "error_um": [""] * len(machine),
     }

@@ -142,7 +142,7 @@ def _from_squared_residuals(
 
 def _residual_covariance(design: MultiStepDesign, total: FloatArray) -> FloatArray:
     """M V M of ordinary least squares, (n, n), with M = 1 - H and H = S G S'. [mm²]"""
-    signed = design.incidence * design.signs
+    signed = design.columns
     cofactor = np.linalg.inv(normal_matrix(design, np.ones(len(total))))
     middle = cofactor @ (signed.T @ (total[:, None] * signed)) @ cofactor
     scatter = signed @ (middle @ signed.T)
@@ -358,7 +358,7 @@ def likelihood_information(design: MultiStepDesign, total: FloatArray) -> Likeli
         Variance of each reading. [mm²]
     """
     weights = 1.0 / total
-    signed = design.incidence * design.signs
+    signed = design.columns
     shared = signed @ (np.linalg.inv(normal_matrix(design, weights)) @ signed.T)
     own = np.diagonal(shared).copy()
     shared *= shared
@@ -438,7 +438,7 @@ def common_scale(design: MultiStepDesign, errors: FloatArray) -> float:
     PretravelError
         Readings without scatter.
     """
-    free = 1.0 - (design.size - 1) / len(errors)
+    free = 1.0 - design.rank / len(errors)
     residuals = weighted_residuals(design, errors, np.ones(len(errors)))
     level = float(np.mean(residuals**2)) / free
     if not level > 1e-24:

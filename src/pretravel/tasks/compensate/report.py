@@ -16,6 +16,7 @@ from pretravel.show import (
     Span,
     Table,
     budget_picture,
+    number_text,
     value_text,
 )
 from pretravel.surface import Part, Surface
@@ -109,10 +110,12 @@ def summary_document(
                 detail=True,
             ),
         ]
+    # The k of the budget: few touches of a map have few degrees of freedom.
+    factor = budgets[0].coverage_factor() if budgets else COVERAGE_FACTOR
     return Document(
         title=title,
         verdict=f"{len(summary)} points{_in_short(summary)}; U of a point up to "
-        f"{value_text(COVERAGE_FACTOR * summary.u.high / MICROMETRE, 'µm')} (k = 2)",
+        f"{value_text(factor * summary.u.high / MICROMETRE, 'µm')} (k = {number_text(factor)})",
         figures=tuple(figures),
         tables=before_and_after(summary),
         sections=budget_section(budgets),

@@ -113,13 +113,13 @@ class Predict(Reported):
             An unknown model; a direction in which the probe never triggers; a probe that cannot be
             predicted.
         """
-        from pretravel.prediction import material, predict
+        from pretravel.prediction import predict
 
         trigger = predict(
             probe,
             self.directions,
             self.model,
-            workpiece=material(self.workpiece),
+            workpiece=probe.part_material(self.workpiece),
             gravity=self.gravity,
         )
         return PredictedProbe(self, probe, trigger)
@@ -172,7 +172,6 @@ class PredictedProbe(Result):
         """
         from pretravel.prediction import (
             compliance_model,
-            material,
             predicted_map,
             probe_response,
             response_map,
@@ -181,7 +180,7 @@ class PredictedProbe(Result):
         task = self.task
         of_statics = self.probe.seats.friction == 0.0
         if exact and of_statics and compliance_model(task.model).condenses(self.probe):
-            workpiece = material(task.workpiece)
+            workpiece = self.probe.part_material(task.workpiece)
             response = probe_response(
                 self.probe, task.model, workpiece=workpiece, gravity=task.gravity
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,7 +34,7 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.base import Placement
+    from pretravel.base import FloatArray, Placement
     from pretravel.prediction import Probe
     from pretravel.probing import SimulationResult, SurfaceTouches, TipBehaviour
     from pretravel.show import Document
@@ -99,6 +99,16 @@ class Simulate(PlacedPart, Reported):
     noise_um: Annotated[
         float, Field(help="Repeatability, as a standard deviation in µm.", range=NOISE)
     ] = 0.0
+    machine: Annotated[
+        Path | None,
+        Field(
+            help="Separation of machine and probe, from separate: .json or .csv. The machine's "
+            "errors and the scatter of both act in the direction of each touch; --noise is then "
+            "that along the axis, which a separation does not know.",
+            label="Separation of machine and probe",
+            reads=True,
+        ),
+    ] = None
     seed: Annotated[
         int | None,
         Field(
@@ -125,7 +135,7 @@ class Simulate(PlacedPart, Reported):
     def run(self, progress: Progress = SILENT) -> SimulatedPart:
         """Touch the targets."""
         from pretravel.files import read_targets
-        from pretravel.prediction import material
+        from pretravel.prediction import Probe, material
         from pretravel.probing import describe_failures, simulation
         from pretravel.surface import parse_surface
 
@@ -134,15 +144,18 @@ class Simulate(PlacedPart, Reported):
         shape = parse_surface(self.surface)
         wanted = read_targets(self.targets, shape, approach=self.approach)
         setup = simulation.PartSetup(
-            material=material(self.workpiece),
+            material=(
+                known.part_material(self.workpiece)
+                if isinstance(known, Probe)
+                else material(self.workpiece)
+            ),
             friction=self.friction,
             clearance=self.clearance,
             check_stylus=self.stem,
             placement=placement,
         )
-        latch = simulation.Latch(
-            self.feed, self.delay * 1e-3, self.noise_um * MICROMETRE, self.seed
-        )
+        noise = self.noise_um * MICROMETRE if self.machine is None else 0.0
+        latch = simulation.Latch(self.feed, self.delay * 1e-3, noise, self.seed)
         with progress.working(f"touching {len(wanted)} targets"):
             simulated = simulation.simulate_some(
                 known,
@@ -157,10 +170,42 @@ class Simulate(PlacedPart, Reported):
         if simulated.touches is None or (failures and not self.leave_out):
             simulation.refuse_failures(simulated.outcomes, wanted, shape)
         assert simulated.touches is not None  # otherwise refused
+        if self.machine is not None:
+            touches = self._separated(simulated.touches, setup.to_part @ self._rotation(known))
+            simulated = replace(simulated, touches=touches)
         warnings = _warnings(shape, wanted, simulated.outcomes, failures)
         return SimulatedPart(
             self, f"{name} on {self.surface}", shape, simulated, placement, tuple(warnings)
         )
+
+    def _rotation(self, known: Probe | TipBehaviour) -> FloatArray:
+        """From the frame of the probe to that of the machine, (3, 3)."""
+        from pretravel.files import read_map
+        from pretravel.prediction import Probe
+
+        if isinstance(known, Probe):
+            return known.orientation.matrix
+        return read_map(Path(self.probe)).rotation
+
+    def _separated(self, touches: Touches, rotation: FloatArray) -> Touches:
+        """The touches with the errors of a separation, along their approaches."""
+        import numpy as np
+
+        from pretravel.files import read_touch_scatter
+
+        assert self.machine is not None
+        error = (
+            read_touch_scatter(self.machine)
+            .seen_from(self.placement())
+            .drawn(
+                touches.normals,
+                rotation,
+                np.random.default_rng(self.seed),
+                self.noise_um * MICROMETRE if self.stated("noise_um") else None,
+            )
+        )
+        moved = touches.positions - error[:, None] * touches.approach_directions
+        return replace(touches, positions=moved)
 
     def _known(self) -> tuple[Probe | TipBehaviour, str]:
         """A description, or the tip that a map represents (without forces); and its name."""

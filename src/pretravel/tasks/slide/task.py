@@ -107,12 +107,11 @@ class Slide(Reported):
         PretravelError
             A surface, a process or a model that cannot be followed.
         """
-        from pretravel.prediction import material
         from pretravel.probing import SlideSettings, predicted_tip, slide
         from pretravel.surface import face_of
 
         shape = face_of(self.surface)
-        tip = predicted_tip(probe, self.model, workpiece=material(self.workpiece))
+        tip = predicted_tip(probe, self.model, workpiece=probe.part_material(self.workpiece))
         settings = SlideSettings(
             step=self.step,
             steps=self.steps,

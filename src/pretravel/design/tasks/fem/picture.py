@@ -74,7 +74,7 @@ def _bent(field: TriggerField) -> SpaceChart:
         scale=scale,
         elevation=15.0,
         azimuth=_view_azimuth(field),
-        note=f"highest stress {value} in {where}",
+        note=f"highest stress of the bodies {value} in {where}",
     )
 
 

@@ -8,6 +8,7 @@ from pretravel.base import DEGREE, MICROMETRE, azimuth_angle, polar_angle
 from pretravel.design.fem.condensation import ReducedModel
 from pretravel.design.fem.elastic_field import StressByDirection, TriggerField
 from pretravel.design.tasks.fem.picture import trigger_field_view
+from pretravel.prediction import ContactStress
 from pretravel.show import (
     Column,
     Document,
@@ -57,8 +58,9 @@ def finite_elements_document(
             KeyFigure("pretravel", trigger.pretravel[0] / MICROMETRE, "µm", decimals(3)),
             KeyFigure("opened seat", " and ".join(field.opened)),
             _highest_stress(field),
+            *contact_figures(field),
         ),
-        tables=(shares_table(trigger), *_stress_tables(stresses), _seat_table(field)),
+        tables=(shares_table(trigger), *_stress_tables(stresses), _contact_table(field)),
         sections=(_mesh_section(reduced),),
         pictures=(
             Picture(
@@ -73,13 +75,37 @@ def _highest_stress(field: TriggerField) -> KeyFigure:
     mesh, highest = field.elastic.mesh, int(np.argmax(field.stress))
     center = tuple(mesh.points[mesh.elements[highest]].mean(axis=0).tolist())
     return KeyFigure(
-        "highest stress",
+        "highest stress of the bodies",
         float(field.stress[highest]),
         "MPa",
         decimals(1),
         remark=f"von Mises, in {mesh.region_names[mesh.regions[highest]]} at "
         f"{value_text(center, 'mm')}",
     )
+
+
+def contact_figures(field: TriggerField) -> tuple[KeyFigure, KeyFigure]:
+    """The pressure of the seat that carries most, and of tip and part, with their limits."""
+    seat = int(np.argmax(field.seats.pressure))
+    rest = value_text(float(field.seats_at_rest.pressure.max()), "MPa", decimals(0))
+    return (
+        KeyFigure("highest pressure of a seat", float(field.seats.pressure[seat]), "MPa",
+                  decimals(0), remark=f"{SEAT_NAMES[seat]}, at rest {rest}; "
+                  f"{_shear_words(field.seats, seat)}"),
+        KeyFigure("pressure of tip and part", float(field.tip.pressure[0]), "MPa", decimals(0),
+                  remark=_shear_words(field.tip, 0)),
+    )  # fmt: skip
+
+
+def _shear_words(contact: ContactStress, place: int) -> str:
+    """The highest shear below a contact, its depth, and how much of its limit that is."""
+    shear = value_text(float(contact.shear[place]), "MPa", decimals(0))
+    depth = value_text(float(contact.depth[place]) / MICROMETRE, "µm", decimals(1))
+    words = f"highest shear {shear}, {depth} below the surface"
+    if contact.weaker is None:
+        return f"{words}; no hardness of these materials is known"
+    share = value_text(100.0 * float(contact.share_of_limit[place]), "%", decimals(0))
+    return f"{words}: {share} of what {contact.weaker.name} bears"
 
 
 def _stress_tables(stresses: StressByDirection) -> tuple[Table, ...]:
@@ -116,15 +142,27 @@ def _stress_tables(stresses: StressByDirection) -> tuple[Table, ...]:
     return by_part, by_azimuth
 
 
-def _seat_table(field: TriggerField) -> Table:
-    digits = decimals(4)
+def _contact_table(field: TriggerField) -> Table:
+    digits, rest, seats, tip = decimals(4), field.seats_at_rest, field.seats, field.tip
+    both = {
+        name: np.concatenate([getattr(seats, name), getattr(tip, name)])
+        for name in ("force", "pressure", "shear", "depth", "share_of_limit")
+    }
     return Table(
         (
-            Column.of("seat", SEAT_NAMES),
-            Column.of("at rest", field.rest_reactions, "N", digits),
-            Column.of("at trigger", field.trigger.reactions[0], "N", digits),
+            Column.of("contact", (*SEAT_NAMES, "tip and part")),
+            Column.of("force at rest", [*rest.force, 0.0], "N", digits),
+            Column.of("at trigger", both["force"], "N", digits),
+            Column.of("pressure at rest", [*rest.pressure, 0.0], "MPa", decimals(0)),
+            Column.of("pressure at trigger", both["pressure"], "MPa", decimals(0)),
+            Column.of("highest shear", both["shear"], "MPa", decimals(0)),
+            Column.of("its depth", both["depth"] / MICROMETRE, "µm", decimals(1)),
+            Column.of("of its limit", 100.0 * both["share_of_limit"], "%", decimals(0)),
         ),
-        title="Forces of the seats",
+        title="Forces and pressures of the contacts",
+        explanation="By Hertz, in the middle of each contact: rods on balls, and the tip on a flat "
+        "part of steel. The stress of the bodies does not contain it. The limit is the shear at "
+        "which the softer material yields, its hardness over 5.6.",
         detail=True,
     )
 

@@ -26,7 +26,7 @@ from pretravel.base import (
 )
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.maps import PretravelMap
-from pretravel.measurement import apply
+from pretravel.measurement import TouchScatter, apply
 from pretravel.qualification import Qualification, drifted_map, spread_over_support
 from pretravel.touches import Touches
 from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE, coverage_factor
@@ -57,12 +57,16 @@ class ActingErrors:
     hysteresis : float
         Shift of the tip's rest by the touch before, across the axis; its size is drawn for each
         set. [mm]
+    scatter : TouchScatter, optional
+        Machine and probe, separated: the machine's errors and the noise of both in each
+        direction, with `noise` along the axis alone. Points are then compensated with it.
     """
 
     noise: float
     diameter: float = 0.0
     form: float = 0.0
     hysteresis: float = 0.0
+    scatter: TouchScatter | None = None
 
     def __post_init__(self) -> None:
         check_numbers(
@@ -283,6 +287,9 @@ def _travel(
     travel = pretravel / -np.sum(normals * approaches, axis=1)
     if truth.delay is not None and touches.feeds is not None:
         travel = travel + truth.delay * travel_per_second(touches)
+    if acting.scatter is not None:
+        outward = acting.scatter.drawn(normals, truth.rotation, generator, acting.noise)
+        return np.asarray(travel - outward)
     return np.asarray(travel + generator.normal(0.0, acting.noise, len(travel)))
 
 
@@ -333,7 +340,9 @@ def _of_faces(
     surface = 30.0 * directions
     feeds = _feed(truth, len(directions))
     touches = _part_touches(surface, directions, truth, feeds, acting, generator)
-    points = apply(touches, made.pretravel_map, extrapolate=True, shared=False)
+    points = apply(
+        touches, made.pretravel_map, extrapolate=True, shared=False, scatter=acting.scatter
+    )
     error = np.sum((points.positions - surface - made.center) * directions, axis=1)
     return {"points of faces": (error, points.standard_uncertainty, COVERAGE_FACTOR)}
 
@@ -358,7 +367,7 @@ def _of_bore(
     surface = _BORE_AT + 0.5 * diameter * outward
     feeds = _feed(truth, len(outward))
     touches = _part_touches(surface, -outward, truth, feeds, acting, generator)
-    points = apply(touches, made.pretravel_map)
+    points = apply(touches, made.pretravel_map, scatter=acting.scatter)
     found = measure_feature(points, "bore", axis=truth.rotation[:, 2])
     rows: dict[str, _Row] = {}
     size = found.quantity("diameter")

@@ -94,6 +94,15 @@ class CheckBudget(Qualify):
             label="Hysteresis that acts",
         ),
     ] = 0.0
+    machine: Annotated[
+        Path | None,
+        Field(
+            help="Separation of machine and probe, from separate: .json or .csv. Its errors and "
+            "scatter act in the direction of each touch, and points are compensated with it.",
+            label="Separation of machine and probe",
+            reads=True,
+        ),
+    ] = None
     seed: Annotated[
         int, Field(help="Of the random numbers: the same seed gives the same answer.",
                    range=(0, 2**32 - 1)),
@@ -120,6 +129,7 @@ class CheckBudget(Qualify):
         import numpy as np
 
         from pretravel.drawing.tasks.check_budget.budget_check import ActingErrors, check_budget
+        from pretravel.files import read_touch_scatter
 
         others = {"block": self.on_references, "tip": self.tip, "prior": self.prior}
         wrong = tuple(name for name, stated in others.items() if stated)
@@ -144,6 +154,7 @@ class CheckBudget(Qualify):
             setup.u_reference_diameter if stated is None else stated * MICROMETRE,
             setup.sphere_form,
             self.true_hysteresis_um * MICROMETRE,
+            None if self.machine is None else read_touch_scatter(self.machine),
         )
         used = readings.touches.take(np.flatnonzero(qualification.used))
         bore = (self.bore, self.bore_touches)
@@ -194,8 +205,9 @@ class CheckedBudget(Result):
                     f"Acting: noise {acting.noise / MICROMETRE:.2f} µm, diameter of the reference "
                     f"{acting.diameter / MICROMETRE:.2f} µm, its form "
                     f"{acting.form / MICROMETRE:.2f} µm, hysteresis "
-                    f"{acting.hysteresis / MICROMETRE:.2f} µm. The bore is {self.task.bore:g} mm "
-                    f"wide, touched {self.task.bore_touches} times."
+                    f"{acting.hysteresis / MICROMETRE:.2f} µm{_separated(self.task)}. "
+                    f"The bore is {self.task.bore:g} mm wide, touched {self.task.bore_touches} "
+                    "times."
                 ),
                 (
                     "The probes are drawn from your map: what no map of this kind can show, a "
@@ -228,6 +240,16 @@ class CheckedBudget(Result):
             "needed_factor": np.array([each.needed for each in found]),
             "verdict": [each.verdict for each in found],
         })  # fmt: skip
+
+
+def _separated(task: CheckBudget) -> str:
+    """What acts beside, where a separation was given."""
+    if task.machine is None:
+        return ""
+    return (
+        f"; errors of the machine, and the scatter of machine and probe, by the direction of each "
+        f"touch, from {task.machine.name} (the noise is that along the axis)"
+    )
 
 
 def _rms(values: FloatArray) -> float:

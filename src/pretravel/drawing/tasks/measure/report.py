@@ -26,6 +26,7 @@ from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantit
 from pretravel.drawing.tasks.measure.picture import features_view
 from pretravel.drawing.tolerances.tolerances import InspectedFeature, Together, side_of_failure
 from pretravel.files import LaboratoryStatements, comparison_sentence
+from pretravel.measurement import QuantityByTrials
 from pretravel.show import (
     Column,
     Document,
@@ -751,3 +752,53 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
         f"{_name(feature)}: {text}" for feature in features for text in feature.warnings
     )
     return warnings
+
+
+TRIALS = "By Monte Carlo"
+"""Title of the table of trials."""
+
+
+def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -> Table:
+    """Quantities by Monte Carlo beside their analytic uncertainty.
+
+    Parameters
+    ----------
+    found : mapping of str to sequence of QuantityByTrials
+        By the name of the feature.
+    trials : int
+
+    Returns
+    -------
+    Table
+    """
+    rows = [(name, one) for name, each in found.items() for one in each]
+    scale = [1.0 / DEGREE if one.quantity.angle else 1.0 for _, one in rows]
+    fine = [(60.0 / DEGREE if one.quantity.angle else 1.0 / MICROMETRE) for _, one in rows]
+    ends = [one.interval for _, one in rows]
+    return Table(
+        (
+            Column.of("feature", [name for name, _ in rows]),
+            Column.of("quantity", [
+                f"{one.quantity.name} / {'°' if one.quantity.angle else 'mm'}" for _, one in rows
+            ]),
+            Column.of("value", [
+                one.quantity.value * s for (_, one), s in zip(rows, scale, strict=True)
+            ], "", decimals(5)),
+            Column.of("u, analytic", [
+                one.quantity.u * f for (_, one), f in zip(rows, fine, strict=True)
+            ], "", decimals(3)),
+            Column.of("u, by trials", [
+                one.u * f for (_, one), f in zip(rows, fine, strict=True)
+            ], "", decimals(3)),
+            Column.of("95 % from", [
+                low * s for (low, _), s in zip(ends, scale, strict=True)
+            ], "", decimals(5)),
+            Column.of("to", [
+                high * s for (_, high), s in zip(ends, scale, strict=True)
+            ], "", decimals(5)),
+        ),
+        title=TRIALS,
+        explanation=f"{trials} trials: the points drawn with the errors that they state, of their "
+        "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
+        "angles in minutes.",
+    )  # fmt: skip

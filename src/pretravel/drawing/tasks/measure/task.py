@@ -37,7 +37,7 @@ if TYPE_CHECKING:
         Together,
     )
     from pretravel.measurement import Points
-    from pretravel.show import Document
+    from pretravel.show import Document, Table
     from pretravel.surface import Part
 
 
@@ -239,6 +239,16 @@ class Measure(LaboratoryReport):
         ),
     ] = None
 
+    trials: Annotated[
+        int | None,
+        Field(
+            help="Monte Carlo beside the analytic U: draw the points so often with their errors "
+            "(those of machine and probe by direction, after compensate --machine), and fit again.",
+            range=(100, 1_000_000),
+            label="Trials of a Monte Carlo beside U",
+            hint="Empty: none; 2000 takes seconds",
+        ),
+    ] = None
     residuals: Annotated[
         Path | None,
         Field(
@@ -470,13 +480,31 @@ class MeasuredFeatures(Result):
             statements=statements,
             warnings=warnings,
         )
+        report = replace(report, tables=(*report.tables, *self._by_trials()))
         return with_laboratory(report, statements)
+
+    def _by_trials(self) -> tuple[Table, ...]:
+        """The quantities by Monte Carlo, where that is wanted."""
+        from pretravel.drawing.tasks.measure.report import trials_table
+        from pretravel.measurement import feature_by_trials
+
+        if self.task.trials is None:
+            return ()
+        found = {
+            each.feature.label or each.feature.kind: feature_by_trials(
+                each.feature, self.task.trials
+            )
+            for each in self.features
+        }
+        return (trials_table(found, self.task.trials),)
 
     def in_brief(self, report: Document) -> Document:
         """Sizes and forms with their verdicts."""
-        from pretravel.drawing.tasks.measure.report import features_summary
+        from pretravel.drawing.tasks.measure.report import TRIALS, features_summary
 
-        return features_summary(report, self.features, self.relations)
+        brief = features_summary(report, self.features, self.relations)
+        by_trials = [table for table in report.tables if table.title == TRIALS]
+        return replace(brief, tables=(*brief.tables, *by_trials))
 
     def write(self, output: str, path: Path) -> None:
         """Write the features, quantities as columns; or the residuals of their points."""

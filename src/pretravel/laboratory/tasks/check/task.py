@@ -452,7 +452,8 @@ class Pattern(Task):
         str,
         Field(
             help="iso10360-5 (25 touches on a sphere; iso10360-5-cumulative: with each ring turned "
-            "further, see docs/laboratory.md) or iso230-10 (36 on the equator).",
+            "further, see docs/laboratory.md) or iso230-10 (36 on the equator); equator-12, "
+            "equator-24, equator-36: around the equator, as a multi-step test touches it.",
             names=_patterns,
             positional=True,
             metavar="STANDARD",
@@ -492,10 +493,13 @@ class Pattern(Task):
             repeats=self.repeats,
         )
         count = len(columns["label"])  # type: ignore[arg-type]
+        memory = (
+            " (the pattern was written from memory and not compared with the text of the standard)"
+        )
+        plain = self.standard.startswith("equator-")
         return PatternTargets(
             columns,
-            f"{count} targets on a sphere of {self.diameter:g} mm (the pattern was written from "
-            "memory and not compared with the text of the standard)\n",
+            f"{count} targets on a sphere of {self.diameter:g} mm{'' if plain else memory}\n",
         )
 
 

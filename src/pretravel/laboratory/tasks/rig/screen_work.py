@@ -117,7 +117,7 @@ def separate_readings(inputs: Inputs) -> SeparationResult:
     given = SEPARATION_FORM.given(inputs.settings)
     with temporary_folder() as folder:
         lab = laboratory_file(inputs.settings, folder)
-        task = Separate(readings=inputs.file("readings"), lab=lab, **given)
+        task = Separate(readings=(inputs.file("readings"),), lab=lab, **given)
         found = task.run()
     same = with_file_names(task, output=Path("separation.json"))
     return SeparationResult(found, replace(found, task=same).document(), same)

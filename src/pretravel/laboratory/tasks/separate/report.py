@@ -11,6 +11,7 @@ from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.laboratory.separation.plan import SeparationPlan
 from pretravel.laboratory.separation.separation import Separation
 from pretravel.laboratory.separation.separation_csv import separation_table
+from pretravel.laboratory.separation_ranges import ranges_of_variances
 from pretravel.show import (
     Axis,
     Colour,
@@ -30,6 +31,7 @@ from pretravel.show import (
     interval_lines,
     number_text,
     signed_decimals,
+    significant,
     value_text,
 )
 from pretravel.task import NotebookCard, closed_curve, polar_chart, range_figure
@@ -80,6 +82,7 @@ def separation_document(
         figures=(
             *_side_figures("machine", result.machine_error, result.machine_variance),
             *_side_figures("probe", result.probe_error, result.probe_variance),
+            *_range_figures(result),
             *(_pair_figure(result, machine, probe) for machine, probe in pairs),
             *(KeyFigure("LEFT OUT", outlier.message) for outlier in result.outliers),
             *_excluded_figure(result),
@@ -91,7 +94,7 @@ def separation_document(
             *_model_picture(result, title),
         ),
         notes=result.notes,
-        warnings=tuple(warnings),
+        warnings=(*(f"{each} (--clockwise)" for each in result.warnings), *warnings),
         data=_data(result),
     )
 
@@ -146,6 +149,24 @@ def _side_figures(side: str, error: FloatArray, variance: FloatArray) -> tuple[K
         KeyFigure(f"{side}, variance", float(variance.mean()) / _SQUARE, "µm²", decimals(3),
                   remark="mean of the directions"),
     )  # fmt: skip
+
+
+def _range_figures(result: Separation) -> tuple[KeyFigure, ...]:
+    """The ranges of the variances, and whether equal variances explain them."""
+    if result.used is None:
+        return ()
+    return tuple(
+        KeyFigure(
+            f"{side}, range of variance",
+            found.value / _SQUARE,
+            "µm²",
+            decimals(3),
+            remark=f"{'more than chance' if found.differs else 'no more than chance'}: equal "
+            f"variances give up to {value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in "
+            f"95 of 100 tests (p = {number_text(found.probability, significant(2))})",
+        )
+        for side, found in zip(("machine", "probe"), ranges_of_variances(result.used), strict=True)
+    )
 
 
 def _pair_figure(result: Separation, machine: int, probe: int) -> KeyFigure:

@@ -6,16 +6,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base import MICROMETRE, NOISE, PretravelError
+from pretravel.base import MICROMETRE, NOISE, TIP_BALL, PretravelError
 from pretravel.task import (
+    MAPS,
     PAGES,
     SILENT,
+    UPRIGHT,
+    Angles,
     Field,
     Indices,
     LaboratoryReport,
+    ProbeAxis,
     Progress,
     Result,
     Task,
+    angles,
+    files_meant,
     indices,
     output,
 )
@@ -43,14 +49,28 @@ class Separate(LaboratoryReport):
     example = "pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv"
 
     readings: Annotated[
-        Path,
+        tuple[Path, ...],
         Field(
             help="CSV: machine_index,probe_index,error_um; or touches of the reference's equator "
-            "at each orientation of the probe: x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg.",
+            "at each orientation of the probe: x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg, in one file "
+            "or in one for each setup: files, a folder or a name with *.",
             positional=True,
-            reads=True,
+            metavar="READINGS",
+            reads=files_meant,
         ),
     ]
+    spindle: Annotated[
+        Angles | None,
+        Field(
+            help="Orientation of the probe in each file, in degrees, where the touches do not "
+            "state it: 0:345:15.",
+            parse=angles,
+            metavar="ANGLES",
+            label="Orientation of the probe in each file",
+            hint="0:345:15 in °",
+        ),
+    ] = None
+    axis: ProbeAxis = UPRIGHT
     repeat_variance: Annotated[
         float | None,
         Field(
@@ -91,6 +111,14 @@ class Separate(LaboratoryReport):
             },
         ),
     ] = "reml"
+    clockwise: Annotated[
+        bool,
+        Field(
+            help="The orientations of the probe are counted clockwise, seen from the spindle.",
+            label="Orientations are counted clockwise",
+            hint="A warning says where they seem to be",
+        ),
+    ] = False
     pair: Annotated[
         tuple[Indices, ...],
         Field(
@@ -111,6 +139,21 @@ class Separate(LaboratoryReport):
             metavar=_PAIR,
         ),
     ] = ()
+    map_file: Annotated[
+        Path | None,
+        Field(
+            help="Map of the probe's errors, for compensation of walls: .json or .csv.",
+            option="--map",
+            writes=MAPS,
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Effective diameter of the tip by the machine's qualification, in mm, for --map.",
+            range=TIP_BALL,
+        ),
+    ] = None
     output: Annotated[
         Path | None,
         output(
@@ -130,16 +173,34 @@ class Separate(LaboratoryReport):
         PretravelError
             A variance of repeats without its configuration, or the reverse; as `separate`.
         """
+        import numpy as np
+
+        from pretravel.laboratory.separation.multi_step_readings import counted_the_other_way
         from pretravel.laboratory.separation.separation import separate
         from pretravel.laboratory.separation.separation_csv import read_multi_step_test
 
+        if self.map_file is not None and self.tip_diameter is None:
+            raise PretravelError(
+                "a map needs the diameter of the tip, in mm", inputs=("tip_diameter",)
+            )
         statements = self.statements()
         repeated = self._repeated()
-        measured, notes = read_multi_step_test(self.readings)
+        measured, notes = read_multi_step_test(
+            self.files,
+            axis=self.axis,
+            spindle=None if self.spindle is None else np.radians(self.spindle.degrees).tolist(),
+        )
+        if self.clockwise:
+            measured = counted_the_other_way(measured)
         with progress.working(f"separating {len(measured)} readings"):
             found = separate(measured, method=self.method, repeated=repeated, exclude=self.exclude)
         found = replace(found, notes=(*notes, *found.notes))
         return SeparatedErrors(self, found, statements)
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that the argument means."""
+        return files_meant(self.readings)
 
     def _repeated(self) -> RepeatedPair | None:
         """The configuration that was repeated."""
@@ -180,18 +241,25 @@ class SeparatedErrors(Result):
         task = self.task
         report = separation_document(
             self.separation,
-            readings_name=task.readings.name,
+            readings_name=task.files[0].name,
             pairs=task.pair,
             warnings=task.statements_left_out(),
         )
         return with_laboratory(report, self.statements)
 
     def write(self, output: str, path: Path) -> None:
-        """Write the errors and variances."""
-        del output
-        from pretravel.files import write_csv_table
+        """Write the errors and variances, or the map of the probe."""
+        from pretravel.files import write_csv_table, write_map
         from pretravel.laboratory.separation.separation_csv import separation_table
+        from pretravel.laboratory.separation_map import separation_map
 
+        if output == "map_file":
+            assert self.task.tip_diameter is not None  # the run refuses it
+            made = separation_map(
+                self.separation, 0.5 * self.task.tip_diameter, axis=self.task.axis
+            )
+            write_map(path, made)
+            return
         write_csv_table(path, separation_table(self.separation))
 
 
