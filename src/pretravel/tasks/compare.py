@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.tasks.export import ControlForm
-from pretravel.tasks.fields import ModelName, Reported, existing, output
+from pretravel.tasks.export import CONTROL_FORM, FormOnControl
+from pretravel.tasks.fields import ModelOfMap, Reported, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -59,6 +59,7 @@ class Compare(Reported):
             positional=True,
             metavar="PROBE",
             reads=existing,
+            states="two descriptions are compared, not a map",
         ),
     ] = None
     part: Annotated[
@@ -67,6 +68,7 @@ class Compare(Reported):
             help="Touches, targets or compensated points of a part, to compare there too. Of a "
             "table the columns nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
             reads=True,
+            without=("other",),
         ),
     ] = None
     control: Annotated[
@@ -78,10 +80,11 @@ class Compare(Reported):
             names=_controls_with_maps,
             metavar="CONTROL",
             label="Correction on a control",
+            without=("other",),
         ),
     ] = None
-    form: ControlForm = None
-    model: ModelName = "analytic"
+    form: Annotated[FormOnControl, replace(CONTROL_FORM, only=("control",))] = None
+    model: ModelOfMap = "analytic"
     output: Annotated[
         Path | None,
         output(
@@ -124,11 +127,6 @@ class Compare(Reported):
         from pretravel.controls.exports import ExportSettings, correction_on_control
 
         if self.control is None:
-            if self.form is not None:
-                raise PretravelError(
-                    "a form is that of the files of a control; state which control too",
-                    inputs=("form", "for"),
-                )
             return {}
         settings = ExportSettings(form=self.form or "auto")
         name, correction = correction_on_control(pretravel_map, self.control, settings)
@@ -143,16 +141,6 @@ class Compare(Reported):
             raise PretravelError(
                 f"{maps[0]} is not the description of a probe. compare takes one map, or two "
                 "probes (names of pretravel probes, or .toml)"
-            )
-        if self.control is not None:
-            raise PretravelError(
-                "the files of a control are those of one map, not of two probes; leave it out",
-                inputs=("for",),
-            )
-        if self.part is not None:
-            raise PretravelError(
-                "a part is compared with a map, not with two probes; leave it out",
-                inputs=("part",),
             )
         with progress.working("comparing"):
             return ComparedProbes(self, compare_designs(*names, self.model))

@@ -17,14 +17,14 @@ from pretravel.app.screens.control_steps import control_steps
 from pretravel.app.screens.engineer_settings import CONTROL, export_name
 from pretravel.app.screens.engineer_work import EXPORT, FIT, ExportResult, FitResult
 from pretravel.base.errors import PretravelError
-from pretravel.tasks.export import applies, makes_folder
+from pretravel.tasks.export import makes_folder
 
 
 def control_panel(state: ScreenState) -> None:
     """The choice of the control, and the files to download."""
     with panel("3 Values for your control"):
         described_field(state, CONTROL, "to")
-        live([state.listen], lambda: _settings(state), lambda: _chosen(state))
+        live([state.listen], lambda: _settings(state), lambda: _chosen(state) is None)
         export = outcome(state, EXPORT, _warnings)
         kept(export, lambda: _download(export), lambda result: result.to)
         live([export.listen], lambda: _steps(export.result), lambda: export.result)
@@ -39,14 +39,10 @@ def _chosen(state: ScreenState) -> str | None:
 
 
 def _settings(state: ScreenState) -> None:
-    for name in CONTROL.stored:
-        state.mark(name, "")  # fields of another control are gone
-    to = _chosen(state)
-    if to is None:
+    if _chosen(state) is None:
         return
-    used = [name for name in CONTROL.names if name != "to" and applies(to, name)]
     with folded("Settings of the control"):
-        described_fields(state, CONTROL, used)
+        described_fields(state, CONTROL, [name for name in CONTROL.names if name != "to"])
 
 
 def _warnings(result: ExportResult) -> None:

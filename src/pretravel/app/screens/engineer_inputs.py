@@ -13,7 +13,6 @@ from pretravel.app.components.from_project import take_reference
 from pretravel.app.components.layout import (
     folded,
     folded_until_opened,
-    live,
     note,
     panel,
     text,
@@ -23,7 +22,6 @@ from pretravel.app.components.outcome import outcome
 from pretravel.app.components.task_fields import described_field, described_fields
 from pretravel.app.project import ScreenState
 from pretravel.app.screens.engineer_settings import (
-    OF_KINDS,
     QUALIFICATION,
     EngineerSettings,
     file_mark,
@@ -135,17 +133,9 @@ def reference_panel(state: ScreenState) -> None:
         described_fields(state, QUALIFICATION, _FIRST)
         with folded("More settings"):
             for name in QUALIFICATION.names:
-                if name not in (*_FIRST, *OF_KINDS):
+                if name not in _FIRST:
                     axes = _AXES if name == "axis" else None
                     described_field(state, QUALIFICATION, name, choices=axes)
-            live([state.listen], lambda: _of_kind(state), lambda: state.settings.get("kind"))
-
-
-def _of_kind(state: ScreenState) -> None:
-    chosen = state.settings.get("kind")
-    described_fields(
-        state, QUALIFICATION, [name for name, kind in OF_KINDS.items() if kind == chosen]
-    )
 
 
 def no_touches_yet() -> None:

@@ -23,7 +23,7 @@ from pretravel.probing.simulation import Latch, simulate
 from pretravel.probing.targets import Targets
 from pretravel.show.document import Document
 from pretravel.surface.shapes import Sphere
-from pretravel.tasks.check import Check, CheckedProbe, applies, not_stated
+from pretravel.tasks.check import Check, CheckedProbe, not_stated
 from pretravel.touches import Touches, moved, with_spindle
 
 FORM = TaskForm(Check, shared=("units",), start={"standard": "iso10360-5"})
@@ -55,11 +55,7 @@ def check_by_standard(inputs: Inputs) -> CheckResult:
         As `Check.run`; what the files are refused for.
     """
     settings, touches = inputs.settings, inputs.file("touches")
-    standard = FORM.value(settings, "standard")
-    # The fields of another standard are not shown, and do not count.
-    numbers = {
-        name: value for name, value in FORM.given(settings).items() if applies(standard, name)
-    }
+    numbers = FORM.given(settings)
     with temporary_folder() as folder:
         lab = laboratory_file(settings, folder)
         task = Check(touches=(touches,), map_file=inputs.optional_file("map"), lab=lab, **numbers)
