@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Callable
 from dataclasses import MISSING
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,59 +12,40 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.derived import command_of, task_of
-from pretravel.task import values as texts
 from pretravel.task.listed import PLACES, task_named
-from pretravel.task.task import Setting, Task, by_name, command_line, settings_of
-from pretravel.tasks.qualify.references import block_lengths, stated_reference
-from pretravel.tasks.qualify.several_tips import stated_tip
+from pretravel.task.task import Task, by_name, command_line, settings_of, unused
+from tests.support.task_samples import samples
 
 TASKS = {**{name: task_named(name) for name in PLACES}, App.name: App}
-SAMPLES: dict[Callable[[str], Any], str] = {
-    texts.angles: "0:30:10", texts.polar_angles: "10,20.5", texts.pair: "0.5,-0.25",
-    texts.indices: "1,2", texts.trace_mark: "rig_000_1:r0=1.25", texts.feeds_list: "50,200",
-    texts.stated_columns: "x=X pos,nx=-I,label=2", texts.length_or_none: "1.5",
-    texts.counts: "10x8", texts.vector: "1,-2.5,3", texts.unit_vector: "0,1,0",
-    texts.tolerance: "20..20.021",
-    block_lengths: "25.4,50.8,76.2", stated_tip: "front=4@0,1,0",
-    stated_reference: "r50=ring:50.0003:0.3",
-}  # fmt: skip
-"""What can be typed, by the function that reads it."""
 every_task = pytest.mark.parametrize("task", TASKS.values(), ids=TASKS)
 
 
-def _sample(setting: Setting) -> Any:
-    """A value that differs from the default."""
-    if setting.field.parse is not None:
-        return setting.field.parse(SAMPLES[setting.field.parse])
-    if setting.choices:
-        return next(choice for choice in reversed(setting.choices) if choice != setting.default)
-    if setting.kind is bool:
-        return not setting.default
-    if setting.kind is Path:
-        return Path("a b" + (setting.field.writes or (".csv",))[0])
-    if setting.kind in (float, int):
-        low, high = (max(-1e6, min(1e6, end)) for end in setting.limits)
-        between = low + 0.2371 * (high - low)
-        return math.ceil(between) if setting.kind is int else between
-    return "a 'quoted' text"
-
-
-def _full(task: type[Task]) -> Task:
-    return task(
-        **{
-            setting.name: (_sample(setting),) if setting.several else _sample(setting)
-            for setting in settings_of(task)
-        }
-    )
+def _full(task: type[Task], first: str = "") -> Task:
+    """A task with every setting that goes together, stated; one of them before the others."""
+    needed = {s.name: samples(s)[-1] for s in settings_of(task) if s.default is MISSING}
+    names = [s.name for s in sorted(settings_of(task), key=lambda s: s.name != first)]
+    for name in (name for name in names if name not in needed):
+        values = {**needed, name: samples(by_name(task)[name])[-1]}
+        if not any(unused(task, each, values)[0] for each in values):
+            needed = values
+    return task(**needed)
 
 
 @every_task
 def test_the_command_line_of_a_task_means_the_task(task: type[Task]) -> None:
-    full = _full(task)
-    words = shlex.split(command_line(full))[1 + len(task.name.split()) :]
     command = command_of(task)
-    context = command.make_context(task.name, words)
-    assert task_of(task, context.params) == full
+    for first in ("", *_keys(task)):
+        full = _full(task, first)
+        words = shlex.split(command_line(full))[1 + len(task.name.split()) :]
+        context = command.make_context(task.name, words)
+        assert task_of(task, context.params) == full
+
+
+def _keys(task: type[Task]) -> set[str]:
+    """Settings that choose a mode."""
+    fields = [setting.field for setting in settings_of(task)]
+    modes = [mode for field in fields for mode in (*field.only, *field.without)]
+    return {mode if isinstance(mode, str) else mode.key for mode in modes}
 
 
 @every_task

@@ -10,9 +10,10 @@ from dataclasses import MISSING, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pretravel.task import Length, Setting, Task, by_name, settings_of
+from pretravel.task import Length, Setting, Task, by_name, settings_of, unused
 
 T = TypeVar("T", bound=Task)
+NO_FILES: Mapping[str, Any] = {}
 
 
 def stored_default(setting: Setting) -> Any:
@@ -103,16 +104,43 @@ class TaskForm:
         """A setting as it is stored, or its default."""
         return stored.get(self.stored_name(name), self.default(name))
 
-    def given(self, stored: Mapping[str, Any]) -> dict[str, Any]:
-        """What was stated, by the names in the task; of what must be stated and was not, None.
+    def used(
+        self, stored: Mapping[str, Any], files: Mapping[str, Any] = NO_FILES
+    ) -> tuple[str, ...]:
+        """The settings that the task uses beside the others, by their names in the task.
 
         Parameters
         ----------
         stored : mapping of str to value
             Settings of the screen.
+        files : mapping of str to value
+            Those that name files, by their names in the task.
+
+        >>> from pretravel.tasks.qualify import Qualify
+        >>> form = TaskForm(Qualify)
+        >>> "transducer" in form.used({}), "transducer" in form.used({"kind": "mean"})
+        (True, False)
+        """
+        values = {**files, **{name: self.value(stored, name) for name in self.names}}
+        return tuple(name for name in self.names if not unused(self.task, name, values)[0])
+
+    def given(
+        self, stored: Mapping[str, Any], files: Mapping[str, Any] = NO_FILES
+    ) -> dict[str, Any]:
+        """What was stated, by the names in the task; of what must be stated and was not, None.
+
+        What the task does not use beside the others has no field, and is not given.
+
+        Parameters
+        ----------
+        stored, files
+            As for `used`.
         """
         found: dict[str, Any] = {}
+        used = self.used(stored, files)
         for setting in self.settings:
+            if setting.name not in used:
+                continue
             value = stored.get(self.stored_name(setting.name), self.start.get(setting.name))
             if value is None or value == "":
                 if setting.default is MISSING:

@@ -123,7 +123,7 @@ def run_task(inputs: Inputs) -> TaskRun:
         As the task; a setting that must be stated and is not.
     """
     kind = task_named(inputs.settings[NAME])
-    stated = form_of(kind).given(inputs.settings)
+    stated: dict[str, Any] = {}
     for setting in file_settings(kind):
         files = inputs.files.get(setting.name, ())
         typed = str(inputs.settings.get(setting.name) or "").strip()
@@ -131,6 +131,7 @@ def run_task(inputs: Inputs) -> TaskRun:
             stated[setting.name] = files if setting.several else files[0]
         elif typed:
             stated[setting.name] = (typed,) if setting.several else typed
+    stated = {**form_of(kind).given(inputs.settings, stated), **stated}
     _refuse_missing(kind, stated)
     with temporary_folder() as folder:
         if issubclass(kind, LaboratoryReport) and "lab" not in stated:

@@ -61,20 +61,21 @@ def read_points(source: Source, *, units: str | None = None) -> Points:
     """
     options = ReadingOptions(units=units, normals_from=one_normal([0.0, 0.0, 1.0]))
     file = opened(source)
+    if file.ending in _TABLES and _COMPENSATED not in file.content[:_HEAD]:
+        return _plain_points(file, options)
+    table = read_parquet_table(file) if file.ending == ".parquet" else None
+    if table is not None and _is_plain(table):
+        return _plain_points(file, options)
+    if units == "inch":
+        raise file.error("the file states mm, but inch was given", inputs=("units",))
     if file.ending == ".nc":
         return _from_dataset(file)
     if file.ending == ".json":
         return points_of_table(file, _json_table(file))
-    if file.ending == ".parquet":
-        table = read_parquet_table(file)
-        return _plain_points(file, options) if _is_plain(table) else points_of_table(file, table)
+    if table is not None:
+        return points_of_table(file, table)
     if file.ending in _TABLES:
-        compensated = _COMPENSATED in file.content[:_HEAD]
-        return (
-            points_of_table(file, read_csv_table(file))
-            if compensated
-            else _plain_points(file, options)
-        )
+        return points_of_table(file, read_csv_table(file))
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"

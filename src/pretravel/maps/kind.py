@@ -121,6 +121,9 @@ class KindOfMap(ABC):
     prior_weight: ClassVar[float] = 0.2
     """How many left-out directions speak for this kind in advance, in an average of kinds."""
 
+    takes_axial_pretravel: ClassVar[bool] = False
+    """Whether `centered` gives the map a pretravel at the pole that is assumed."""
+
     fits_harmonics: ClassVar[bool] = False
     """Whether the fit is a harmonic regression, which finds outliers and noise itself."""
 

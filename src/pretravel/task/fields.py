@@ -17,7 +17,7 @@ from pretravel.base import (
     InputError,
     PretravelError,
 )
-from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, by_name
+from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, When, by_name
 from pretravel.task.values import (
     Angles,
     StatedColumns,
@@ -55,6 +55,17 @@ def _contact_models() -> Iterable[str]:
     return [name for name, model in models.items() if model.has_response or model.response_for]
 
 
+def is_map(value: object) -> bool:
+    """Whether an argument names the file of a map, not a probe.
+
+    >>> is_map("map.json"), is_map("omp40-2")
+    (True, False)
+    """
+    from pretravel.files import FORMER_MAP_ENDINGS, MAP_ENDINGS
+
+    return Path(str(value)).suffix.lower() in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS)
+
+
 def existing(value: object) -> list[Path]:
     """The file that a value names; a name of a catalogue is none."""
     return [Path(str(value))]
@@ -88,9 +99,8 @@ DIAMETER = Field(
     hint="On the certificate of the sphere or ring",
 )
 Diameter: TypeAlias = Annotated[float, DIAMETER]
-Ring: TypeAlias = Annotated[
-    bool, Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
-]
+RING = Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
+Ring: TypeAlias = Annotated[bool, RING]
 U_DIAMETER = Field(
     help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by its k; "
     "0.2 is assumed when not given.",
@@ -98,16 +108,12 @@ U_DIAMETER = Field(
     label="Standard uncertainty of the diameter",
     hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
 )
-UDiameter: TypeAlias = Annotated[float | None, U_DIAMETER]
-UTemperature: TypeAlias = Annotated[
-    float,
-    Field(
-        help="Standard uncertainty of the reference's temperature, in K.",
-        range=(0.0, 50.0),
-        unit="K",
-        label="Standard uncertainty of its temperature",
-    ),
-]
+U_TEMPERATURE = Field(
+    help="Standard uncertainty of the reference's temperature, in K.",
+    range=(0.0, 50.0),
+    unit="K",
+    label="Standard uncertainty of its temperature",
+)
 SPHERE_FORM = Field(
     help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
     range=DEVIATION_OF_FORM,
@@ -124,14 +130,12 @@ SphereCenter: TypeAlias = Annotated[
         help="Centre of the sphere in the machine's frame, in mm.", parse=vector, metavar="X,Y,Z"
     ),
 ]
-StartClearance: TypeAlias = Annotated[
-    float,
-    Field(
-        help="Distance of tip and sphere where a touch starts, in mm.",
-        range=(0.0, 10000.0),
-        unit="mm",
-    ),
-]
+START_CLEARANCE = Field(
+    help="Distance of tip and sphere where a touch starts, in mm.",
+    range=(0.0, 10000.0),
+    unit="mm",
+)
+StartClearance: TypeAlias = Annotated[float, START_CLEARANCE]
 Turn: TypeAlias = Annotated[
     float, Field(help="Rotation of the pattern about the probe axis, in degrees.", range=ANGLE)
 ]
@@ -143,48 +147,45 @@ ProbeName: TypeAlias = Annotated[
     str,
     Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
 ]
-Workpiece: TypeAlias = Annotated[
+WORKPIECE = Field(
+    help="Material of the part: of the package, or of the probe's description.",
+    metavar="MATERIAL",
+    without=(When("model", ("shen",)),),
+)
+"""The model shen has no contact of tip and part."""
+Workpiece: TypeAlias = Annotated[str, WORKPIECE]
+MODEL = Field(
+    help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
+    label="Model of the probe, without a map",
+    names=models,
+    metavar="MODEL",
+)
+ModelName: TypeAlias = Annotated[str, MODEL]
+ModelOfMap: TypeAlias = Annotated[
     str,
-    Field(
-        help="Material of the part: of the package, or of the probe's description.",
-        metavar="MATERIAL",
-    ),
+    replace(MODEL, without=(When("map_file", is_so=is_map, what="a map"),)),
 ]
-ModelName: TypeAlias = Annotated[
-    str,
-    Field(
-        help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
-        label="Model of the probe, without a map",
-        names=models,
-        metavar="MODEL",
-    ),
-]
-ContactModel: TypeAlias = Annotated[
-    str,
-    Field(
-        help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions "
-        "with a contact opening or a piezo stage.",
-        names=_contact_models,
-        metavar="MODEL",
-    ),
-]
-Gravity: TypeAlias = Annotated[
-    Vector | None,
-    Field(
-        help="Direction of the weight in the machine's frame. Without it, weight is neglected.",
-        parse=unit_vector,
-        metavar="X,Y,Z",
-    ),
-]
-ProbeAxis: TypeAlias = Annotated[
-    Vector,
-    Field(
-        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
-        label="Axis of the probe, tip to spindle",
-        parse=unit_vector,
-        metavar="X,Y,Z",
-    ),
-]
+"""Where a probe takes the place of a map."""
+CONTACT_MODEL = Field(
+    help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions with a "
+    "contact opening or a piezo stage.",
+    names=_contact_models,
+    metavar="MODEL",
+)
+ContactModel: TypeAlias = Annotated[str, CONTACT_MODEL]
+GRAVITY = Field(
+    help="Direction of the weight in the machine's frame. Without it, weight is neglected.",
+    parse=unit_vector,
+    metavar="X,Y,Z",
+)
+Gravity: TypeAlias = Annotated[Vector | None, GRAVITY]
+PROBE_AXIS = Field(
+    help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+    label="Axis of the probe, tip to spindle",
+    parse=unit_vector,
+    metavar="X,Y,Z",
+)
+ProbeAxis: TypeAlias = Annotated[Vector, PROBE_AXIS]
 UPRIGHT = Vector(0, 0, 1)
 Azimuths: TypeAlias = Annotated[
     Angles,
@@ -216,15 +217,13 @@ StatedUnits: TypeAlias = Annotated[
         words={"": "as the file states"},
     ),
 ]
-TipOfMap: TypeAlias = Annotated[
-    float | None,
-    Field(
-        help="Diameter of the tip, in mm; the default is that of the map.",
-        range=TIP_BALL,
-        label="Diameter of the tip",
-        hint="Empty: that of the map",
-    ),
-]
+TIP_OF_MAP = Field(
+    help="Diameter of the tip, in mm; the default is that of the map.",
+    range=TIP_BALL,
+    label="Diameter of the tip",
+    hint="Empty: that of the map",
+)
+TipOfMap: TypeAlias = Annotated[float | None, TIP_OF_MAP]
 
 
 # Where the part is
@@ -246,7 +245,10 @@ class PlacedPart(Task):
     ] = None
     frame: Annotated[
         Literal["part", "machine"],
-        Field(help="Frame of the touches with --place; that of a file is the machine's."),
+        Field(
+            help="Frame of the touches; with the file of a placement, that of the machine.",
+            only=("place",),
+        ),
     ] = "part"
 
     @property
@@ -367,6 +369,7 @@ class TouchTables(Task):
         StatedColumns | None,
         Field(
             help="Columns of the table with the plan, as --columns states those of the touches.",
+            only=("plan",),
             parse=stated_columns,
             metavar="x=X,nx=I,…",
         ),
@@ -376,7 +379,8 @@ class TouchTables(Task):
         Field(
             help="How positions find their targets of the plan. line: each lies on the line of "
             "its target; label: they have one label; feature: their labels without the number at "
-            "the end are one."
+            "the end are one.",
+            only=("plan",),
         ),
     ] = "line"
     double_touches: Annotated[

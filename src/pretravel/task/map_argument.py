@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pretravel.base import PretravelError
+from pretravel.task.fields import is_map
 
 if TYPE_CHECKING:
     from pretravel.maps import PretravelMap
@@ -30,13 +31,12 @@ def map_or_prediction(
     PretravelError
         Neither a map nor a probe.
     """
-    from pretravel.files import FORMER_MAP_ENDINGS, MAP_ENDINGS, read_map
+    from pretravel.files import read_map
     from pretravel.prediction import described_map
 
-    ending = Path(name).suffix.lower()
-    if ending in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
+    if is_map(name):
         return read_map(name, tip_diameter=tip_diameter)
-    if ending not in (".toml", ""):
+    if Path(name).suffix.lower() not in (".toml", ""):
         raise PretravelError(
             f"{name}: neither a map (.json, .csv) nor a probe (.toml, or a name of pretravel "
             "probes)"

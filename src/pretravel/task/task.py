@@ -14,7 +14,7 @@ import shlex
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import (
     TYPE_CHECKING,
@@ -23,6 +23,7 @@ from typing import (
     ClassVar,
     Literal,
     NamedTuple,
+    TypeAlias,
     Union,
     dataclass_transform,
     get_args,
@@ -71,6 +72,60 @@ class Progress:
 SILENT = Progress()
 
 
+@dataclass(frozen=True)
+class When:
+    """A mode of a task: another setting is stated, or is one of some words, or a kind of file.
+
+    A command with modes stands for several tasks. Settings are of a mode by `Field.only` and
+    `Field.without`; what is stated and not of the mode is refused where a task is made.
+
+    Attributes
+    ----------
+    key : str
+        The setting that chooses.
+    one_of : sequence of str, or callable
+        Words of it; a callable gives them from a registry.
+    is_so : callable or None
+        Whether a value is what ``what`` says.
+    what : str
+        In the help and in messages: "a map".
+    """
+
+    key: str
+    one_of: Sequence[str] | Callable[[], Iterable[str]] = ()
+    is_so: Callable[[Any], bool] | None = None
+    what: str = ""
+
+    def holds(self, task: type[Task], values: Mapping[str, Any]) -> bool:
+        """Whether settings, or the stored values of a form, are in this mode."""
+        setting = by_name(task)[self.key]
+        value = values.get(self.key)
+        if value is None or value == "":
+            value = None if setting.default is MISSING else setting.default
+        if self.is_so is not None:
+            return value is not None and self.is_so(value)
+        if words := self.words:
+            return value in words
+        return value is not None and value != setting.default and value != ()
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words among which it is."""
+        return tuple(self.one_of() if callable(self.one_of) else self.one_of)
+
+    def said(self, name: str) -> str:
+        """The mode in words, with the name of its setting where the words are not enough."""
+        return self.what or f"{name} {_either(self.words)}".strip()
+
+
+def _either(words: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+Modes: TypeAlias = Mapping[str, tuple[str | When, ...]] | None
+"""Modes by the names of settings."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Field:
     """Description of one setting, beside its type and its default.
@@ -107,8 +162,11 @@ class Field:
         Whether .json among them is the report as values, as `show.result_file` writes it.
     in_run : bool
         The run itself writes it, not the result afterwards.
-    of_kind : str
-        The only kind of map with this setting; empty: every kind has it.
+    only, without : tuple of str or When
+        The modes with this setting: one of the first must hold where there are some, none of the
+        others may. The name of a setting means that it is stated.
+    states : str
+        What a statement of this setting says already, for the message that refuses others.
     """
 
     help: str
@@ -127,7 +185,9 @@ class Field:
     writes: tuple[str, ...] = ()
     report_json: bool = False
     in_run: bool = False
-    of_kind: str = ""
+    only: tuple[str | When, ...] = ()
+    without: tuple[str | When, ...] = ()
+    states: str = ""
 
 
 class Setting(NamedTuple):
@@ -173,6 +233,18 @@ class Setting(NamedTuple):
         word = self.plain_name.replace("_", "-")
         usual = f"--{word}/--no-{word}" if self.default is True else f"--{word}"
         return self.field.option or usual
+
+    @property
+    def words(self) -> str:
+        """The setting in a message."""
+        return self.plain_name.removesuffix("_file").replace("_", " ")
+
+    @property
+    def option_or_argument(self) -> str:
+        """As the help shows it."""
+        if self.field.positional:
+            return (self.field.metavar or self.plain_name).upper()
+        return self.option.partition("/")[0]
 
     @property
     def label(self) -> str:
@@ -362,15 +434,28 @@ class Task:
     name: ClassVar[str] = ""
     group: ClassVar[str] = ""
     example: ClassVar[str] = ""
+    inherited_without: ClassVar[Mapping[str, tuple[str | When, ...]]] = {}
 
-    def __init_subclass__(cls, **options: Any) -> None:
+    def __init_subclass__(cls, without: Modes = None, **options: Any) -> None:
+        """Make the type a frozen dataclass.
+
+        Parameters
+        ----------
+        without : mapping of str to tuple of str or When, optional
+            Settings of types that it extends, and the modes without them; of those without a mode,
+            the task never has any.
+        """
         super().__init_subclass__(**options)
+        cls.inherited_without = {**cls.inherited_without, **(without or {})}
         dataclass(frozen=True, kw_only=True)(cls)
 
     def __post_init__(self) -> None:
         for setting in settings_of(type(self)):
             value = getattr(self, setting.name)
             object.__setattr__(self, setting.name, setting.checked(value))
+        for setting in settings_of(type(self)):
+            if self.stated(setting.name):
+                _refuse_unused(type(self), setting, vars(self))
 
     def run(self, progress: Progress = SILENT) -> Any:
         """Do the task.
@@ -411,28 +496,6 @@ class Task:
             return True
         return bool(getattr(self, name) != setting.checked(setting.default))
 
-    def refuse_stated(self, names: Sequence[str], reason: str, *beside: str) -> None:
-        """Refuse settings that do not go with others.
-
-        Parameters
-        ----------
-        names : sequence of str
-        reason : str
-            What follows "the setting is".
-        beside : str
-            Settings with which they do not go.
-
-        Raises
-        ------
-        PretravelError
-            One of them is stated.
-        """
-        for name in names:
-            if self.stated(name):
-                raise PretravelError(
-                    f"{name.replace('_', ' ')} is {reason}", inputs=(name, *beside)
-                )
-
 
 _DESCRIBED: dict[Any, dict[str, Setting]] = {}
 
@@ -449,10 +512,71 @@ def by_name(task: type[Task]) -> dict[str, Setting]:
         own = [name for each in task.__mro__ for name in vars(each).get("__annotations__", ())]
         stated: Any = task
         ranked = sorted(fields(stated), key=lambda each: own.index(each.name))
-        _DESCRIBED[task] = {
-            each.name: _setting(each.name, hints[each.name], each.default) for each in ranked
-        }
+        found = {each.name: _setting(each.name, hints[each.name], each.default) for each in ranked}
+        _DESCRIBED[task] = {name: _with_modes(task, each, found) for name, each in found.items()}
     return _DESCRIBED[task]
+
+
+def _modes(modes: Iterable[str | When]) -> list[When]:
+    return [When(mode) if isinstance(mode, str) else mode for mode in modes]
+
+
+def _with_modes(task: type[Task], setting: Setting, every: Mapping[str, Setting]) -> Setting:
+    """A setting whose help also says in which modes it is used."""
+    without = (*setting.field.without, *task.inherited_without.get(setting.name, ()))
+    never = task.inherited_without.get(setting.name) == ()
+    said = [setting.field.help, *(["Not used here."] if never else [])]
+    for words, modes in (("Only with", setting.field.only), ("Not with", without)):
+        names = {mode: every[mode.key] for mode in _modes(modes)}
+        options = [
+            mode.said(key.option_or_argument)
+            + (f" ({key.option_or_argument})" if mode.what else "")
+            for mode, key in names.items()
+        ]
+        said += [f"{words} {_either(options)}."] if options else []
+    return setting._replace(field=replace(setting.field, help=" ".join(said), without=without))
+
+
+def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """Why a setting is not used beside others, and the names of those; empty where it is.
+
+    Parameters
+    ----------
+    task : type of Task
+    name : str
+    values : mapping of str to value
+        Settings that are stated, or the stored values of a form.
+
+    >>> from pretravel.drawing.tasks.measure import Measure
+    >>> unused(Measure, "nominal", {"features": "drawing.toml"})
+    ('not used with features: the file states it for each feature', ('features',))
+    >>> unused(Measure, "nominal", {})
+    ('', ())
+    """
+    every = by_name(task)
+    field = every[name].field
+    if task.inherited_without.get(name) == ():
+        return f"not used by {task.name}", ()
+    for mode in _modes(field.without):
+        if mode.holds(task, values):
+            key = every[mode.key]
+            why = f": {key.field.states}" if key.field.states else ""
+            return f"not used with {mode.said('') or key.words}{why}", (mode.key,)
+    needed = _modes(field.only)
+    if not needed or any(mode.holds(task, values) for mode in needed):
+        return "", ()
+    said = _either([mode.said("") or every[mode.key].words for mode in needed])
+    return f"only for {said}", tuple(mode.key for mode in needed)
+
+
+def _refuse_unused(task: type[Task], setting: Setting, values: Mapping[str, Any]) -> None:
+    reason, keys = unused(task, setting.name, values)
+    if reason:
+        names = [by_name(task)[key].plain_name for key in keys]
+        raise PretravelError(
+            f"{setting.words} is {reason}; leave it out",
+            inputs=(setting.plain_name, *names),
+        )
 
 
 def settings_of(task: type[Task]) -> tuple[Setting, ...]:

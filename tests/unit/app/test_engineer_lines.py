@@ -112,7 +112,7 @@ def test_what_was_stated_about_a_file_does_not_hold_for_another() -> None:
     assert (new["units"], new.left_out) == (None, ())
 
 
-@pytest.mark.parametrize(("kind", "kept"), [("wozniak", 31.0), ("harmonic", None), ("auto", None)])
+@pytest.mark.parametrize(("kind", "kept"), [("wozniak", 31.0), ("harmonic", None), ("auto", 31.0)])
 def test_a_setting_of_one_kind_is_left_out_for_another(kind: str, kept: float | None) -> None:
     """The form keeps what was typed for a kind; the task of another kind would refuse it."""
     typed = {**DIAMETERS, "kind": kind, "lobe_azimuth_deg": 31.0}

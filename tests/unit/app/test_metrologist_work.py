@@ -57,5 +57,5 @@ def test_a_map_is_refused_before_the_touches_are_read(tmp_path: Path) -> None:
     nothing = tmp_path / "nothing.csv"
     nothing.write_text("no touches")
     files = {"touches": (nothing,), "map": (nothing,)}
-    with pytest.raises(PretravelError, match="a map is only for"):
+    with pytest.raises(PretravelError, match="map is only for"):
         check_by_standard(Inputs({"standard": "iso230-10-tip-offset", "diameter": 25.0}, files))

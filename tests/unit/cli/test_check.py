@@ -208,12 +208,12 @@ class TestTipOffset:
     @pytest.mark.parametrize(
         ("options", "words"),
         [
-            (["iso230-10-tip-offset", "--map", NO_TOUCHES], "a map is only for"),
-            (["iso230-10-tip-offset", "--form-limit", 1], "a limit of the form is only for"),
-            (["iso230-10-tip-offset", "--sphere-form", 1], "form error of the sphere is only for"),
-            (["iso230-10", "--offset-limit", 1], "tip's offset is only for iso230-10-tip-offset"),
-            (["iso10360-5", "--spindle", "0"], "an orientation of the spindle is only for"),
-            (["iso230-10", "--ring"], "a ring is only for"),
+            (["iso230-10-tip-offset", "--map", NO_TOUCHES], "map is only for"),
+            (["iso230-10-tip-offset", "--form-limit", 1], "form limit is only for"),
+            (["iso230-10-tip-offset", "--sphere-form", 1], "sphere form is only for"),
+            (["iso230-10", "--offset-limit", 1], "offset limit is only for iso230-10-tip-offset"),
+            (["iso10360-5", "--spindle", "0"], "spindle is only for"),
+            (["iso230-10", "--ring"], "ring is only for"),
         ],
     )
     def test_refused_before_touches_are_read(self, options: list[object], words: str) -> None:

@@ -152,21 +152,21 @@ class TestExportCommand:
             (["--to", "fanuc", "-o", "x", "--program", "9999"], "program number 9999"),
             (
                 ["--to", "fanuc", "-o", "x", "--angles", "travel"],
-                "--angles does not apply to fanuc",
+                "angles is only for renishaw",
             ),
             (["--to", "haas", "-o", "x", "--base", "560"], "560 does not belong to the user"),
-            (["--to", "siemens", "-o", "x", "--base", "500"], "--base does not apply to siemens"),
-            (["--to", "haas", "-o", "x", "--template", "none.txt"], "--template does not apply"),
+            (["--to", "siemens", "-o", "x", "--base", "500"], "base is only for"),
+            (["--to", "haas", "-o", "x", "--template", "none.txt"], "template is only for"),
             (["--to", "heidenhain", "-o", "x.txt", "--template", "none.txt"], "none.txt: cannot"),
-            (["--to", "haas", "-o", "x", "--azimuth", "5"], "it is for heidenhain"),
-            (["--to", "fanuc", "-o", "x", "--criterion", "max"], "it is for renishaw"),
-            (["--to", "renishaw", "-o", "x", "--form", "table"], "it is for linuxcnc"),
-            (["--to", "linuxcnc", "-o", "x", "--units", "inch"], "it is for renishaw, fanuc, haas"),
+            (["--to", "haas", "-o", "x", "--azimuth", "5"], "only for heidenhain"),
+            (["--to", "fanuc", "-o", "x", "--criterion", "max"], "only for renishaw"),
+            (["--to", "renishaw", "-o", "x", "--form", "table"], "only for linuxcnc"),
+            (["--to", "linuxcnc", "-o", "x", "--units", "inch"], "only for renishaw, fanuc, haas"),
             (["--to", "fanuc", "-o", "x.nc"], "a folder is needed"),
             (["--to", "renishaw", "-o", "x.txt", "--criterion", "best"], "not one of 'max', 'rms'"),
             (
                 ["--to", "renishaw", "-o", "x.txt", "--tolerance", "1"],
-                "--tolerance does not apply to renishaw; it is for linuxcnc, fanuc, haas, siemens",
+                "tolerance is only for linuxcnc, fanuc, haas or siemens",
             ),
             (["--to", "linuxcnc", "-o", "x", "--tolerance", "0"], "greater than or equal to"),
         ],
@@ -195,4 +195,4 @@ def test_compare_says_what_a_control_will_have(tmp_path: Path) -> None:
             if row["method"].startswith("haas, ") and row["where"] == "all"
         )
     assert left["formula"] < 0.001 < 0.1 < left["table"]
-    assert "state which control" in run("compare", map_file, "--form", "table", code=2)
+    assert "form is only for control" in run("compare", map_file, "--form", "table", code=2)

@@ -70,7 +70,7 @@ class TestThereAndBack:
         message = run("simulate", tmp_path / "q.json", "--surface", PART, "--targets",
                       tmp_path / "plan.csv", "-o", tmp_path / "t.csv", "--friction", 0.1,
                       code=2)  # fmt: skip
-        assert "is a map" in message
+        assert "friction is not used with a map" in message
 
     def test_targets_that_fail_are_named_or_left_out(self, tmp_path: Path) -> None:
         targets, out = tmp_path / "t.csv", tmp_path / "touches.csv"

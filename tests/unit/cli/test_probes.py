@@ -18,4 +18,4 @@ def test_probes_draws_and_checks(tmp_path: Path) -> None:
     mine.write_text(run("probes", "omp40-2"))
     assert "a valid description" in run("probes", mine, "--plot", picture)
     assert picture.read_bytes()[:4] == b"\x89PNG"
-    assert "draws one probe" in run("probes", "--plot", picture, code=2)
+    assert "plot is only for probe" in run("probes", "--plot", picture, code=2)

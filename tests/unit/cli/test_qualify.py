@@ -51,7 +51,10 @@ class TestQualify:
         [
             (["--kind", "magic"], "there are mean, sectors, wozniak, harmonic, physical, auto"),
             (["--kind", "wozniak", "--transducer", "laser"], "not one of 'contact', 'piezo'"),
-            (["--kind", "mean", "--lobe-azimuth", "30"], "only for kind wozniak (--lobe-azimuth"),
+            (
+                ["--kind", "mean", "--lobe-azimuth", "30"],
+                "only for wozniak or auto; leave it out (--lobe-azimuth",
+            ),
         ],
     )
     def test_errors_teach(self, options: list[str], words: str) -> None:

@@ -8,12 +8,12 @@ from typing import Any
 from nicegui import ui
 
 from pretravel.app.components.fields import choice_field, number_field, switch_field, text_field
-from pretravel.app.components.layout import text
+from pretravel.app.components.layout import live, text
 from pretravel.app.project import ScreenState
 from pretravel.app.session import address_in
 from pretravel.app.task_form import TaskForm
 from pretravel.show import Document, word_anchor, words_used
-from pretravel.task import Length, Setting, by_name
+from pretravel.task import Length, Setting, by_name, settings_of
 
 _LENGTHS = (0.0, 100.0)
 """Of a setting that is a length or none. [µm]"""
@@ -36,6 +36,8 @@ def described_field(
 ) -> ui.element:
     """A field for a setting: label, unit, limits, default and hint are those of the description.
 
+    It is there while the task uses the setting beside the others.
+
     Parameters
     ----------
     state : ScreenState
@@ -46,9 +48,32 @@ def described_field(
         The values that the form offers, with their words.
     """
     setting = by_name(form.task)[name]
+    if not (setting.field.only or setting.field.without):
+        return _with_help(state, form, setting, choices)
+
+    def used() -> bool:
+        files = {
+            purpose: tuple(file.name for file in state.files[purpose]) for purpose in state.files
+        }
+        several = {each.name for each in settings_of(form.task) if each.several}
+        named = {key: names if key in several else names[0] for key, names in files.items()}
+        return name in form.used(state.settings, named)
+
+    def build() -> None:
+        if used():
+            _with_help(state, form, setting, choices)
+        else:
+            state.mark(form.stored_name(name), "")  # the field is gone
+
+    return live([state.listen], build, used)
+
+
+def _with_help(
+    state: ScreenState, form: TaskForm, setting: Setting, choices: Mapping[Any, str] | None
+) -> ui.element:
     if setting.kind is bool:
         with ui.element("div").classes("switch-with-help"):
-            stored, default = form.stored_name(name), bool(form.default(name))
+            stored, default = form.stored_name(setting.name), bool(form.default(setting.name))
             switch = switch_field(state, stored, setting.label, default=default)
             _help_button(setting)
         return switch

@@ -117,6 +117,7 @@ class HarmonicKind(KindOfMap):
     title: ClassVar[str] = "harmonic map"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (HarmonicBasis,)
     prior_weight: ClassVar[float] = 0.35
+    takes_axial_pretravel: ClassVar[bool] = True
     fits_harmonics: ClassVar[bool] = True
 
     def weight_in_advance(self, fit: MapFit) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,14 +11,14 @@ from pretravel.task import (
     PAGES,
     SILENT,
     Field,
-    ModelName,
+    ModelOfMap,
     Progress,
     Reported,
     Result,
     existing,
     output,
 )
-from pretravel.tasks.export import ControlForm
+from pretravel.tasks.export import CONTROL_FORM, FormOnControl
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -68,6 +68,7 @@ class Compare(Reported):
             positional=True,
             metavar="PROBE",
             reads=existing,
+            states="two descriptions are compared, not a map",
         ),
     ] = None
     part: Annotated[
@@ -76,6 +77,7 @@ class Compare(Reported):
             help="Touches, targets or compensated points of a part, to compare there too. Of a "
             "table the columns nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
             reads=True,
+            without=("other",),
         ),
     ] = None
     control: Annotated[
@@ -87,10 +89,11 @@ class Compare(Reported):
             names=_controls_with_maps,
             metavar="CONTROL",
             label="Correction on a control",
+            without=("other",),
         ),
     ] = None
-    form: ControlForm = None
-    model: ModelName = "analytic"
+    form: Annotated[FormOnControl, replace(CONTROL_FORM, only=("control",))] = None
+    model: ModelOfMap = "analytic"
     output: Annotated[
         Path | None,
         output(
@@ -133,11 +136,6 @@ class Compare(Reported):
         from pretravel.controls import ExportSettings, correction_on_control
 
         if self.control is None:
-            if self.form is not None:
-                raise PretravelError(
-                    "a form is that of the files of a control; state which control too",
-                    inputs=("form", "for"),
-                )
             return {}
         settings = ExportSettings(form=self.form or "auto")
         name, correction = correction_on_control(pretravel_map, self.control, settings)
@@ -152,16 +150,6 @@ class Compare(Reported):
             raise PretravelError(
                 f"{maps[0]} is not the description of a probe. compare takes one map, or two "
                 "probes (names of pretravel probes, or .toml)"
-            )
-        if self.control is not None:
-            raise PretravelError(
-                "the files of a control are those of one map, not of two probes; leave it out",
-                inputs=("for",),
-            )
-        if self.part is not None:
-            raise PretravelError(
-                "a part is compared with a map, not with two probes; leave it out",
-                inputs=("part",),
             )
         with progress.working("comparing"):
             return ComparedProbes(self, compare_designs(*names, self.model))

@@ -8,17 +8,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from pretravel.base import PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
+    TIP_OF_MAP,
     Field,
-    ModelName,
+    ModelOfMap,
     PlacedPart,
     Progress,
     Reported,
     Result,
-    TipOfMap,
     TouchFilesWithFeed,
+    When,
     existing,
     output,
     surface_files,
@@ -41,7 +43,16 @@ _DRAWN = 5000
 """Points of a long table that pictures show."""
 
 
-class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
+def _of_several_tips(map_file: object) -> bool:
+    from pretravel.files import is_star_file
+
+    return is_star_file(str(map_file))
+
+
+SEVERAL_TIPS = When("map_file", is_so=_of_several_tips, what="the maps of several tips")
+
+
+class Compensate(TouchFilesWithFeed, PlacedPart, Reported, without={"place": (SEVERAL_TIPS,)}):
     """Compensate touches to surface points with uncertainties."""
 
     name = "compensate"
@@ -88,9 +99,10 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             "repeatability.",
             label="Separation of machine and probe",
             reads=True,
+            without=(SEVERAL_TIPS,),
         ),
     ] = None
-    tip_diameter: TipOfMap = None
+    tip_diameter: Annotated[float | None, replace(TIP_OF_MAP, without=(SEVERAL_TIPS,))] = None
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
@@ -99,13 +111,14 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             "from neighbouring touches of a digitised surface, on the side of +z.",
             label="Feature of touches without normals",
             words={"": "the touches state normals"},
+            without=("nominal", SEVERAL_TIPS),
         ),
     ] = None
     extrapolate: Annotated[
         bool,
         Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
     ] = False
-    model: ModelName = "analytic"
+    model: ModelOfMap = "analytic"
 
     def endings(self, output: str) -> tuple[str, ...]:
         """Points are written in each format that is known."""
@@ -123,10 +136,8 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         CompensatedTouches
             Or `LongCompensation`, of a table that is too long for the memory.
         """
-        from pretravel.files import is_star_file
-
         self.placement()
-        if is_star_file(self.map_file):
+        if _of_several_tips(self.map_file):
             return self._of_several_tips(progress)
         pretravel_map, nominal = self.pretravel_map(), self.nominal_surface()
         long = self._long_table_compensated(pretravel_map, nominal, progress)
@@ -141,10 +152,6 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         from pretravel.files import read_star
         from pretravel.measurement import apply_star
 
-        self.refuse_stated(
-            ("place", "machine", "tip_diameter", "feature"),
-            "not taken for the maps of several tips",
-        )
         star = read_star(self.map_file)
         readings = self.read_touches(progress).in_machine_axes()
         with progress.working(f"compensating {len(readings.touches)} touches"):
@@ -160,7 +167,15 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
         options = self.reading_options(
             tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
         )
-        return self.read_with(replace(options, normals_from=self._normals_from(nominal)), progress)
+        asked = replace(options, normals_from=self._normals_from(nominal))
+        readings = self.read_with(asked, progress)
+        if self.feature is not None and not readings.normals_taken:
+            raise PretravelError(
+                "the touches state their normals: those of a fitted feature are not taken; leave "
+                "the feature out",
+                inputs=("feature",),
+            )
+        return readings
 
     def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
         """Where touches without normals have theirs from, in the frame of the touches."""

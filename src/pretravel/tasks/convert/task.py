@@ -45,7 +45,14 @@ def _formats() -> list[str]:
     return list(FORMATS)
 
 
-class Convert(TouchFilesWithFeed):
+_OF_TOUCHES = (
+    "machine", "tip_diameter", "offset", "radius_taken_off", "bores", "frame", "feed", "exclude",
+    "plan", "double_touches", "normal",
+)  # fmt: skip
+"""Settings that the results of features do not have."""
+
+
+class Convert(TouchFilesWithFeed, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
     """Read a table or a file of a control, CMM or CAM system, and write touches.
 
     Without -o it shows how the file is understood: its first rows, and what is missing.
@@ -89,7 +96,8 @@ class Convert(TouchFilesWithFeed):
         ),
     ] = None
     tip_diameter: Annotated[
-        float | None, Field(help="Diameter of the tip, in mm.", range=TIP_BALL)
+        float | None,
+        Field(help="Diameter of the tip, in mm.", range=TIP_BALL),
     ] = None
     offset: Annotated[
         Vector | None,
@@ -122,7 +130,10 @@ class Convert(TouchFilesWithFeed):
     ] = False
     frame: Annotated[
         Literal["work", "machine"] | None,
-        Field(help="Axes of the touches, where the work coordinates were rotated."),
+        Field(
+            help="Axes of the touches, where the work coordinates were rotated.",
+            only=("output",),
+        ),
     ] = None
 
     def run(
@@ -159,6 +170,7 @@ class Convert(TouchFilesWithFeed):
         known = format_of_touches(file, options, file_format=self.file_format)
         if self._wants_results(known, file):
             assert known.parse_features is not None
+            replace(self, features=True)  # refuses what is stated of touches
             if self.output.suffix.lower() != ".csv":
                 raise PretravelError("results of features are written as a table: -o features.csv")
             return _features(known.parse_features(file, options), only=known.parse is None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
@@ -18,7 +18,7 @@ from pretravel.task import (
     Task,
     TextResult,
     Units,
-    by_name,
+    When,
     refuse_no_folder,
 )
 
@@ -28,20 +28,6 @@ if TYPE_CHECKING:
 
 _RADII_TABLE = "csv"
 """A table of effective radii, which no control reads directly."""
-_OF_CONTROLS = {
-    "base": "base",
-    "program": "program",
-    "tool": "tool",
-    "units": "units",
-    "angles": "angles",
-    "template": "template",
-    "azimuth_deg": "azimuth",
-    "form": "form",
-    "criterion": "criterion",
-    "tolerance_um": "tolerance",
-}
-"""Settings that not every control uses, by their names in `Control.options`. Whether there is a
-feed to state depends on the map."""
 
 
 def control_names() -> list[str]:
@@ -71,34 +57,32 @@ def takes_feed(to: str) -> bool:
     return to not in CONTROLS or not CONTROLS[to].uses_feed
 
 
-def applies(to: str, setting: str) -> bool:
-    """Whether a setting of `Export` goes with a control.
+def _controls(option: str) -> When:
+    """The controls that have an option."""
 
-    >>> applies("siemens", "tolerance_um"), applies("siemens", "base"), applies("csv", "feed")
-    (True, False, True)
-    """
-    from pretravel.controls import CONTROLS
+    def names() -> list[str]:
+        from pretravel.controls import CONTROLS
 
-    if setting == "feed":
-        return takes_feed(to)
-    used = CONTROLS[to].options if to in CONTROLS else frozenset()
-    return setting not in _OF_CONTROLS or _OF_CONTROLS[setting] in used
+        return [name for name, control in CONTROLS.items() if option in control.options]
+
+    return When("to", names)
 
 
-ControlForm: TypeAlias = Annotated[
-    Literal["auto", "formula", "table"] | None,
-    Field(
-        help="linuxcnc, fanuc, haas, siemens: formula (exact: harmonic, mean and physical "
-        "maps; no table), table (interpolated) or auto (default: on linuxcnc the formula, "
-        "on the others a table, where it is fine enough).",
-        words={
-            "": "Usual: automatic",
-            "auto": "Automatic",
-            "formula": "Formula (exact)",
-            "table": "Table",
-        },
-    ),
-]
+def _controls_without_feed() -> list[str]:
+    return [name for name in control_names() if takes_feed(name)]
+
+
+FormOnControl: TypeAlias = Literal["auto", "formula", "table"] | None
+CONTROL_FORM = Field(
+    help="formula (exact: harmonic, mean and physical maps; no table), table (interpolated) or "
+    "auto (default: on linuxcnc the formula, on the others a table, where it is fine enough).",
+    words={
+        "": "Usual: automatic",
+        "auto": "Automatic",
+        "formula": "Formula (exact)",
+        "table": "Table",
+    },
+)
 
 _WITHOUT_MACHINE = (
     "scale, squareness and backlash of the machine were taken off the map, and these files do not "
@@ -145,12 +129,13 @@ class Export(Task):
         Path | None,
         Field(help="File; for several files the folder.", short="-o", writes=FOLDER),
     ] = None
-    form: ControlForm = None
+    form: Annotated[FormOnControl, replace(CONTROL_FORM, only=(_controls("form"),))] = None
     tolerance_um: Annotated[
         float | None,
         Field(
-            help="linuxcnc, fanuc, haas, siemens: largest deviation of the interpolated table from "
-            "the map, in µm; by default 0.02, or half of the map's u.",
+            help="Largest deviation of the interpolated table from the map, in µm; by default "
+            "0.02, or half of the map's u.",
+            only=(_controls("tolerance"),),
             range=(1e-6, 1000.0),
             label="Largest deviation from the map",
             hint="Empty: 0.02 µm, or half of the map's u",
@@ -162,6 +147,7 @@ class Export(Task):
             help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
             "controls before NGC).",
             range=(0, 100_000),
+            only=(_controls("base"),),
             label="First variable",
             hint="Empty: the usual one",
         ),
@@ -170,6 +156,7 @@ class Export(Task):
         int | None,
         Field(
             help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
+            only=(_controls("program"),),
             range=(1, 99_999),
             metavar="NUMBER",
             label="Number of the first program",
@@ -180,6 +167,7 @@ class Export(Task):
         int | None,
         Field(
             help=TOOL_OF_SUBROUTINES,
+            only=(_controls("tool"),),
             range=(1, 99_999),
             metavar="NUMBER",
             label="Tool number of the probe",
@@ -189,8 +177,8 @@ class Export(Task):
     units: Annotated[
         Units | None,
         Field(
-            help="renishaw, fanuc, haas, siemens: the unit of the table and of the programs that "
-            "use it; mm by default.",
+            help="Unit of the table and of the programs that use it; mm by default.",
+            only=(_controls("units"),),
             label="Unit of the table",
             words={"": "Usual: millimetres", "mm": "Millimetres", "inch": "Inches"},
         ),
@@ -198,8 +186,9 @@ class Export(Task):
     angles: Annotated[
         Literal["normals", "travel"] | None,
         Field(
-            help="renishaw: what the control takes the angles for, azimuths of outward normals "
-            "(default) or of directions of travel.",
+            help="What the control takes the angles for, azimuths of outward normals (default) or "
+            "of directions of travel.",
+            only=(_controls("angles"),),
             label="Angles are those of",
             words={
                 "": "Usual: outward normals",
@@ -211,7 +200,8 @@ class Export(Task):
     criterion: Annotated[
         Literal["max", "rms"] | None,
         Field(
-            help="renishaw: the residual to minimise, the largest (max, the default) or the rms.",
+            help="The residual to minimise, the largest (max, the default) or the rms.",
+            only=(_controls("criterion"),),
             label="What is made small",
             words={
                 "": "Usual: largest error",
@@ -221,13 +211,23 @@ class Export(Task):
         ),
     ] = None
     template: Annotated[
-        Path | None, Field(help="heidenhain: the template to fill in.", reads=True)
+        Path | None,
+        Field(
+            help="The template to fill in.",
+            reads=True,
+            only=(_controls("template"),),
+            without=("show_template",),
+        ),
     ] = None
-    show_template: Annotated[bool, Field(help="heidenhain: print the template to edit.")] = False
+    show_template: Annotated[
+        bool, Field(help="Print the template to edit.", only=(_controls("template"),))
+    ] = False
     azimuth_deg: Annotated[
         float | None,
         Field(
-            help="heidenhain: azimuth of all touches, in degrees.",
+            help="Azimuth of all touches, in degrees.",
+            only=(_controls("azimuth"),),
+            without=("show_template",),
             range=ANGLE,
             label="Azimuth of all touches",
             hint="Empty: the mean around",
@@ -238,6 +238,8 @@ class Export(Task):
         Field(
             help="Measuring feed, in mm/min, for tables of a map that contains the signal delay; "
             "the subroutines for linuxcnc use the feed of each touch.",
+            only=(When("to", _controls_without_feed),),
+            without=("show_template",),
             range=FEED_OR_NONE,
             label="Measuring feed",
             hint="Only for touches at several feeds",
@@ -245,7 +247,11 @@ class Export(Task):
     ] = None
     tip_diameter: Annotated[
         float | None,
-        Field(help="Diameter of the tip, in mm; the default is that of the map.", range=TIP_BALL),
+        Field(
+            help="Diameter of the tip, in mm; the default is that of the map.",
+            range=TIP_BALL,
+            without=("show_template",),
+        ),
     ] = None
 
     def endings(self, output: str) -> tuple[str, ...]:
@@ -273,10 +279,9 @@ class Export(Task):
         from pretravel.files import read_map
 
         if self.show_template:
-            return TextResult(heidenhain_template())
+            return TextResult(heidenhain_template(), heidenhain_template())
         if self.output is None:
             raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
-        self._refuse_unused()
         if self.output.suffix.lower() in _OF_OTHER_FILES:
             raise PretravelError(
                 f"cannot write {self.output}: {self.output.suffix} is no ending of a file of a "
@@ -298,7 +303,6 @@ class Export(Task):
         from pretravel.files import csv_table_text
         from pretravel.maps import effective_radius_table
 
-        self._refuse_unused()
         control = CONTROLS.get(self.to)
         if control is not None:
             files = control.files(pretravel_map, self._settings(pretravel_map))
@@ -309,28 +313,12 @@ class Export(Task):
         without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
         return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))
 
-    def _refuse_unused(self) -> None:
-        """Refuse settings that the control does not use."""
-        from pretravel.controls import CONTROLS
-
-        for name, setting in by_name(Export).items():
-            if name == "feed" or not self.stated(name) or applies(self.to, name):
-                continue
-            users = ", ".join(to for to in CONTROLS if applies(to, name))
-            raise PretravelError(f"{setting.option} does not apply to {self.to}; it is for {users}")
-        if self.feed is not None and not takes_feed(self.to):
-            raise PretravelError(
-                f"the files for {self.to} use the feed of each touch: leave the feed out",
-                inputs=("feed",),
-            )
-
     def _settings(self, pretravel_map: PretravelMap) -> ExportSettings:
         from pretravel.controls import ExportSettings, table_travel
 
         tolerance, azimuth = self.tolerance_um, self.azimuth_deg
-        given = {
-            name: getattr(self, name) for name in _OF_CONTROLS if hasattr(ExportSettings, name)
-        }
+        names = ("form", "base", "program", "tool", "units", "angles", "criterion")
+        given = {name: getattr(self, name) for name in names}
         given |= {
             "tolerance": None if tolerance is None else tolerance * MICROMETRE,
             "azimuth": None if azimuth is None else azimuth * DEGREE,

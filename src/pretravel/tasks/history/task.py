@@ -18,6 +18,7 @@ from pretravel.task import (
     Result,
     Ring,
     TouchTables,
+    When,
     files_meant,
     output,
 )
@@ -30,11 +31,19 @@ if TYPE_CHECKING:
     from pretravel.tasks.history.drift_report import DayFile, FolderDrift
 
 _LOG = logging.getLogger(__name__)
-_OF_TOUCHES = (
-    "diameter", "tip_diameter", "map_file", "kind", "ring", "units", "columns", "decimal", "plan",
-    "plan_columns", "join", "double_touches", "normal",
-)  # fmt: skip
-"""Settings that describe touches; verifications state their reference and map."""
+
+
+def _are_verifications(places: Sequence[Path]) -> bool:
+    from pretravel.files import HISTORY_ENDING
+
+    if len(places) != 1:
+        return False
+    place = Path(places[0])
+    return place.suffix.lower() == HISTORY_ENDING and not place.is_dir()
+
+
+_VERIFICATIONS = When("places", is_so=_are_verifications, what="verifications")
+"""They state their reference and map."""
 
 
 def _kinds() -> tuple[str, ...]:
@@ -67,18 +76,24 @@ class History(TouchTables, Reported):
     diameter: Annotated[
         float | None,
         Field(
-            help="Of touches: calibrated diameter of the sphere (or ring), in mm.",
+            help="Calibrated diameter of the sphere (or ring), in mm.",
+            without=(_VERIFICATIONS,),
             range=REFERENCE_DIAMETER,
         ),
     ] = None
     tip_diameter: Annotated[
-        float | None, Field(help="Of touches: diameter of the tip, in mm.", range=TIP_BALL)
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm.", range=TIP_BALL, without=(_VERIFICATIONS, "map_file")
+        ),
     ] = None
     map_file: Annotated[
         Path | None,
         Field(
-            help="Of touches: map of pretravel qualify, .json, that every day is compared with; "
-            "without it, the first file is qualified.",
+            help="Map of pretravel qualify, .json, that every day is compared with; without it, "
+            "the first file is qualified.",
+            states="the map states it",
+            without=(_VERIFICATIONS,),
             option="--map",
             label="Map",
             reads=True,
@@ -87,7 +102,8 @@ class History(TouchTables, Reported):
     kind: Annotated[
         str | None,
         Field(
-            help="Of touches: kind of the first file's map, auto, harmonic or physical.",
+            help="Kind of the first file's map, auto, harmonic or physical.",
+            without=(_VERIFICATIONS, "map_file"),
             names=_kinds,
             metavar="KIND",
         ),
@@ -136,22 +152,11 @@ class History(TouchTables, Reported):
 
     def _is_of_verifications(self) -> bool:
         """Whether the argument is the file of verifications, not touches."""
-        from pretravel.files import HISTORY_ENDING
-
-        place = self.places[0]
-        is_history = place.suffix.lower() == HISTORY_ENDING and not place.is_dir()
-        return len(self.places) == 1 and is_history
+        return _are_verifications(self.places)
 
     def _of_verifications(self, path: Path) -> VerificationHistory:
         from pretravel.files import drift_of_entries, read_history
 
-        given = tuple(name for name in _OF_TOUCHES if self.stated(name))
-        if given:
-            raise PretravelError(
-                "this history contains verifications, which state their reference and map; for "
-                "them leave out what describes touches",
-                inputs=given,
-            )
         entries = tuple(read_history(path))
         return VerificationHistory(self, entries, drift_of_entries(entries, self.limit))
 
@@ -169,11 +174,6 @@ class History(TouchTables, Reported):
             )
         if self.map_file is None:
             return QualificationSetup(self.diameter, tip_diameter=tip_diameter, ring=ring), None
-        if tip_diameter is not None or self.kind is not None:
-            raise PretravelError(
-                "the map states its tip and its kind: leave them out beside a map",
-                inputs=("map", *(("tip_diameter",) if tip_diameter is not None else ("kind",))),
-            )
         old_map = read_map(self.map_file)
         return QualificationSetup(self.diameter, 2.0 * old_map.tip_radius, ring=ring), old_map
 

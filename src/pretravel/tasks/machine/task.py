@@ -39,9 +39,13 @@ class MachineFile(Task):
         Field(help="Tool table of LinuxCNC (.tbl), for tip diameter and tool length.", reads=True),
     ] = None
     tool: Annotated[
-        int | None, Field(help="Number of the probe in the tool table.", range=(0, 99_999))
+        int | None,
+        Field(help="Number of the probe in the tool table.", range=(0, 99_999), only=("tools",)),
     ] = None
-    units: Annotated[Units, Field(help="Unit of length in the files of the machine.")] = "mm"
+    units: Annotated[
+        Units,
+        Field(help="Unit of length in the files of the machine.", only=("parameters", "tools")),
+    ] = "mm"
     output: Annotated[
         Path | None, output("Machine file: .toml; the default is to print it.", ".toml")
     ] = None
@@ -72,11 +76,6 @@ class MachineFile(Task):
             raise PretravelError(
                 f"{self.tools}: give the number of the probe in the tool table too",
                 inputs=("tools", "tool"),
-            )
-        if self.tool is not None and self.tools is None:
-            raise PretravelError(
-                f"tool {self.tool}: give the tool table too, tool.tbl, for the length of the tool",
-                inputs=("tool", "tools"),
             )
         found = Machine(tool=self.tool)
         if self.parameters is not None:

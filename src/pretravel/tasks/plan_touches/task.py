@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,12 +10,12 @@ from pretravel.base import REFERENCE_DIAMETER, PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
+    START_CLEARANCE,
     Field,
     Progress,
     Reported,
     Result,
     SphereCenter,
-    StartClearance,
     Vector,
     output,
 )
@@ -40,11 +40,21 @@ class PlanTouches(Reported):
 
     map_file: Annotated[
         Path | None,
-        Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
+        Field(
+            help="Map of pretravel qualify, .json.",
+            option="--map",
+            label="Map",
+            reads=True,
+            without=("block",),
+        ),
     ] = None
     count: Annotated[
         int,
-        Field(help="Number of touches, each in its own direction.", range=(1, 100_000)),
+        Field(
+            help="Number of touches, each in its own direction.",
+            range=(1, 100_000),
+            without=("block",),
+        ),
     ] = 9
     normals: Annotated[
         Path | None,
@@ -52,6 +62,7 @@ class PlanTouches(Reported):
             help="Directions for which the map is needed: touches or targets of a part, .csv with "
             "nx,ny,nz. Without it, all directions of the map.",
             reads=True,
+            without=("block",),
         ),
     ] = None
     history: Annotated[
@@ -60,6 +71,7 @@ class PlanTouches(Reported):
             help="History of the probe, .jsonl (see pretravel verify): how much it drifts. "
             "Without it, a usual drift is assumed.",
             reads=True,
+            without=("block",),
         ),
     ] = None
     diameter: Annotated[
@@ -67,14 +79,15 @@ class PlanTouches(Reported):
         Field(
             help="Diameter of the sphere, in mm; that of the map's qualification by default.",
             range=REFERENCE_DIAMETER,
+            without=("block",),
         ),
     ] = None
     center: SphereCenter = Vector(0, 0, 0)
-    clearance: StartClearance = 5.0
+    clearance: Annotated[float, replace(START_CLEARANCE, without=("block",))] = 5.0
     block: Annotated[
         Lengths | None,
         Field(
-            help="Instead of a map: plan touches on a block of these lengths in mm, one of a cube "
+            help="Plan touches on a block of these lengths in mm, one of a cube "
             "or those along x, y and z at a turn of zero, for example 25.4,50.8,76.2. Its middle "
             "is at --center; it is turned about it by 0, 90, 30 and 180 degrees.",
             parse=block_lengths,
@@ -94,7 +107,7 @@ class PlanTouches(Reported):
             A map of a ring; a count of touches that do not determine it.
         """
         del progress
-        if (self.block is None) == (self.map_file is None):
+        if self.block is None and self.map_file is None:
             raise PretravelError(
                 "touches are planned for an old map, or for a block: state one of them",
                 inputs=("map_file", "block"),

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base import PretravelError
 from pretravel.task import PAGES, PICTURES, SILENT, Field, Progress, Result, Task, existing, output
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ class Probes(Task):
     ] = None
     plot: Annotated[
         Path | None,
-        Field(help="Picture of the named probe: .png, .svg or .pdf.", writes=PICTURES),
+        Field(help="Picture of the probe: .png, .svg or .pdf.", writes=PICTURES, only=("probe",)),
     ] = None
     output: Annotated[Path | None, output("A page, .html or .pdf.", *PAGES)] = None
 
@@ -42,11 +41,6 @@ class Probes(Task):
         from pretravel.prediction import catalogue_names, description_text, load_probe
 
         if self.probe is None:
-            if self.plot is not None:
-                raise PretravelError(
-                    "the picture draws one probe: name it, as in pretravel probes omp40-2",
-                    inputs=("plot",),
-                )
             return Catalogue()
         probe = load_probe(self.probe)
         if self.probe in catalogue_names():

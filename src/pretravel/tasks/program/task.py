@@ -24,6 +24,7 @@ from pretravel.task import (
     Task,
     Turn,
     Vector,
+    When,
     feeds_list,
     output,
     polar_angles,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
 _RINGS = "0,20,40,60,75,90"
 _TOUCHES_ON_THE_EQUATOR = 24
+_RINGS_PATTERN = When("pattern", ("rings",))
 _NAMED = 20
 """Targets that are left out and named."""
 
@@ -97,6 +99,7 @@ class ProgramTask(Task):
         Field(
             help="Of a machine without M19: the program stops at the safe height until the spindle "
             "was turned by hand.",
+            only=("spindle_deg",),
         ),
     ] = False
 
@@ -121,8 +124,7 @@ class ProgramSphere(ProgramTask):
     pattern: Annotated[
         str,
         Field(
-            help="rings (--polar, --count), iso10360-5 (25 touches) or iso230-10 (36 on the "
-            "equator).",
+            help="rings, iso10360-5 (25 touches) or iso230-10 (36 on the equator).",
             names=_patterns,
             metavar="PATTERN",
         ),
@@ -134,6 +136,7 @@ class ProgramSphere(ProgramTask):
             f"{_RINGS}.",
             parse=polar_angles,
             metavar="ANGLES",
+            only=(_RINGS_PATTERN,),
         ),
     ] = None
     count: Annotated[
@@ -142,6 +145,7 @@ class ProgramSphere(ProgramTask):
             help="Touches on the equator; other rings are as dense; the default is "
             f"{_TOUCHES_ON_THE_EQUATOR}.",
             range=(1, 10_000),
+            only=(_RINGS_PATTERN,),
         ),
     ] = None
     center: Annotated[
@@ -207,11 +211,6 @@ class ProgramSphere(ProgramTask):
             rings = polar_angles(_RINGS) if self.polar is None else self.polar
             count = _TOUCHES_ON_THE_EQUATOR if self.count is None else self.count
             return ring_pattern([angle * DEGREE for angle in rings.degrees], count)
-        if self.polar is not None or self.count is not None:
-            raise PretravelError(
-                f"polar angles and a count are only for rings, not {self.pattern}",
-                inputs=("polar", "count", "pattern"),
-            )
         return patterns()[self.pattern]()
 
 
@@ -329,11 +328,6 @@ def _planned(
     from pretravel.controls import HANDLER, linuxcnc_program
     from pretravel.files import read_map
 
-    if task.by_hand and task.spindle_deg is None:
-        raise PretravelError(
-            "a spindle is turned by hand, but its orientation is not stated",
-            inputs=("by_hand", "spindle"),
-        )
     pretravel_map = None if compensated is None else read_map(compensated)
     content = linuxcnc_program(
         program,

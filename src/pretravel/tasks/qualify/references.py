@@ -74,6 +74,7 @@ class OnReferences(Task):
             help="The reference is a pin or boss, touched outside all around; --ring is one that "
             "is touched inside, a bore too. Several heights are taken as they are.",
             label="The reference is a pin or boss",
+            without=("ring", "block", "reference", "tip"),
         ),
     ] = False
     unknown_size: Annotated[
@@ -82,6 +83,7 @@ class OnReferences(Task):
             help="The diameter of the reference is not known: the shape of the map alone is "
             "determined, and its mean is not.",
             label="The diameter is not known",
+            without=("block", "reference", "tip"),
         ),
     ] = False
     block: Annotated[
@@ -92,6 +94,7 @@ class OnReferences(Task):
             "a turn of zero (25.4,50.8,76.2). A column reference states the turn: block@90.",
             parse=block_lengths,
             metavar="L or X,Y,Z",
+            states="a block or a reference states its shape and size itself",
         ),
     ] = None
     reference: Annotated[
@@ -103,15 +106,17 @@ class OnReferences(Task):
             "(r50/1). For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
             parse=stated_reference,
             metavar="NAME=SHAPE:SIZE:U",
+            states="a block or a reference states its shape and size itself",
         ),
     ] = ()
     u_scale_ppm: Annotated[
         float | None,
         Field(
-            help="With --block or --reference: standard uncertainty of the scales of the machine, "
-            "in µm/m, where it is known, for example 20; 0 takes them as exact.",
+            help="Standard uncertainty of the scales of the machine, in µm/m, where it is known, "
+            "for example 20; 0 takes them as exact.",
             range=(0.0, 1e5),
             unit="µm/m",
+            only=("block", "reference"),
         ),
     ] = None
     u_squareness_ppm: Annotated[
@@ -120,6 +125,7 @@ class OnReferences(Task):
             help="The same of the squareness of its axes, in µm/m.",
             range=(0.0, 1e5),
             unit="µm/m",
+            only=("block", "reference"),
         ),
     ] = None
     u_backlash_um: Annotated[
@@ -127,6 +133,7 @@ class OnReferences(Task):
         Field(
             help="The same of the backlash of its axes, in µm; 0 for axes with own scales.",
             range=(0.0, 1000.0),
+            only=("block", "reference"),
         ),
     ] = None
 
@@ -134,20 +141,6 @@ class OnReferences(Task):
     def on_references(self) -> bool:
         """Whether the touches are on a block or on several references."""
         return self.block is not None or bool(self.reference)
-
-    def refuse_settings_of_references(self) -> None:
-        """What is known of a machine has no effect on a sphere, a ring or a pin.
-
-        Raises
-        ------
-        PretravelError
-        """
-        for name in ("u_scale_ppm", "u_squareness_ppm", "u_backlash_um"):
-            if getattr(self, name) is not None:
-                raise PretravelError(
-                    "what is known of the machine is taken with a block or several references only",
-                    inputs=(name.removesuffix("_um"), "block", "reference"),
-                )
 
 
 def size_warnings(task: OnReferences) -> list[str]:

@@ -71,6 +71,8 @@ class OfSeveralTips(Task):
             "is left out). For example --tip down=6 --tip front=4@0,1,0; the others refer to the "
             "first one. All touch one sphere that is not moved.",
             parse=stated_tip,
+            states="a tip states its diameter and its axis itself, and all touch one sphere",
+            without=("block", "reference"),
             metavar="NAME=D@X,Y,Z",
         ),
     ] = ()

@@ -12,19 +12,21 @@ from pretravel.task import (
     DIAMETER,
     MAPS,
     PAGES,
+    PROBE_AXIS,
+    RING,
     SILENT,
     SPHERE_FORM,
+    U_DIAMETER,
+    U_TEMPERATURE,
     UPRIGHT,
     Field,
     LaboratoryReport,
     Length,
-    ProbeAxis,
     Progress,
     Result,
-    Ring,
     TouchFilesWithFeed,
-    UDiameter,
-    UTemperature,
+    Vector,
+    When,
     by_name,
     length_or_none,
     output,
@@ -54,6 +56,15 @@ def kind_names() -> list[str]:
     return [*KINDS, AUTO]
 
 
+def _with_axial_pretravel() -> list[str]:
+    from pretravel.maps.kinds import AUTO, kinds
+
+    return [*(name for name, kind in kinds().items() if kind.takes_axial_pretravel), AUTO]
+
+
+_WOZNIAK = When("kind", ("wozniak", "auto"))
+
+
 class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
@@ -71,7 +82,9 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
     group = "Qualify"
     example = "pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
 
-    diameter: Annotated[float | None, DIAMETER] = None
+    diameter: Annotated[
+        float | None, replace(DIAMETER, without=("block", "reference", "unknown_size"))
+    ] = None
     tip_diameter: Annotated[
         float | None,
         Field(
@@ -80,6 +93,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             range=TIP_BALL,
             label="Diameter of the tip",
             hint="Of the stylus ball, for example 6",
+            without=("tip",),
         ),
     ] = None
     kind: Annotated[
@@ -99,17 +113,20 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
                 "sectors": "Sectors: a table",
                 "mean": "Mean: one radius",
             },
+            without=("prior", "block", "reference"),
         ),
     ] = "auto"
-    ring: Ring = False
-    u_diameter_um: UDiameter = None
-    u_temperature: UTemperature = 0.2
-    sphere_form_um: Annotated[float, SPHERE_FORM] = 0.13
+    ring: Annotated[bool, replace(RING, without=("block", "reference", "tip"))] = False
+    u_diameter_um: Annotated[float | None, replace(U_DIAMETER, without=("prior",))] = None
+    u_temperature: Annotated[float, replace(U_TEMPERATURE, without=("prior",))] = 0.2
+    sphere_form_um: Annotated[float, replace(SPHERE_FORM, without=("prior",))] = 0.13
     axial_pretravel_um: Annotated[
         Length,
         Field(
-            help="Assumed pretravel along the probe axis, in µm, for kind harmonic: touches on a "
-            "sphere do not determine it; none: least-squares centre.",
+            help="Assumed pretravel along the probe axis, in µm: touches on a sphere do not "
+            "determine it; none: least-squares centre.",
+            only=(When("kind", _with_axial_pretravel),),
+            without=("prior",),
             parse=length_or_none,
             metavar="UM",
             label="Pretravel along the probe's axis, assumed",
@@ -119,23 +136,27 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
     lobe_azimuth_deg: Annotated[
         float | None,
         Field(
-            help="Kind wozniak: azimuth of the largest pretravel, opposite a rod, in degrees; the "
+            help="Azimuth of the largest pretravel, opposite a rod, in degrees; the "
             "default is determined from 8 directions or more.",
             range=ANGLE,
             label="Azimuth of the largest pretravel",
             hint="Empty: determined from the touches",
-            of_kind="wozniak",
+            only=(_WOZNIAK,),
+            without=("prior", "block", "reference"),
         ),
     ] = None
     transducer: Annotated[
         Literal["contact", "piezo"],
         Field(
-            help="Kind wozniak: contact (the map has lobes) or piezo (it has none).",
+            help="contact (the map has lobes) or piezo (it has none).",
             words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
-            of_kind="wozniak",
+            only=(_WOZNIAK,),
+            without=("prior", "block", "reference"),
         ),
     ] = "contact"
-    axis: ProbeAxis = UPRIGHT
+    axis: Annotated[Vector, replace(PROBE_AXIS, without=("prior", "block", "reference", "tip"))] = (
+        UPRIGHT
+    )
     prior: Annotated[
         Path | None,
         Field(
@@ -143,6 +164,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
             "map.",
             reads=True,
+            states="the old map states it",
+            without=("block", "reference", "tip", "unknown_size"),
         ),
     ] = None
     output: Annotated[
@@ -168,7 +191,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         """
         if self.on_references:
             return self._on_references(progress)
-        self.refuse_settings_of_references()
         if self.tip:
             return self._of_several_tips(progress)
         if self.prior is not None:
@@ -196,11 +218,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             without_tilt,
         )
 
-        if self.ring and self.pin:
-            raise PretravelError(
-                "a reference is touched inside (ring) or outside (pin), not both",
-                inputs=("ring", "pin"),
-            )
         diameter = self.reference_diameter()
         if self.pin and diameter is None:
             # The circle is that of the pin: outside, the tip is added.
@@ -221,16 +238,12 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         Raises
         ------
         PretravelError
-            Neither, or both.
+            Neither.
         """
-        if (self.diameter is None) != self.unknown_size:
-            both = "the diameter is stated, and also that it is not known"
-            none = (
-                "the diameter of the reference is not stated; a block is stated with the distance "
-                "of its faces, and a reference whose size nobody knows gives the shape of the map"
-            )
+        if self.diameter is None and not self.unknown_size:
             raise PretravelError(
-                none if self.diameter is None else both,
+                "the diameter of the reference is not stated; a block is stated with the distance "
+                "of its faces, and a reference whose size nobody knows gives the shape of the map",
                 inputs=("diameter", "block", "unknown_size"),
             )
         return self.diameter
@@ -255,13 +268,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
 
     def _on_references(self, progress: Progress) -> QualifiedReferences:
         """On blocks or several references, of which a round one gives the map."""
-        self.refuse_stated(
-            ("diameter", "ring", "pin", "unknown_size", "prior", "kind", "tip"),
-            "stated, and also a block or several references; they state their shapes and sizes "
-            "themselves, and their map is of the kind auto",
-            "block",
-            "reference",
-        )
         form = self.sphere_form_um * MICROMETRE
         references = references_of(
             self,
@@ -292,12 +298,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         from pretravel.measurement import rows_of_tips, star_stylus
         from pretravel.qualification import qualified
 
-        self.refuse_stated(
-            ("tip_diameter", "ring", "pin", "unknown_size", "prior", "axis"),
-            "stated, and also several tips: a tip states its diameter and its axis itself, and "
-            "all touch one sphere",
-            "tip",
-        )
         parts = [one.parts for one in self.tip]
         readings = self.read(progress)
         rows = rows_of_tips(readings.touches, [one.name for one in parts])
@@ -318,17 +318,11 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         Raises
         ------
         PretravelError
-            Such a setting for another kind; lobes of a probe that has none.
+            Lobes of a probe that has none.
         """
         from pretravel.maps import WozniakKind
 
         lobe = None if self.lobe_azimuth_deg is None else self.lobe_azimuth_deg * DEGREE
-        stated = lobe is not None or self.transducer != "contact"
-        if stated and self.kind not in (WozniakKind().name, "auto"):
-            raise PretravelError(
-                "the azimuth of a lobe and the transducer are only for kind wozniak",
-                inputs=("lobe_azimuth", "transducer", "kind"),
-            )
         if lobe is not None and self.transducer == "piezo":
             raise PretravelError(
                 "a piezo probe has no lobes: leave the azimuth of the lobe out",
@@ -366,11 +360,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         old = read_map(prior)
         _refuse_other_tip(old, self.tip_diameter, prior)
         diameter = self.reference_diameter()
-        if diameter is None:
-            raise PretravelError(
-                "an old map is brought up to date on a reference of known size",
-                inputs=("diameter", "unknown_size"),
-            )
+        assert diameter is not None  # without an old map alone it can be unknown
         if self.pin and old.machine is not None:
             raise PretravelError(
                 f"{prior} contains terms of the machine, which are taken off touches on a sphere "

@@ -6,29 +6,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base import (
-    DELAY,
-    DISTANCE,
-    FEED,
-    FRICTION,
-    MICROMETRE,
-    NOISE,
-    PretravelError,
-    limits,
-)
+from pretravel.base import DELAY, DISTANCE, FEED, FRICTION, MICROMETRE, NOISE, limits
 from pretravel.task import (
+    CONTACT_MODEL,
+    GRAVITY,
     PAGES,
     SILENT,
+    WORKPIECE,
     Approach,
-    ContactModel,
     Field,
-    Gravity,
     PlacedPart,
     Progress,
     Reported,
     Result,
-    Workpiece,
+    Vector,
+    When,
     existing,
+    is_map,
     output,
     surface_files,
 )
@@ -42,6 +36,8 @@ if TYPE_CHECKING:
     from pretravel.touches import Targets, Touches
 
 _DELAYS = limits(DELAY, 1e-3)
+_A_MAP = When("probe", is_so=is_map, what="a map")
+"""It contains no model of the probe and no forces."""
 
 
 class Simulate(PlacedPart, Reported):
@@ -77,7 +73,7 @@ class Simulate(PlacedPart, Reported):
         ),
     ]
     output: Annotated[Path, output("Touches: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]
-    model: ContactModel = "analytic"
+    model: Annotated[str, replace(CONTACT_MODEL, without=(_A_MAP,))] = "analytic"
     approach: Approach = "normal"
     friction: Annotated[
         float,
@@ -85,6 +81,7 @@ class Simulate(PlacedPart, Reported):
             help="Coulomb's coefficient of friction at the tip: with 0 the tip slides freely, with "
             "1000 it sticks.",
             range=FRICTION,
+            without=(_A_MAP,),
         ),
     ] = 0.0
     feed: Annotated[float | None, Field(help="Feed rate, in mm/min.", range=FEED)] = None
@@ -112,11 +109,13 @@ class Simulate(PlacedPart, Reported):
     seed: Annotated[
         int | None,
         Field(
-            help="Seed of the noise: the same seed gives the same touches.", range=(0, 2**63 - 1)
+            help="Seed of the noise: the same seed gives the same touches.",
+            range=(0, 2**63 - 1),
+            only=("noise_um",),
         ),
     ] = None
-    workpiece: Workpiece = "steel"
-    gravity: Gravity = None
+    workpiece: Annotated[str, replace(WORKPIECE, without=(*WORKPIECE.without, _A_MAP))] = "steel"
+    gravity: Annotated[Vector | None, replace(GRAVITY, without=(_A_MAP,))] = None
     clearance: Annotated[
         float,
         Field(
@@ -124,13 +123,16 @@ class Simulate(PlacedPart, Reported):
             range=DISTANCE,
         ),
     ] = 2.0
-    stem: Annotated[bool, Field(help="Check that the stylus, too, does not touch the part.")] = (
-        False
-    )
+    stem: Annotated[
+        bool,
+        Field(help="Check that the stylus, too, does not touch the part.", without=(_A_MAP,)),
+    ] = False
     leave_out: Annotated[
         bool, Field(help="Write the touches that succeed, and list the targets that fail.")
     ] = False
-    extrapolate: Annotated[bool, Field(help="With a map: allow directions outside it.")] = False
+    extrapolate: Annotated[
+        bool, Field(help="Allow directions outside the map.", only=(_A_MAP,))
+    ] = False
 
     def run(self, progress: Progress = SILENT) -> SimulatedPart:
         """Touch the targets."""
@@ -209,20 +211,11 @@ class Simulate(PlacedPart, Reported):
 
     def _known(self) -> tuple[Probe | TipBehaviour, str]:
         """A description, or the tip that a map represents (without forces); and its name."""
-        from pretravel.files import FORMER_MAP_ENDINGS, MAP_ENDINGS, read_map
+        from pretravel.files import read_map
         from pretravel.prediction import load_probe
         from pretravel.probing import mapped_tip
 
-        if Path(self.probe).suffix.lower() in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
-            names = ("model", "friction", "gravity", "stem")
-            forces = tuple(name for name in names if self.stated(name))
-            if forces:
-                raise PretravelError(
-                    f"{self.probe} is a map: it contains no model of the probe and no forces for "
-                    "a model, friction, weight or the stem; use a description of the probe "
-                    "(pretravel probes)",
-                    inputs=forces,
-                )
+        if is_map(self.probe):
             return mapped_tip(read_map(Path(self.probe)), extrapolate=self.extrapolate), self.probe
         description = load_probe(self.probe)
         return description, description.name

@@ -54,6 +54,7 @@ class RunStudy(Reported):
             help="Processes of this computer; the default is one for each core, and 1 for short "
             "studies. More than 1 needs pretravel\\[scale].",
             range=(1, 1024),
+            only=("output",),
         ),
     ] = None
     scheduler: Annotated[
@@ -61,10 +62,12 @@ class RunStudy(Reported):
         Field(
             help="Address of a running Dask scheduler, as tcp://host:8786, whose workers compute.",
             metavar="ADDRESS",
+            only=("output",),
         ),
     ] = None
     restart: Annotated[
-        bool, Field(help="Begin anew, also where an earlier run was interrupted.")
+        bool,
+        Field(help="Begin anew, also where an earlier run was interrupted.", only=("output",)),
     ] = False
     page: Annotated[Path | None, PAGE] = None
 

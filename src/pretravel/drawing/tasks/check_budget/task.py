@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base import MICROMETRE, NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER, PretravelError
+from pretravel.base import MICROMETRE, NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER
 from pretravel.task import (
     ANSWER,
     PAGES,
@@ -41,7 +41,11 @@ _LEVELS: Mapping[str, Literal["good", "caution", "bad"]] = {
 }
 
 
-class CheckBudget(Qualify):
+_NOT_SIMULATED = dict.fromkeys(("prior", "block", "reference", "tip"), ())
+"""What is simulated is one tip on one sphere, ring or pin."""
+
+
+class CheckBudget(Qualify, without=_NOT_SIMULATED):
     """Is U honest? Simulate your own qualification many times and count.
 
     The probe of each set is drawn from the map of your touches and its uncertainty. It repeats your
@@ -117,27 +121,12 @@ class CheckBudget(Qualify):
         return Task.endings(self, output)
 
     def run(self, progress: Progress = SILENT) -> CheckedBudget:  # type: ignore[override]
-        """Qualify, simulate, count.
-
-        Raises
-        ------
-        PretravelError
-            Several references or tips, an old map: they are not simulated.
-        """
-        from dataclasses import replace
-
+        """Qualify, simulate, count."""
         import numpy as np
 
         from pretravel.drawing.tasks.check_budget.budget_check import ActingErrors, check_budget
         from pretravel.files import read_touch_scatter
 
-        others = {"block": self.on_references, "tip": self.tip, "prior": self.prior}
-        wrong = tuple(name for name, stated in others.items() if stated)
-        if wrong:
-            raise PretravelError(
-                "a budget is checked for one tip on one sphere, ring or pin, without an old map",
-                inputs=wrong,
-            )
         readings = self.read(progress)
         with progress.working(f"qualifying on {len(readings.touches)} touches"):
             qualification = self.qualified(readings).qualification

@@ -86,6 +86,7 @@ class Measure(LaboratoryReport):
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
+            without=("features",),
         ),
     ] = None
     association: Annotated[
@@ -106,13 +107,14 @@ class Measure(LaboratoryReport):
     features: Annotated[
         Path | None,
         Field(
-            help="Instead of --feature: all features of a drawing with their tolerances: .toml, or "
+            help="All features of a drawing with their tolerances: .toml, or "
             "a plan, .qif or .dmi. In the .toml a table [[feature]] for each, with kind, select, "
             "label, association, axis, at_mm, tolerance, nominal_mm, position_tolerance_mm, "
             "form_tolerance_mm, form_association; [[feature.geometric]] with kind, tolerance_mm, "
             "datums, material; [[pattern]]; [[between]].",
             label="Features of a drawing",
             reads=True,
+            states="the file states it for each feature",
         ),
     ] = None
     part: Annotated[
@@ -122,6 +124,7 @@ class Measure(LaboratoryReport):
             "nominal surface of a profile, and nominal places that the drawing's file leaves out.",
             label="Part",
             reads=True,
+            only=("features",),
         ),
     ] = None
     select: Annotated[
@@ -132,6 +135,7 @@ class Measure(LaboratoryReport):
             metavar="LABELS",
             label="Points by label",
             hint="bore1* bore2*: each is one; empty: all points",
+            without=("features",),
         ),
     ] = ()
     by_prefix: Annotated[
@@ -140,6 +144,7 @@ class Measure(LaboratoryReport):
             help="One feature for each name before a number: bore1-1, …",
             option="--group",
             label="One feature for each name before a number",
+            without=("features",),
         ),
     ] = False
     axis: Annotated[
@@ -150,6 +155,7 @@ class Measure(LaboratoryReport):
             hint="0,0,1; empty: across the plane of the points",
             parse=unit_vector,
             metavar="X,Y,Z",
+            without=("features",),
         ),
     ] = None
     at: Annotated[
@@ -161,6 +167,7 @@ class Measure(LaboratoryReport):
             metavar="X,Y,Z",
             label="Nominal position",
             hint="10,20,0 in mm",
+            without=("features",),
         ),
     ] = None
     size_tolerance: Annotated[
@@ -173,12 +180,17 @@ class Measure(LaboratoryReport):
             metavar="LIMITS",
             label="Tolerance of the diameter",
             hint="20.000..20.021, 20.. or ..20.021",
+            without=("features",),
         ),
     ] = None
     nominal: Annotated[
         float | None,
         Field(
-            help="Nominal diameter, in mm.", range=(0.0, 1e5), unit="mm", label="Nominal diameter"
+            help="Nominal diameter, in mm.",
+            range=(0.0, 1e5),
+            unit="mm",
+            label="Nominal diameter",
+            without=("features",),
         ),
     ] = None
     position_tolerance: Annotated[
@@ -188,6 +200,7 @@ class Measure(LaboratoryReport):
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the position",
+            without=("features",),
         ),
     ] = None
     form_tolerance: Annotated[
@@ -197,6 +210,7 @@ class Measure(LaboratoryReport):
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the form",
+            without=("features",),
         ),
     ] = None
     form_association: Annotated[
@@ -261,15 +275,10 @@ class Measure(LaboratoryReport):
         """Read the points and measure their features."""
         from pretravel.files import read_points
 
-        if (self.feature is None) == (self.features is None):
+        if self.feature is None and self.features is None:
             raise PretravelError(
                 "state the feature of the points, or the file with all features of the drawing",
                 inputs=("feature", "features"),
-            )
-        if self.part is not None and self.features is None:
-            raise PretravelError(
-                "the part serves the tolerances of a file of features; state this file",
-                inputs=("features", "part"),
             )
         wanted = self.wanted()  # what is wrong there is said before the points are read
         points = read_points(self.points, units=self.units)
@@ -300,6 +309,7 @@ class Measure(LaboratoryReport):
                     self,
                     feature=row.kind,
                     features=None,
+                    part=None,
                     select=(row.select,),
                     association=cast("Criterion", row.association or self.association),
                     axis=None if row.axis is None else unit_vector(_typed(row.axis)),
@@ -615,7 +625,11 @@ def _between(
         )
     try:
         limits = replace(
-            task, features=None, size_tolerance=tolerance(row.tolerance), nominal=row.nominal
+            task,
+            features=None,
+            part=None,
+            size_tolerance=tolerance(row.tolerance),
+            nominal=row.nominal,
         ).tolerances().size  # fmt: skip
     except PretravelError as error:
         raise PretravelError(f"{task.features}: {names}: {error}") from None

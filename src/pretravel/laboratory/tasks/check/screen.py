@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
 from functools import partial
 
 from nicegui import ui
@@ -34,7 +33,6 @@ from pretravel.app import (
 )
 from pretravel.files import comparison_sentence, write_csv_table
 from pretravel.laboratory.standards.standard_figures import standard_table
-from pretravel.laboratory.tasks.check import applies
 from pretravel.laboratory.tasks.check.screen_work import (
     EXAMPLE_SETTINGS,
     FORM,
@@ -87,31 +85,21 @@ def _inputs(state: ScreenState) -> None:
         "no-caps flat"
     )
     with panel("Reference"):
-        _fields_that_apply(state, _REFERENCE)
+        described_fields(state, FORM, _REFERENCE)
     with panel("Limits"):
-        _fields_that_apply(state, _LIMITS)
+        described_fields(state, FORM, _LIMITS)
     file_drop(
         state, "map", "Map of the probe, to check the compensated touches",
         endings=(".json", ".csv"),
     )  # fmt: skip
     from_project(state, "map", takes_map=True)
     with folded("More settings"):
-        _fields_that_apply(state, _MORE)
+        described_fields(state, FORM, _MORE)
     statements_form(state)
 
 
 def _standard(state: ScreenState) -> str:
     return str(FORM.value(state.settings, "standard"))
-
-
-def _fields_that_apply(state: ScreenState, names: Sequence[str]) -> None:
-    """The fields of those settings that the standard uses."""
-
-    def build() -> None:
-        used = [name for name in names if applies(_standard(state), name)]
-        described_fields(state, FORM, used)
-
-    live([state.listen], build, key=partial(_standard, state))
 
 
 async def _fill(state: ScreenState) -> None:

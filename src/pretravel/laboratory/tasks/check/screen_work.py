@@ -12,7 +12,7 @@ from pretravel.app import Inputs, TaskForm, laboratory_file, with_file_names
 from pretravel.base import MICROMETRE, FloatArray, Placement, probe_rotation, temporary_folder
 from pretravel.files import LaboratoryStatements, write_touches
 from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
-from pretravel.laboratory.tasks.check import Check, CheckedProbe, applies, not_stated
+from pretravel.laboratory.tasks.check import Check, CheckedProbe, not_stated
 from pretravel.probing import Latch, simulate
 from pretravel.show import Document
 from pretravel.surface import Sphere
@@ -48,11 +48,7 @@ def check_by_standard(inputs: Inputs) -> CheckResult:
         As `Check.run`; what the files are refused for.
     """
     settings, touches = inputs.settings, inputs.file("touches")
-    standard = FORM.value(settings, "standard")
-    # The fields of another standard are not shown, and do not count.
-    numbers = {
-        name: value for name, value in FORM.given(settings).items() if applies(standard, name)
-    }
+    numbers = FORM.given(settings)
     with temporary_folder() as folder:
         lab = laboratory_file(settings, folder)
         task = Check(touches=(touches,), map_file=inputs.optional_file("map"), lab=lab, **numbers)

@@ -5,7 +5,7 @@ Also the touches of a standard, as targets.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -32,6 +32,7 @@ from pretravel.task import (
     TouchFiles,
     Turn,
     Vector,
+    When,
     angles,
     by_name,
     output,
@@ -42,7 +43,11 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pretravel.files import FileReadings, LaboratoryStatements
-    from pretravel.laboratory.standards.standard_check import CalibratedSphere, StandardCheck
+    from pretravel.laboratory.standards.standard_check import (
+        CalibratedSphere,
+        Standard,
+        StandardCheck,
+    )
     from pretravel.maps import PretravelMap
     from pretravel.measurement import MeasuredSphere
     from pretravel.show import Document
@@ -51,21 +56,13 @@ _ON_ITS_OWN_TOUCHES = (
     "on its own touches a map looks better than it is, because it follows a part of their "
     "scatter. Check it on new touches"
 )
-_LIMITED: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "form_limit_um": ("a limit of the form", ("form", "form2d", "form3d")),
-    "size_limit_um": ("a limit of the size", ("size",)),
-    "repeat_limit_um": ("a limit of the repeatability", ("repeatability",)),
-    "offset_limit_um": ("a limit of the tip's offset", ("offset",)),
+_LIMITED: Mapping[str, tuple[str, ...]] = {
+    "form_limit_um": ("form", "form2d", "form3d"),
+    "size_limit_um": ("size",),
+    "repeat_limit_um": ("repeatability",),
+    "offset_limit_um": ("offset",),
 }
-"""Settings of limits in words, and the names of the figures that they limit."""
-_USED: Mapping[str, tuple[str, str]] = {
-    "u_diameter_um": ("the uncertainty of the diameter", "u_diameter"),
-    "sphere_form_um": ("the form error of the sphere", "sphere_form"),
-    "map_file": ("a map", "map"),
-    "spindle": ("an orientation of the spindle", "spindle"),
-    "ring": ("a ring", "ring"),
-}
-"""Other settings that not every standard uses, in words, and their names in `Standard.uses`."""
+"""Settings of limits, and the names of the figures that they limit."""
 
 
 def _checks() -> list[str]:
@@ -80,21 +77,24 @@ def _patterns() -> list[str]:
     return list(patterns())
 
 
-def applies(standard: str, setting: str) -> bool:
-    """Whether a setting of `Check` goes with a standard.
+def _standards(used: Callable[[Standard], bool]) -> tuple[When, ...]:
+    """The standards that use a setting."""
 
-    >>> applies("iso230-10", "size_limit_um"), applies("iso230-10", "diameter")
-    (False, True)
-    """
-    from pretravel.task import STANDARDS
+    def names() -> list[str]:
+        from pretravel.task import STANDARDS
 
-    if setting in _LIMITED:
-        return not STANDARDS[standard].limits.isdisjoint(_LIMITED[setting][1])
-    return setting not in _USED or _USED[setting][1] in STANDARDS[standard].uses
+        return [name for name, standard in STANDARDS.items() if used(standard)]
+
+    return (When("standard", names),)
 
 
-def _limit(label: str, text: str) -> Field:
-    return Field(help=text, range=UNCERTAINTY, label=label)
+def _uses(what: str) -> tuple[When, ...]:
+    return _standards(lambda standard: what in standard.uses)
+
+
+def _limit(name: str, label: str, text: str) -> Field:
+    limited = _standards(lambda standard: not standard.limits.isdisjoint(_LIMITED[name]))
+    return Field(help=text, range=UNCERTAINTY, label=label, only=limited)
 
 
 class Check(TouchFiles, LaboratoryReport):
@@ -136,30 +136,37 @@ class Check(TouchFiles, LaboratoryReport):
         ),
     ] = None
     map_file: Annotated[
-        Path | None, Field(help="Compensate with this map.", option="--map", reads=True)
+        Path | None,
+        Field(help="Compensate with this map.", option="--map", reads=True, only=_uses("map")),
     ] = None
     form_limit_um: Annotated[
-        float | None, _limit("Form error", "Maximum permissible form error, in µm.")
+        float | None,
+        _limit("form_limit_um", "Form error", "Maximum permissible form error, in µm."),
     ] = None
     size_limit_um: Annotated[
-        float | None, _limit("Size error", "Maximum permissible size error, in µm (iso10360-5).")
+        float | None,
+        _limit("size_limit_um", "Size error", "Maximum permissible size error, in µm."),
     ] = None
     repeat_limit_um: Annotated[
         float | None,
-        _limit("Range of repeats", "Maximum permissible range of repeats, in µm (iso230-10…)."),
+        _limit(
+            "repeat_limit_um", "Range of repeats", "Maximum permissible range of repeats, in µm."
+        ),
     ] = None
     offset_limit_um: Annotated[
         float | None,
         _limit(
+            "offset_limit_um",
             "Offset of the tip",
-            "Maximum permissible offset of the tip, in µm (iso230-10-tip-offset).",
+            "Maximum permissible offset of the tip, in µm.",
         ),
     ] = None
     spindle: Annotated[
         Angles | None,
         Field(
             help="Orientation of the spindle in each file, in degrees, such as 0,180, where the "
-            "files have no column spindle_deg (iso230-10-tip-offset).",
+            "files have no column spindle_deg.",
+            only=_uses("spindle"),
             label="Orientation of the spindle in each file",
             hint="0,180 for example, where the files do not state it",
             parse=angles,
@@ -168,9 +175,7 @@ class Check(TouchFiles, LaboratoryReport):
     ] = None
     ring: Annotated[
         bool,
-        Field(
-            help="The reference is a ring (iso230-10-tip-offset).", label="The reference is a ring"
-        ),
+        Field(help="The reference is a ring.", label="The reference is a ring", only=_uses("ring")),
     ] = False
     u_diameter_um: Annotated[
         float | None,
@@ -178,6 +183,7 @@ class Check(TouchFiles, LaboratoryReport):
             U_DIAMETER,
             help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
             "its k.",
+            only=_uses("u_diameter"),
             label="u of the diameter",
             hint="Half of U (k = 2) on the certificate",
         ),
@@ -187,6 +193,7 @@ class Check(TouchFiles, LaboratoryReport):
         replace(
             SPHERE_FORM,
             help="Form error of the sphere, in µm.",
+            only=_uses("sphere_form"),
             label="Form error of the sphere",
         ),
     ] = None
@@ -224,33 +231,12 @@ class Check(TouchFiles, LaboratoryReport):
         """
         stated = {
             figure: _millimetres(getattr(self, name))
-            for name, (_, figures) in _LIMITED.items()
+            for name, figures in _LIMITED.items()
             for figure in figures
         }
         return {figure: limit for figure, limit in stated.items() if limit is not None}
 
-    def refuse_unused(self) -> None:
-        """Refuse settings that do not go with the standard or its limits.
-
-        It needs no touches: a task calls it before it reads them.
-
-        Raises
-        ------
-        PretravelError
-
-        >>> task = Check(standard="iso230-10", touches="t.csv", diameter=25, size_limit_um=2)
-        >>> task.refuse_unused()
-        Traceback (most recent call last):
-        ...
-        pretravel.base.errors.PretravelError: a limit of the size is only for iso10360-5; \
-iso230-10 does not use it
-        """
-        for name, (what, _) in {**_LIMITED, **_USED}.items():
-            if self.stated(name) and not applies(self.standard, name):
-                using = " and ".join(each for each in _checks() if applies(each, name))
-                raise PretravelError(
-                    f"{what} is only for {using}; {self.standard} does not use it", inputs=(name,)
-                )
+    def _refuse_limit_without_size(self) -> None:
         known = self.tip_diameter is not None or self.map_file is not None
         if self.size_limit_um is not None and not known:
             raise PretravelError(
@@ -264,13 +250,13 @@ iso230-10 does not use it
         Raises
         ------
         PretravelError
-            Settings that the standard does not use; touches that are not those of its pattern; a
-            limit of the size without a size error.
+            Touches that are not those of the pattern of the standard; a limit of the size without
+            a size error.
         """
         from pretravel.files import read_map
 
         statements = self.statements()
-        self.refuse_unused()
+        self._refuse_limit_without_size()
         spindle = None if self.spindle is None else [a * DEGREE for a in self.spindle.degrees]
         readings = self.read_touches(
             progress,

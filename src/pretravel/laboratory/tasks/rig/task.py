@@ -94,7 +94,8 @@ class Rig(LaboratoryReport):
         ),
     ] = None
     tip_diameter: Annotated[
-        float | None, Field(help="Diameter of the tip, in mm, for --map.", range=TIP_BALL)
+        float | None,
+        Field(help="Diameter of the tip, in mm.", range=TIP_BALL, only=("map_file",)),
     ] = None
     temperature: Annotated[
         float,
@@ -131,6 +132,7 @@ class Rig(LaboratoryReport):
             range=(0.0, 100.0),
             unit="1e-6/K",
             label="Standard uncertainty of the expansion",
+            only=("u_temperature",),
         ),
     ] = None
     abbe: Annotated[
@@ -236,13 +238,12 @@ class Rig(LaboratoryReport):
         from pretravel.laboratory.rig.trace import REFERENCE_TEMPERATURE
 
         found = list(components)
-        if (self.u_temperature is None) != (self.u_expansion is None):
-            raise PretravelError(
-                "the temperature and the expansion of the ruler have their uncertainties together: "
-                "state both",
-                inputs=("u_temperature", "u_expansion"),
-            )
-        if self.u_temperature is not None and self.u_expansion is not None:
+        if self.u_temperature is not None:
+            if self.u_expansion is None:
+                raise PretravelError(
+                    "the uncertainty of the ruler's temperature is used with that of its expansion",
+                    inputs=("u_temperature", "u_expansion"),
+                )
             found = [c for c in found if not c.thermal]
             found += thermal_components(
                 expansion=self.expansion * 1e-6,

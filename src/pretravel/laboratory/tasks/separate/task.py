@@ -85,6 +85,7 @@ class Separate(LaboratoryReport):
         Field(
             help="Indices of that configuration.",
             label="Indices of that configuration",
+            only=("repeat_variance",),
             hint="Machine and probe: 1,1",
             parse=indices,
             metavar=_PAIR,
@@ -96,6 +97,7 @@ class Separate(LaboratoryReport):
             help="Number of repeats from which that variance was estimated.",
             range=(2, 1_000_000),
             label="Number of these repeats",
+            only=("repeat_variance",),
         ),
     ] = 10
     method: Annotated[
@@ -171,7 +173,7 @@ class Separate(LaboratoryReport):
         Raises
         ------
         PretravelError
-            A variance of repeats without its configuration, or the reverse; as `separate`.
+            A variance of repeats without its configuration; as `separate`.
         """
         import numpy as np
 
@@ -207,15 +209,14 @@ class Separate(LaboratoryReport):
         from pretravel.laboratory.separation.multi_step_readings import RepeatedPair
 
         variance, repeated = self.repeat_variance, self.repeat_pair
-        if variance is not None and repeated is not None:
-            return RepeatedPair(*repeated, variance * MICROMETRE**2, count=self.repeat_count)
-        if variance is not None or repeated is not None:
+        if variance is None:
+            return None
+        if repeated is None:
             raise PretravelError(
-                "give the variance of repeats and the indices of the configuration together, or "
-                "neither",
+                "the variance of repeats needs the indices of its configuration",
                 inputs=("repeat_variance", "repeat_pair"),
             )
-        return None
+        return RepeatedPair(*repeated, variance * MICROMETRE**2, count=self.repeat_count)
 
 
 @dataclass(frozen=True, eq=False)

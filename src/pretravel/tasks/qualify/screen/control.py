@@ -25,7 +25,7 @@ from pretravel.app import (
     warning,
 )
 from pretravel.base import PretravelError
-from pretravel.tasks.export import applies, makes_folder
+from pretravel.tasks.export import makes_folder
 from pretravel.tasks.qualify.screen.control_steps import control_steps
 from pretravel.tasks.qualify.screen.settings import CONTROL, export_name
 from pretravel.tasks.qualify.screen.work import EXPORT, FIT, ExportResult, FitResult
@@ -35,7 +35,7 @@ def control_panel(state: ScreenState) -> None:
     """The choice of the control, and the files to download."""
     with panel("3 Values for your control"):
         described_field(state, CONTROL, "to")
-        live([state.listen], lambda: _settings(state), lambda: _chosen(state))
+        live([state.listen], lambda: _settings(state), lambda: _chosen(state) is None)
         export = outcome(state, EXPORT, _warnings)
         kept(export, lambda: _download(export), lambda result: result.to)
         live([export.listen], lambda: _steps(export.result), lambda: export.result)
@@ -50,14 +50,10 @@ def _chosen(state: ScreenState) -> str | None:
 
 
 def _settings(state: ScreenState) -> None:
-    for name in CONTROL.stored:
-        state.mark(name, "")  # fields of another control are gone
-    to = _chosen(state)
-    if to is None:
+    if _chosen(state) is None:
         return
-    used = [name for name in CONTROL.names if name != "to" and applies(to, name)]
     with folded("Settings of the control"):
-        described_fields(state, CONTROL, used)
+        described_fields(state, CONTROL, [name for name in CONTROL.names if name != "to"])
 
 
 def _warnings(result: ExportResult) -> None:

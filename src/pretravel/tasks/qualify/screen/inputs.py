@@ -14,7 +14,6 @@ from pretravel.app import (
     download_button,
     folded,
     folded_until_opened,
-    live,
     note,
     outcome,
     panel,
@@ -24,7 +23,6 @@ from pretravel.app import (
     warning,
 )
 from pretravel.tasks.qualify.screen.settings import (
-    OF_KINDS,
     QUALIFICATION,
     EngineerSettings,
     file_mark,
@@ -136,17 +134,9 @@ def reference_panel(state: ScreenState) -> None:
         described_fields(state, QUALIFICATION, _FIRST)
         with folded("More settings"):
             for name in QUALIFICATION.names:
-                if name not in (*_FIRST, *OF_KINDS):
+                if name not in _FIRST:
                     axes = _AXES if name == "axis" else None
                     described_field(state, QUALIFICATION, name, choices=axes)
-            live([state.listen], lambda: _of_kind(state), lambda: state.settings.get("kind"))
-
-
-def _of_kind(state: ScreenState) -> None:
-    chosen = state.settings.get("kind")
-    described_fields(
-        state, QUALIFICATION, [name for name, kind in OF_KINDS.items() if kind == chosen]
-    )
 
 
 def no_touches_yet() -> None:

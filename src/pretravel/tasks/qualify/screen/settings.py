@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pretravel.app import TaskForm
 from pretravel.task import StatedColumns, Task
 from pretravel.tasks.compare import Compare
-from pretravel.tasks.export import Export, applies
+from pretravel.tasks.export import Export
 from pretravel.tasks.qualify.task import Qualify
 
 if TYPE_CHECKING:
@@ -24,8 +24,6 @@ OF_FILE: Mapping[str, Any] = {"units": None, "decimal": None, "columns": {}, "le
 """What is stated about one file, and does not hold for the next one."""
 _USUAL = {**QUALIFICATION.defaults, **CONTROL.defaults}
 MAP_NAME = "map.json"
-OF_KINDS = {each.name: each.field.of_kind for each in QUALIFICATION.settings if each.field.of_kind}
-"""Settings that one kind of map has, and that kind."""
 
 
 def file_mark(content: bytes) -> str:
@@ -98,12 +96,6 @@ class EngineerSettings:
         exclude : sequence of str
             Names of touches that are left out.
         """
-        kind = self["kind"]
-        stated = {
-            name: value
-            for name, value in QUALIFICATION.given(self.values).items()
-            if OF_KINDS.get(name, kind) == kind
-        }
         return Qualify(
             touches=(path,),
             units=self["units"],
@@ -111,7 +103,7 @@ class EngineerSettings:
             columns=StatedColumns(self["columns"]) if self["columns"] else None,
             exclude=tuple(exclude),
             output=Path(MAP_NAME),
-            **stated,
+            **QUALIFICATION.given(self.values),
         )
 
     @property
@@ -122,9 +114,8 @@ class EngineerSettings:
     def export(self) -> Export:
         """Settings of the control; those that it does not use are left out."""
         to = self.control or ""
-        given = CONTROL.given(self.values).items()
-        used = {name: value for name, value in given if applies(to, name)}
-        return Export(map_file=Path(MAP_NAME), output=Path(export_name(to)), **used)
+        given = CONTROL.given(self.values)
+        return Export(map_file=Path(MAP_NAME), output=Path(export_name(to)), **given)
 
 
 def tasks_of(file: str, settings: EngineerSettings) -> tuple[Task, ...]:
