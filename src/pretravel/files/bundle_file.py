@@ -21,7 +21,7 @@ from pretravel.base.version import installed_version
 from pretravel.base.whole_file import temporary_folder, whole_file
 from pretravel.files.map_file import read_map, write_map
 from pretravel.files.touches_csv import write_touches
-from pretravel.touches import Touches
+from pretravel.touches import Touches, word_fields
 
 _PERSONAL = re.compile(
     r"name|serial|owner|laborator|operator|customer|address|street|city|person|mail|phone|date|"
@@ -59,7 +59,7 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
     ----------
     touches : Touches
     labels : bool
-        Labels and names of references and tips stay as they are; else they become numbers.
+        Labels and names of references, tips, parts … stay as they are; else they become numbers.
 
     Returns
     -------
@@ -69,8 +69,7 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
         touches = replace(
             touches,
             labels=_numbered(touches.labels),
-            references=_numbered(touches.references),
-            tips=_numbered(touches.tips),
+            **{name: _numbered(words) for name, words in word_fields(touches.words).items()},
         )
     with temporary_folder() as folder:
         path = folder / "touches.csv"

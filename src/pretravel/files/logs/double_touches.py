@@ -47,17 +47,8 @@ def without_searches(found: FileReadings | FilePositions) -> FileReadings | File
         told = (*found.warnings, _left_out(keep))
         return replace(found, touches=touches.take(keep), warnings=told)
     keep = _last_ones(found.positions, found.feeds, found.contact, found.lines, found.path)
-    rows = np.flatnonzero(keep)
-    return replace(
-        found,
-        positions=found.positions[rows],
-        lines=tuple(found.lines[row] for row in rows),
-        contact=None if found.contact is None else tuple(found.contact[row] for row in rows),
-        labels=None if found.labels is None else tuple(found.labels[row] for row in rows),
-        feeds=None if found.feeds is None else found.feeds[rows],
-        spindle=None if found.spindle is None else found.spindle[rows],
-        understood="; ".join(filter(None, (found.understood, _left_out(keep)))),
-    )
+    told = "; ".join(filter(None, (found.understood, _left_out(keep))))
+    return replace(found.take(keep), understood=told)
 
 
 def _left_out(keep: BoolArray) -> str:
