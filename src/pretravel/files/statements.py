@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -43,6 +43,16 @@ class Statement:
     means: Meaning = "nothing"
     then: Outcome = "harmless"
     example: str = ""
+
+
+def any_of(words: str) -> str:
+    """A pattern of words apart by blanks, with _ for a blank within a word.
+
+    >>> re.match(any_of("MOVE TEMP_COMP"), "TEMP COMP/1")[0]
+    'TEMP COMP'
+    """
+    every = sorted(words.split(), key=len, reverse=True)
+    return "(?:" + "|".join(re.escape(word).replace("_", r"\s?") for word in every) + r")\b"
 
 
 class Statements:
@@ -126,10 +136,18 @@ class StatedRows:
         if statement.then == "carried":
             self.state(statement.means, value)
         elif statement.then == "refused":
-            self.hold(f"{_CHANGES[statement.means]} ({statement.words})", value, number)
+            # A shift or turn that is stated again is another one.
+            again = f"{value} {number}" if statement.means == "frame" else value
+            self.hold(f"{CHANGES[statement.means]} ({statement.words})", again, number)
 
-    def row(self, number: int) -> None:
+    def row(self, number: int, values: Mapping[str, str] | None = None) -> None:
         """A reading on a line: what was stated holds for it.
+
+        Parameters
+        ----------
+        number : int
+        values : mapping of str to str, optional
+            What held where the reading began; by default what holds now.
 
         Raises
         ------
@@ -143,9 +161,10 @@ class StatedRows:
                 f"{number}) cannot be read as one series. Split the file there",
                 line,
             )
-        for name in {*self.words, *self.values}:
+        held = self.values if values is None else values
+        for name in {*self.words, *held}:
             before = self.words.setdefault(name, [""] * self.rows)
-            before.append(self.values.get(name, ""))
+            before.append(held.get(name, ""))
         self.rows += 1
 
     def columns(self) -> dict[str, tuple[str, ...]]:
@@ -157,7 +176,7 @@ class StatedRows:
         return unknown_lines(self.unknown)
 
 
-_CHANGES: dict[str, str] = {
+CHANGES: dict[str, str] = {
     "frame": "the coordinates",
     "unit": "the unit",
     "radius": "what was taken off the points",
@@ -166,6 +185,7 @@ _CHANGES: dict[str, str] = {
     "pass": "the feed",
     "orientation": "the orientation of the probe",
 }
+"""What a statement changes, in words."""
 
 
 def unknown_lines(lines: Sequence[tuple[int, str]]) -> tuple[str, ...]:
