@@ -50,4 +50,4 @@ def look_at(
         raise without_touches(file, known)
     if options.plan is not None:
         return read_readings(file, options, file_format=known.name), True
-    return known.parse(file, options), True
+    return known.parse(file, looking), True

@@ -18,7 +18,7 @@ from pretravel.files.file_format import (
     ReadingOptions,
 )
 from pretravel.files.format_registry import FORMATS, format_named, format_of
-from pretravel.files.logs.double_touches import without_searches
+from pretravel.files.logs.double_touches import with_passes, without_passes, without_searches
 from pretravel.files.logs.joining import join
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import (
@@ -78,9 +78,11 @@ def read_readings(
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
-    found = _chosen(found, options)
+    found = _chosen(with_passes(found), options)
     if options.double_touches == "last":
-        found = without_searches(found)
+        found = without_passes(without_searches(found))
+    if options.radius_taken_off:
+        _refuse_one_radius_of_several_tips(found, file)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
@@ -146,6 +148,19 @@ def read_directions(source: Source) -> FloatArray:
     if known in (CSV, PARQUET):
         return read_normals(file)
     return read_readings(file, file_format=known.name).in_machine_axes().touches.normals
+
+
+def _refuse_one_radius_of_several_tips(
+    found: FileReadings | FilePositions, file: SourceFile
+) -> None:
+    words = found.words if isinstance(found, FilePositions) else found.touches.words
+    tips = list(dict.fromkeys(words.get("tip", ())))
+    if len(tips) > 1:
+        raise file.error(
+            f"the points are of {len(tips)} tips ({', '.join(tips)}), and one radius was stated as "
+            "taken off them: choose one tip, and state its radius",
+            inputs=("tip", "radius_taken_off"),
+        )
 
 
 def _chosen(

@@ -139,6 +139,7 @@ class _Results:
     complete: bool = True
     after_end: bool = False
     sets: int = 0
+    names: dict[int, str] = field(default_factory=dict)
     name: str = ""
     named_before: bool = False
     stated: StatedRows = field(init=False)
@@ -194,7 +195,10 @@ class _Results:
         else:
             self.name = line[len(word) :].strip()
         self.named_before = word == "RESULTSFILE"
-        self.stated.state("part", " ".join(filter(None, (f"set {self.sets}", self.name))))
+        again = self.name in [name for number, name in self.names.items() if number < self.sets]
+        self.names[self.sets] = self.name
+        own = self.name if self.name and not again else f"{self.name} set {self.sets}".strip()
+        self.stated.state("part", own)
 
     def open_point(self, words: dict[str, float], number: int) -> None:
         """Read a G800: the nominal point of the next measurement."""

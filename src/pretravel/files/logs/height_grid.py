@@ -95,4 +95,5 @@ HEIGHT_GRID = FileFormat(
     verified="the lines of bCNC's program that write and read it; no file of a machine",
     recognises=_is_height_grid,
     parse=lambda file, options: read_height_grid(file, options.units),
+    other_lines="refused",
 )
