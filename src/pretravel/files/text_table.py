@@ -24,7 +24,9 @@ SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", " 
 
 _NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
 _IS_NUMBER = re.compile(_NUMBER)
-_IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_NUMBER})|([A-Za-z])({_NUMBER})")
+_APART = rf"(?:[-+−]\s+)?{_NUMBER}"
+"""A number, also with blanks between its sign and its digits."""
+_IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
 _COMMENT = re.compile(r"#|%|//|!|\$\$|\(.*\)$")
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
@@ -186,7 +188,7 @@ def has_known_header(lines: Sequence[str]) -> bool:
     True
     """
     return any(
-        names_known_columns(split_cells(line, separator))
+        _is_header(split_cells(line, separator))
         for line in lines[:20]
         for separator in SEPARATORS
         if not _COMMENT.match(line)
@@ -301,7 +303,7 @@ def _separator(records: list[Record]) -> str | None:
     if counts[best]:
         return best
     for separator in SEPARATORS:
-        if any(names_known_columns(split_cells(line, separator)) for line in lines):
+        if any(_is_header(split_cells(line, separator)) for line in lines):
             return separator
     return None
 
@@ -324,6 +326,11 @@ def _is_data(cells: list[str]) -> bool:
     numbers = sum(_is_number_cell(cell) for cell in cells)
     filled = sum(bool(cell) for cell in cells)
     return numbers >= _FEWEST_NUMBERS and 2 * numbers >= filled
+
+
+def _is_header(cells: list[str]) -> bool:
+    """Whether cells name the columns of touches; a row "X 1.5 Y 2.5 Z 3.5" does not."""
+    return names_known_columns(cells) and not any(map(_IS_NUMBER.fullmatch, cells))
 
 
 def _is_number_cell(cell: str) -> bool:
@@ -384,7 +391,7 @@ def _table(
 def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
     """Index of the header: the line that names known columns; else the last before the numbers."""
     for index, (_, cells) in enumerate(split[: first + 1]):
-        if names_known_columns(cells):
+        if _is_header(cells):
             return index
     if first == len(split) or first == 0:
         return None
@@ -447,7 +454,8 @@ def _words_taken(
             word = _IS_WORD.fullmatch(cell)
             if name != "label" and (word is None or (word[1] or word[3]) != name):
                 raise file.error(f"'{cell}' is not {name} with a number, as in other lines", number)
-            row.append(cell if word is None or name == "label" else word[2] or word[4])
+            value = "" if word is None else "".join((word[2] or word[4]).split())
+            row.append(cell if word is None or name == "label" else value)
         taken.append((number, row + cells[len(names) :]))
     return names, taken
 
