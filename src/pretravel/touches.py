@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias, Union
+from typing import Any, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -367,11 +367,11 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
             reading=self.reading,
             spindle=None if self.spindle is None else self.spindle[index],
-            **{name: tuple(words[i] for i in index) for name, words in self._words()},
+            **word_fields({n: tuple(each[i] for i in index) for n, each in self.words.items()}),
         )
 
 
-def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, tuple[str, ...]]:
+def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
     """Words by their columns as fields of `Touches`.
 
     >>> word_fields({"tip": ("front",)})

@@ -69,7 +69,7 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
         touches = replace(
             touches,
             labels=_numbered(touches.labels),
-            **{name: _numbered(words) for name, words in word_fields(touches.words).items()},
+            **word_fields({name: _numbers(each) for name, each in touches.words.items()}),
         )
     with temporary_folder() as folder:
         path = folder / "touches.csv"
@@ -79,8 +79,10 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
 
 
 def _numbered(words: tuple[str, ...] | None) -> tuple[str, ...] | None:
-    if words is None:
-        return None
+    return None if words is None else _numbers(words)
+
+
+def _numbers(words: tuple[str, ...]) -> tuple[str, ...]:
     number = {word: str(place) for place, word in enumerate(dict.fromkeys(words), start=1)}
     return tuple(number[word] for word in words)
 

@@ -264,13 +264,10 @@ def _known() -> dict[str, tuple[str, int]]:
     known |= dict.fromkeys(_FEED_WORDS, ("feed", 1))
     known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
     known |= dict.fromkeys(_REFERENCE_WORDS, ("reference", 1))
-    for role, words in (
-        ("tip", _TIP_WORDS),
-        ("part", _PART_WORDS),
-        ("pass", _PASS_WORDS),
-        ("orientation", _ORIENTATION_WORDS),
-    ):
-        known |= dict.fromkeys(words, (role, 1))
+    known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
+    known |= dict.fromkeys(_PART_WORDS, ("part", 1))
+    known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))
+    known |= dict.fromkeys(_ORIENTATION_WORDS, ("orientation", 1))
     for axis in ROTARY_ROLES:
         known |= {axis + word: (axis, 1) for word in _ROTARY_WORDS}
         known |= {word + axis: (axis, 1) for word in _ROTARY_WORDS if word}

@@ -78,7 +78,7 @@ def read_readings(
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
-    found = _chosen(with_passes(found), options)
+    found = chosen(with_passes(found), options)
     if options.double_touches == "last":
         found = without_passes(without_searches(found))
     if options.radius_taken_off:
@@ -163,10 +163,29 @@ def _refuse_one_radius_of_several_tips(
         )
 
 
-def _chosen(
+def chosen(
     found: FileReadings | FilePositions, options: ReadingOptions
 ) -> FileReadings | FilePositions:
-    """The readings of the tip and the series that are chosen."""
+    """The readings of the tip and the series that are chosen.
+
+    Parameters
+    ----------
+    found : FileReadings or FilePositions
+    options : ReadingOptions
+
+    Returns
+    -------
+    FileReadings or FilePositions
+
+    Raises
+    ------
+    InputError
+        A name that the file does not state.
+
+    >>> two = FilePositions("a.log", np.eye(3)[:2], (1, 2), words={"tip": ("T1", "T2")})
+    >>> chosen(two, ReadingOptions(tip="T2")).lines
+    (2,)
+    """
     rows = found if isinstance(found, FilePositions) else found.touches
     words = dict(rows.words)
     path = found.path if isinstance(found, FilePositions) else (found.touches.source or "")
@@ -189,8 +208,8 @@ def _chosen(
         )
     if isinstance(found, FilePositions):
         return replace(found, words=words).take(keep)
-    fields = {"parts": None, "passes": None, **word_fields(words)}
-    return replace(found, touches=replace(found.touches, **fields).take(keep))
+    plain = replace(found.touches, parts=None, passes=None)
+    return replace(found, touches=replace(plain, **word_fields(words)).take(keep))
 
 
 ALL = "all"

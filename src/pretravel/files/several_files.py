@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -187,8 +188,8 @@ def _joined_values(
     return np.concatenate(stated)
 
 
-def _joined_words(paths: Sequence[Path], parts: Sequence[Touches]) -> dict[str, tuple[str, ...]]:
-    found = {}
+def _joined_words(paths: Sequence[Path], parts: Sequence[Touches]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     for name, attribute in WORD_COLUMNS.items():
         words = [getattr(part, attribute) for part in parts]
         arrays = [None if each is None else np.array(each) for each in words]

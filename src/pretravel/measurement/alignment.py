@@ -31,7 +31,7 @@ from pretravel.measurement.selection import points_at
 from pretravel.qualification.outliers import FEWEST_LEFT, outlier_factor
 from pretravel.surface.cad.part import Part
 from pretravel.surface.search import ContactSearch, Feet, feet_on_faces
-from pretravel.touches import Touches, travel_of_delay
+from pretravel.touches import Touches, refuse_several, travel_of_delay
 from pretravel.uncertainty.covariance import Covariance
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
@@ -87,6 +87,7 @@ class TipCentres:
     @classmethod
     def of(cls, touches: Touches, *, stated_approaches: bool = True) -> TipCentres:
         """Those of touches; their normals serve as directions of travel alone."""
+        refuse_several(touches)
         return cls(
             touches.positions,
             touches.approach_directions if stated_approaches else None,

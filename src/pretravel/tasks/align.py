@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.fields import (
+    OfOneTip,
     Reported,
     TipOfMap,
     TouchFilesWithFeed,
@@ -30,7 +31,7 @@ _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), 
 _MOST_LISTED = 8
 
 
-class Align(TouchFilesWithFeed, Reported):
+class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
     Touches need no normals: those of the faces are taken, and the pretravel is solved together with

@@ -20,6 +20,7 @@ from pretravel.tasks.fields import (
     UPRIGHT,
     Diameter,
     LaboratoryReport,
+    OfOneTip,
     ProbeAxis,
     SphereCenter,
     StartClearance,
@@ -100,7 +101,7 @@ def _limit(label: str, text: str) -> Field:
     return Field(help=text, range=UNCERTAINTY, label=label)
 
 
-class Check(TouchFiles, LaboratoryReport):
+class Check(TouchFiles, OfOneTip, LaboratoryReport):
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
     The definitions here were written from memory and were not compared with the texts of the
@@ -298,8 +299,10 @@ iso230-10 does not use it
         from pretravel.measurement.compensation import apply
         from pretravel.measurement.measured_sphere import measured_sphere
         from pretravel.qualification.own_touches import own_touches_warnings
+        from pretravel.touches import refuse_several
 
         measured = readings.touches
+        refuse_several(measured)
         result = STANDARDS[self.standard].procedure(
             measured,
             self.sphere,

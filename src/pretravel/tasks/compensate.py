@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.tasks.fields import (
     ModelName,
+    OfOneTip,
     PlacedPart,
     Reported,
     TipOfMap,
@@ -43,7 +44,7 @@ _DRAWN = 5000
 """Points of a long table that pictures show."""
 
 
-class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
+class Compensate(TouchFilesWithFeed, OfOneTip, PlacedPart, Reported):
     """Compensate touches to surface points with uncertainties."""
 
     name = "compensate"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import DISTANCE, TIP_BALL
-from pretravel.tasks.fields import TouchFilesWithFeed, output
+from pretravel.tasks.fields import OfOneTip, TouchFilesWithFeed, output
 from pretravel.tasks.task import (
     PAGES,
     SILENT,
@@ -38,13 +38,7 @@ _WIDTH = 80
 """Of the lines of a text. [signs]"""
 
 
-def _formats() -> list[str]:
-    from pretravel.files.format_registry import FORMATS
-
-    return list(FORMATS)
-
-
-class Convert(TouchFilesWithFeed):
+class Convert(TouchFilesWithFeed, OfOneTip):
     """Read a table or a file of a control, CMM or CAM system, and write touches.
 
     Without -o it shows how the file is understood: its first rows, and what is missing.
@@ -68,16 +62,6 @@ class Convert(TouchFilesWithFeed):
             ".msr",
             ".txt",
             *PAGES,
-        ),
-    ] = None
-    file_format: Annotated[
-        str | None,
-        Field(
-            help="Format of the file (pretravel formats lists them); the default is detected.",
-            option="--from",
-            names=_formats,
-            metavar="FORMAT",
-            label="Format",
         ),
     ] = None
     machine: Annotated[

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import REFERENCE_DIAMETER, TIP_BALL
 from pretravel.base.units import MICROMETRE
-from pretravel.tasks.fields import Reported, Ring, TouchTables, files_meant, output
+from pretravel.tasks.fields import OfOneTip, Reported, Ring, TouchTables, files_meant, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def _kinds() -> tuple[str, ...]:
     return "auto", "harmonic", "physical"
 
 
-class History(TouchTables, Reported):
+class History(TouchTables, OfOneTip, Reported):
     """Show how a probe drifts over time, and when its next qualification is due.
 
     From a folder of touches, one file a day; or from the verifications of pretravel verify

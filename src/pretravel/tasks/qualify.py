@@ -52,7 +52,7 @@ def kind_names() -> list[str]:
     return [*kinds(), AUTO]
 
 
-class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
+class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
@@ -150,8 +150,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
 
     def endings(self, output: str) -> tuple[str, ...]:
         """On blocks and several references a table or a page, and no map."""
-        if output == "output" and (self.on_references or self.tip):
-            return TIP_ENDINGS if self.tip else TERM_ENDINGS
+        if output == "output" and (self.on_references or self.star):
+            return TIP_ENDINGS if self.star else TERM_ENDINGS
         return super().endings(output)
 
     def run(
@@ -167,7 +167,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         if self.on_references:
             return self._on_references(progress)
         self.refuse_settings_of_references()
-        if self.tip:
+        if self.star:
             return self._of_several_tips(progress)
         if self.prior is not None:
             return self._update(self.prior, progress)
@@ -296,7 +296,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             "all touch one sphere",
             "tip",
         )
-        parts = [one.parts for one in self.tip]
+        parts = [one.parts for one in self.star]
         readings = self.read(progress)
         rows = rows_of_tips(readings.touches, [one.name for one in parts])
         kind = "harmonic" if self.kind == AUTO else self.kind

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.units import MICROMETRE
-from pretravel.tasks.fields import Reported, Units, files_meant, output
+from pretravel.tasks.fields import FileFormatName, Reported, Series, Units, files_meant, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import StatedColumns, stated_columns
 
@@ -59,6 +59,8 @@ class Repeat(Reported):
             label="Step of the positions",
         ),
     ] = None
+    file_format: FileFormatName = None
+    series: Series = ()
     columns: Annotated[
         StatedColumns | None,
         Field(
@@ -78,9 +80,12 @@ class Repeat(Reported):
         from pretravel.files.repeat_log import read_repeats
         from pretravel.qualification.repeat_series import judged_repeats, step_of_repeats
 
-        options = ReadingOptions(units=self.units, columns=self.columns)
+        options = ReadingOptions(units=self.units, columns=self.columns, series=self.series)
         files = files_meant(self.log)
-        logs = [(path.name, read_repeats(path, options, self.axis)) for path in files]
+        logs = [
+            (path.name, read_repeats(path, options, self.axis, file_format=self.file_format))
+            for path in files
+        ]
         series = []
         for name, log in logs:
             step = (self.step_um or 0.0) * MICROMETRE

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import Reported, TouchFilesWithFeed, output, with_reading
+from pretravel.tasks.fields import OfOneTip, Reported, TouchFilesWithFeed, output, with_reading
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Angles, angles
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pretravel.show.document import Document
 
 
-class Reversal(TouchFilesWithFeed, Reported):
+class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
     """Average touches at 0° and 180° of the spindle, which takes out run-out and odd lobes.
 
     The means go to pretravel qualify, compensate or measure like other touches.

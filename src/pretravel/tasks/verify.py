@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from pretravel.base.errors import PretravelError, StaleTouchesError
 from pretravel.tasks.fields import (
     Diameter,
+    OfOneTip,
     QualifiedMap,
     Reported,
     Ring,
@@ -31,7 +32,7 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 """A table does not contain all that a verification needs."""
 
 
-class Verify(TouchFilesWithFeed, Reported):
+class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
     The code is 3 too, and nothing is tested, where the touches are not those of a new, whole run.

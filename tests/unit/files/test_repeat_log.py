@@ -60,7 +60,7 @@ def test_each_order_is_a_series_of_its_own() -> None:
 def test_points_that_are_touched_in_turn() -> None:
     rows = "".join(f"{x},0,{z + x}\n" for z in HEIGHTS for x in (0, 30))
     found = read_repeats(_log("x_mm,y_mm,z_mm\n" + rows, "a.csv"))
-    assert [one.name for one in found.series] == ["place 1", "place 2"]
+    assert [one.name for one in found.series] == ["place 1 (0, 0, 1.32)", "place 2 (30, 0, 31.32)"]
     assert found.series[1].values == pytest.approx(np.add(HEIGHTS, 30.0))
 
 

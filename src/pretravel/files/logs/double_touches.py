@@ -53,8 +53,8 @@ def without_searches(found: FileReadings | FilePositions) -> FileReadings | File
         told = (*found.warnings, _left_out(keep))
         return replace(found, touches=touches.take(keep), warnings=told)
     keep = _last_ones(found.positions, found.feeds, found.contact, found.lines, found.path)
-    told = "; ".join(filter(None, (found.understood, _left_out(keep))))
-    return replace(found.take(keep), understood=told)
+    understood = "; ".join(filter(None, (found.understood, _left_out(keep))))
+    return replace(found.take(keep), understood=understood)
 
 
 def _left_out(keep: BoolArray) -> str:
