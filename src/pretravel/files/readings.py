@@ -20,6 +20,7 @@ from pretravel.files.file_format import (
 from pretravel.files.format_registry import FORMATS, format_named, format_of
 from pretravel.files.logs.double_touches import with_passes, without_passes, without_searches
 from pretravel.files.logs.joining import join
+from pretravel.files.misses import named_misses
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import (
     one_normal,
@@ -78,7 +79,7 @@ def read_readings(
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
-    found = chosen(with_passes(found), options)
+    found = chosen(with_passes(named_misses(found)), options)
     if options.double_touches == "last":
         found = without_passes(without_searches(found))
     if options.radius_taken_off:

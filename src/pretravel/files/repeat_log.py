@@ -19,7 +19,6 @@ from pretravel.files.file_format import (
     missed_sentence,
 )
 from pretravel.files.format_registry import format_named, format_of
-from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.preview import look_at
 from pretravel.files.readings import chosen
 from pretravel.files.source_file import Source, SourceFile, opened
@@ -133,7 +132,7 @@ def read_repeats(
     if known.name == "g2core" and options.offset is None:
         looking = replace(looking, offset=(0.0, 0.0, 0.0))
     found, unit_known = look_at(file, looking, known)
-    found = chosen(with_passes(found), options)
+    found = chosen(found, options)
     if not unit_known:
         raise file.error("the table states no unit; give the units, mm or inch", inputs=("units",))
     warnings = (_ONCE,) if known.name == "probeopen" else ()

@@ -27,7 +27,8 @@ _IS_NUMBER = re.compile(_NUMBER)
 _APART = rf"(?:[-+−]\s+)?{_NUMBER}"
 """A number, also with blanks between its sign and its digits."""
 _IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
-_COMMENT = re.compile(r"#|%|//|!|\$\$|\(.*\)$")
+_COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
+"""But #03: numbers a point."""
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
@@ -169,6 +170,21 @@ def _is_rule(line: str) -> bool:
         return False
     strokes = _DRAWN.findall(line)
     return bool(strokes) and min(map(len, strokes)) >= 3
+
+
+def header_cells(lines: Sequence[str]) -> list[str]:
+    """The cells of the first line near the head that names three columns or more in words.
+
+    >>> header_cells(["Report", "Name;Nominal;Actual;Dev", "D1;10;10.01;0.01"])
+    ['Name', 'Nominal', 'Actual', 'Dev']
+    """
+    for line in lines[:20]:
+        for separator in (";", "\t", "|", ",", "  ", " "):
+            cells = split_cells(line, separator)
+            words = [cell for cell in cells if cell and not _is_number_cell(cell)]
+            if len(cells) > 2 and len(words) == len([cell for cell in cells if cell]):
+                return cells
+    return []
 
 
 def is_table(lines: Sequence[str]) -> bool:
@@ -483,6 +499,8 @@ def _refuse_header_of_other_width(
     separator: str,
 ) -> None:
     """Refuse a header where every row has another number of cells: the fault is in the header."""
+    if all(len(cells) == len(header[1]) for _, cells in body):
+        return  # the last column is empty
     counts = {_filled(cells) for _, cells in body}
     names = _filled(header[1])
     if len(counts) > 1 or names in counts or len(body) < _FEWEST_ROWS:

@@ -82,7 +82,7 @@ def test_a_touch_without_contact_is_left_out_and_said() -> None:
     text = "$13=0\n" + "".join(f"[PRB:1.000,-5.000,{z:.4f}:1]\n" for z in HEIGHTS)
     found = read_repeats(_log(text + "[PRB:1.000,-5.000,-9.000:0]\n"))
     assert found.series[0].values == pytest.approx(HEIGHTS)
-    assert found.warnings == ("1 touches without contact are left out",)
+    assert found.warnings == ("1 touch missed: 6",)
 
 
 def test_probeopen_leaves_equal_touches_out() -> None:

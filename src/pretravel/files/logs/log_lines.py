@@ -29,8 +29,10 @@ _TABLE = (
 STATEMENTS = Statements(_TABLE)
 _X_FIRST, _THEN_Y, _THEN_Z = (
     re.compile(rf"{words}\s*[:=]?\s*[-+.\d]", re.IGNORECASE)
-    for words in (r"(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
+    for words in (r"(?:#\d+\s*:\s*)?(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
 )
+_NUMBERED = re.compile(r"#\d+\s*:\s*")
+"""The number of a point, as GEOPAK writes it."""
 _ROTARY = "ABC"
 _MOVED = 1e-4
 """Rotary axes that differ by more than this have moved. [deg]"""
@@ -69,6 +71,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
         line = without_comments(text).strip()
+        line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
             continue
         units = _units(file, line, number, units)
