@@ -76,7 +76,8 @@ class Statements:
         """
         for pattern, statement in self._patterns:
             if found := pattern.match(line):
-                return statement, (found[1] or "").strip() if pattern.groups else found[0].strip()
+                stated = next((group for group in found.groups() if group), None)
+                return statement, (stated or found[0]).strip()
         return None
 
 

@@ -16,7 +16,7 @@ from pretravel.files.column_names import (
     names_known_columns,
     unit_of,
 )
-from pretravel.files.source_file import SourceFile
+from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.spreadsheet_cells import cell_content
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
@@ -29,6 +29,13 @@ _APART = rf"(?:[-+−]\s+)?{_NUMBER}"
 _IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
 _COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
 """But #03: numbers a point."""
+_CHANGES_ROWS = re.compile(
+    r"\b(?:tips?|stylus|styli|probe|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
+    r"werkst(?:ü|ue)ck|series|serie|set|pass|units?|einheit\w*|inch|inches|zoll|G2[01]|"
+    r"G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|orientation|fixture|alignment|datum)\b",
+    re.IGNORECASE,
+)
+"""Words of comments that change what rows mean."""
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
@@ -76,6 +83,8 @@ class TextTable:
         Lines before the table that are no comments.
     disabled : tuple of int
         Lines of comments that look like rows.
+    among : tuple of Record
+        Other comments between the rows.
     """
 
     file: SourceFile
@@ -89,6 +98,7 @@ class TextTable:
     unit: str | None = None
     preamble: tuple[Record, ...] = ()
     disabled: tuple[int, ...] = ()
+    among: tuple[Record, ...] = ()
 
     @property
     def width(self) -> int:
@@ -388,6 +398,7 @@ def _table(
     if header is not None:
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
+    among = _comments_among(file, comments, [number for number, _ in body], separator)
     notes = [line for _, line in comments] + [" ".join(cells) for _, cells in before]
     return TextTable(
         file=file,
@@ -401,7 +412,33 @@ def _table(
         unit=_stated_unit(file, notes),
         preamble=tuple((number, " ".join(cells)) for number, cells in before),
         disabled=tuple(n for n, line in comments if _is_data(split_cells(line[1:], separator))),
+        among=among,
     )
+
+
+def _comments_among(
+    file: SourceFile, comments: list[Record], lines: Sequence[int], separator: str
+) -> tuple[Record, ...]:
+    """Comments between the rows, without rows that are comments.
+
+    Raises
+    ------
+    InputError
+        One of them speaks of the tip, the part, the unit or the coordinates of the rows.
+    """
+    among = [
+        (number, line)
+        for number, line in comments
+        if lines[0] < number < lines[-1] and not _is_data(split_cells(line[1:], separator))
+    ]
+    for number, line in among:
+        if _CHANGES_ROWS.search(line):
+            raise file.error(
+                f"'{shortened(line)}' stands among the rows, and can change what those after it "
+                "are: state it in a column, or split the table there",
+                number,
+            )
+    return tuple((number, line) for number, line in among if re.search(r"\w", line))
 
 
 def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:

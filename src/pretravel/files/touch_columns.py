@@ -25,6 +25,7 @@ from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.source_file import SourceFile
+from pretravel.files.statements import unknown_lines
 from pretravel.files.text_table import SEPARATORS, TextTable, read_text_table
 from pretravel.touches import WORD_COLUMNS
 
@@ -58,6 +59,8 @@ class TouchColumns:
         A key of `SEPARATORS`; empty for Parquet.
     whole : bool
         Rows are of several tips or parts, perhaps: the table is read as a whole.
+    notes : tuple of str
+        Comments between the rows, as a sentence.
     """
 
     table: CsvTable
@@ -68,6 +71,7 @@ class TouchColumns:
     places: Mapping[str, int] = field(default_factory=dict)
     separator: str = ""
     whole: bool = False
+    notes: tuple[str, ...] = ()
 
     def title(self, *roles: str) -> str:
         """The file's names of columns, for messages."""
@@ -143,6 +147,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         places={_own_name(role): i for role, i in roles.index.items()},
         separator="" if file.ending == ".parquet" else text.separator,
         whole=bool(rotary or set(roles.index) & {*WORD_COLUMNS}),
+        notes=unknown_lines(text.among),
     )
 
 

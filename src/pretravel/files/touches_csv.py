@@ -111,6 +111,7 @@ def read_table_of_touches(
             nominal_points=_optional_vectors(table, _NOMINAL),
             approaches=_optional_vectors(table, _APPROACH),
             words=_words(table),
+            warnings=columns.notes,
         )
         round_one = options.reference_diameter is not None or options.ring
         given = options.plan or options.normal or options.normals_from
@@ -183,7 +184,7 @@ def touches_of_columns(
             lines=table.lines,
             reading="" if columns.own_form else _understood(columns),
         )
-    return touches, warnings
+    return touches, (*columns.notes, *warnings)
 
 
 def _understood(columns: TouchColumns) -> str:

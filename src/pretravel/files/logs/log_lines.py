@@ -15,7 +15,7 @@ _WORD = re.compile(
 )
 """A letter and its number; controls put blanks in the place of zeros, also after the sign."""
 _TABLE = (
-    Statement("tool: `T` number", r"(?:M0?6\s*)?T(\d+)\b.*", "tip", "carried", "T2 M6"),
+    Statement("tool: `T` number", r"(?:M0?6\s*)?T(\d+)\b.*", "tip", "carried", "T2"),
     Statement(
         "work offset, turn, scale: `G54` … `G59`, `G10`, `G92`, `G43`, `G49`, `G52`, `G68`, `G51`",
         r"(?:N\d+\s*)?(?:G(?:0?[01]|17|2[01]|9[04])\s*)*"
