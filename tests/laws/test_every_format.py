@@ -22,6 +22,7 @@ from pretravel.files.readings import read_readings, write_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.touches import Touches
 from tests.support.control_logs import SAMPLES
+from tests.support.inserted_statements import INSERTED, UNKNOWN, inserted
 
 WRITTEN = [
     (f, ending) for f in FORMATS.values() if f.write_touches is not None for ending in f.endings
@@ -127,3 +128,63 @@ def test_other_bytes_are_refused(known: FileFormat) -> None:
     for content in (b"", b"\n\n", bytes(range(256)), b"hello\n"):
         with pytest.raises(InputError, match=r"^other"):
             parse(SourceFile("other", content), SAMPLES[known.name][1] or ReadingOptions())
+
+
+@pytest.mark.parametrize(("name", "kind", "line"), INSERTED)
+def test_a_statement_that_changes_rows_is_carried_or_refused(
+    name: str, kind: str, line: str
+) -> None:
+    """Inserted between rows of the format's sample: a column tells them apart, or it is refused."""
+    before, options = SAMPLES[name]
+    text, number = inserted(name, before, line)
+    plain = read_readings(SourceFile("sample", inserted(name, before, "")[0].encode()), options)
+    try:
+        found = read_readings(SourceFile("sample", text.encode()), options)
+    except InputError as error:
+        assert "sample" in str(error)  # noqa: PT017
+        assert f"line {number}" in str(error) or "one radius" in str(error)  # noqa: PT017
+        return
+    assert len(found.touches) <= len(plain.touches)
+    told_apart = {column: len(set(words)) for column, words in found.touches.words.items()}
+    assert max(told_apart.values(), default=1) > 1, (kind, line)
+
+
+@pytest.mark.parametrize("name", sorted(UNKNOWN))
+def test_an_unknown_statement_among_the_rows_is_named(name: str) -> None:
+    before, options = SAMPLES[name]
+    text, number = inserted(name, before, UNKNOWN[name])
+    try:
+        notes = read_readings(SourceFile("sample", text.encode()), options).notes()
+    except InputError as error:
+        assert f"line {number}" in str(error)  # noqa: PT017
+        return
+    assert any(f"line {number}" in note for note in notes)
+
+
+@pytest.mark.parametrize("known", [f for f in READ_TEXT if f.statements], ids=_name)
+def test_declared_statements_do_what_they_declare(known: FileFormat) -> None:
+    before, options = SAMPLES[known.name]
+    rows = inserted(known.name, before, "")[0]
+    plain = read_readings(SourceFile("sample", rows.encode()), options)
+    for statement in known.statements:
+        if not statement.example:
+            continue
+        text, number = inserted(known.name, before, statement.example)
+        file = SourceFile("sample", text.encode())
+        if statement.then == "refused":
+            with pytest.raises(InputError, match=rf"line {number}\b"):
+                read_readings(file, options)
+            continue
+        try:
+            found = read_readings(file, options)
+        except InputError as error:  # the radius of one tip was stated
+            assert "one radius" in str(error)  # noqa: PT017
+            assert statement.means == "tip"
+            continue
+        assert len(found.touches) == len(plain.touches), statement.words
+        if statement.then == "harmless":
+            assert found.touches.words == plain.touches.words, statement.words
+            assert not any(f"line {number}" in note for note in found.notes()), statement.words
+        else:
+            words = found.touches.words[statement.means]
+            assert len(set(words)) > 1, statement.words

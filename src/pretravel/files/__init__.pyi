@@ -18,6 +18,7 @@ from .file_format import FilePositions as FilePositions
 from .file_format import FileReadings as FileReadings
 from .file_format import NormalsFrom as NormalsFrom
 from .file_format import ReadingOptions as ReadingOptions
+from .file_format import missed_sentence as missed_sentence
 from .format_registry import FORMATS as FORMATS
 from .format_registry import format_named as format_named
 from .format_registry import format_of as format_of
@@ -47,6 +48,7 @@ from .map_file import MAP_ENDINGS as MAP_ENDINGS
 from .map_file import read_map as read_map
 from .map_file import write_map as write_map
 from .meant_files import files_meant as files_meant
+from .misses import far_heights as far_heights
 from .netcdf import read_dataset as read_dataset
 from .netcdf import write_dataset as write_dataset
 from .placement_file import read_placement as read_placement
@@ -58,6 +60,7 @@ from .plan_csv import plan_table as plan_table
 from .point_files import point_endings as point_endings
 from .point_files import write_points as write_points
 from .point_tables import points_table as points_table
+from .points_reading import points_and_notes as points_and_notes
 from .points_reading import read_points as read_points
 from .prediction_table import trigger_table as trigger_table
 from .preview import look_at as look_at

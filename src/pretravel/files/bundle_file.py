@@ -20,7 +20,7 @@ from typing import Any
 from pretravel.base import installed_version, temporary_folder, whole_file
 from pretravel.files.map_file import read_map, write_map
 from pretravel.files.touches_csv import write_touches
-from pretravel.touches import Touches
+from pretravel.touches import Touches, word_fields
 
 _PERSONAL = re.compile(
     r"name|serial|owner|laborator|operator|customer|address|street|city|person|mail|phone|date|"
@@ -58,7 +58,7 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
     ----------
     touches : Touches
     labels : bool
-        Labels and names of references and tips stay as they are; else they become numbers.
+        Labels and names of references, tips, parts … stay as they are; else they become numbers.
 
     Returns
     -------
@@ -68,8 +68,7 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
         touches = replace(
             touches,
             labels=_numbered(touches.labels),
-            references=_numbered(touches.references),
-            tips=_numbered(touches.tips),
+            **word_fields({name: _numbers(each) for name, each in touches.words.items()}),
         )
     with temporary_folder() as folder:
         path = folder / "touches.csv"
@@ -79,8 +78,10 @@ def anonymous_touches(touches: Touches, *, labels: bool) -> tuple[str, str]:
 
 
 def _numbered(words: tuple[str, ...] | None) -> tuple[str, ...] | None:
-    if words is None:
-        return None
+    return None if words is None else _numbers(words)
+
+
+def _numbers(words: tuple[str, ...]) -> tuple[str, ...]:
     number = {word: str(place) for place, word in enumerate(dict.fromkeys(words), start=1)}
     return tuple(number[word] for word in words)
 

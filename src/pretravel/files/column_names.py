@@ -14,10 +14,13 @@ NORMAL_ROLES = ("nx", "ny", "nz")
 APPROACH_ROLES = ("ax", "ay", "az")
 NOMINAL_ROLES = ("nominal_x", "nominal_y", "nominal_z")
 LENGTH_ROLES = (*POSITION_ROLES, *NOMINAL_ROLES)
+ROTARY_ROLES = ("a", "b", "c")
+"""Angles of rotary axes: rows in which they differ have different coordinates."""
 NUMBER_ROLES = (
     *POSITION_ROLES, *NORMAL_ROLES, *APPROACH_ROLES, *NOMINAL_ROLES, "feed", "spindle",
+    *ROTARY_ROLES,
 )  # fmt: skip
-TEXT_ROLES = ("reference", "tip", "label")
+TEXT_ROLES = ("reference", "tip", "part", "pass", "orientation", "label")
 """Of columns that are words, not numbers."""
 ROLES = (*NUMBER_ROLES, *TEXT_ROLES)
 """What a column of a table of touches can be."""
@@ -25,6 +28,7 @@ ROLES = (*NUMBER_ROLES, *TEXT_ROLES)
 OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
     "feed": "feed_mm_min",
     "spindle": "spindle_deg",
+    **{role: f"{role}_deg" for role in ROTARY_ROLES},
 }
 """Names of columns with a unit, in written tables. Other columns are called as their role."""
 
@@ -73,7 +77,47 @@ _FEED_WORDS = (
 )  # fmt: skip
 _SPINDLE_WORDS = ("spindleangle", "spindleorientation", "spindelwinkel", "spindelorientierung")
 _REFERENCE_WORDS = ("reference", "referenz", "artefact", "artifact", "normalkorper", "etalon")
-_TIP_WORDS = ("tip", "tipname", "stylus", "tasterkugel", "palpeur", "stylusnumber", "tipnumber")
+_TIP_WORDS = (
+    "tip", "tipname", "tipid", "tipno", "tipnr", "tipnumber", "stylus", "stylusname", "stylusid",
+    "stylusno", "stylusnr", "stylusnumber", "styli", "sensor", "sensorname", "sensorid", "sensorno",
+    "sensornumber", "probe", "probename", "probeid", "probeno", "probenr", "probenumber",
+    "probetip", "probestylus", "taster", "tastername", "tasternr", "tasternummer", "tasterkugel",
+    "tastkugel", "tasterspitze", "taststift", "palpeur", "palpador", "palpatore", "stylet", "punta",
+    "tool", "toolname", "toolid", "toolno", "toolnr", "toolnumber", "werkzeug", "werkzeugnr",
+    "werkzeugnummer", "herramienta", "outil", "utensile",
+)  # fmt: skip
+_PART_WORDS = (
+    "part", "partname", "partid", "partno", "partnr", "partnb", "partnum", "partnumber", "parts",
+    "partserial", "partserialnumber", "planid", "serial", "serialno", "serialnr", "serialnumber",
+    "sn", "ser", "sernumber", "teil", "teilnr", "teilenr", "teilnummer", "teilenummer", "teileid",
+    "seriennr", "seriennummer", "werkstuck", "werkstucknr", "workpiece", "workpieceid",
+    "workpieceno", "piece", "pieceno", "pieza", "pezzo", "numeropiece", "numerodeserie", "set",
+    "setno", "setid", "series", "serie", "batch", "lot", "charge", "fixture", "spannung",
+    "pallet", "palette", "nest", "cavity", "kavitat",
+)  # fmt: skip
+_PASS_WORDS = (
+    "pass",
+    "passno",
+    "passnumber",
+    "passage",
+    "durchgang",
+    "probingpass",
+    "fastslow",
+)
+_ORIENTATION_WORDS = (
+    "orientation",
+    "headangle",
+    "headangles",
+    "headposition",
+    "probeorientation",
+    "probeangle",
+    "tipangle",
+    "ausrichtung",
+    "taststellung",
+    "schwenkwinkel",
+    "kopfstellung",
+)
+_ROTARY_WORDS = ("", "axis", "achse", "axe", "deg", "rot", "angle", "winkel")
 _LABEL_WORDS = (
     "label", "name", "pointname", "punktname", "punktbezeichnung", "bezeichnung", "pointid",
     "punktid", "id", "point", "punkt", "messpunkt", "touch", "punto", "designation", "nom",
@@ -166,11 +210,13 @@ def names_known_columns(cells: list[str]) -> bool:
     (True, False)
     """
     roles = {column_name(cell).role for cell in cells[:MOST_COLUMNS]}
-    return len(roles & {*NUMBER_ROLES} - {"feed", "spindle"}) >= 3
+    return len(roles & {*NUMBER_ROLES} - {"feed", "spindle", *ROTARY_ROLES}) >= 3
 
 
 def _own_unit(role: str) -> str | None:
-    return "mm" if role in LENGTH_ROLES else {"feed": "mm/min", "spindle": "deg"}.get(role)
+    if role in ("spindle", *ROTARY_ROLES):
+        return "deg"
+    return "mm" if role in LENGTH_ROLES else {"feed": "mm/min"}.get(role)
 
 
 def _without_unit(title: str) -> tuple[str, str | None]:
@@ -219,5 +265,11 @@ def _known() -> dict[str, tuple[str, int]]:
     known |= dict.fromkeys(_SPINDLE_WORDS, ("spindle", 1))
     known |= dict.fromkeys(_REFERENCE_WORDS, ("reference", 1))
     known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
+    known |= dict.fromkeys(_PART_WORDS, ("part", 1))
+    known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))
+    known |= dict.fromkeys(_ORIENTATION_WORDS, ("orientation", 1))
+    for axis in ROTARY_ROLES:
+        known |= {axis + word: (axis, 1) for word in _ROTARY_WORDS}
+        known |= {word + axis: (axis, 1) for word in _ROTARY_WORDS if word}
     known |= {word: ("label", 1 + rank) for rank, word in enumerate(_LABEL_WORDS)}
     return known

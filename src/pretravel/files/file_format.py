@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
 
 from pretravel.base import (
     ANGLE,
@@ -23,8 +26,9 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.files.source_file import UNITS, SourceFile
+from pretravel.files.statements import Statement
 from pretravel.measurement import Points
-from pretravel.touches import Targets, Touches, moved
+from pretravel.touches import Targets, Touches, moved, word_fields
 
 NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
 
@@ -83,6 +87,15 @@ class ReadingOptions:
     normals_from : callable or None
         For positions without normals and without a plan: outward normals (n, 3) of a surface near
         given tip centres, (n, 3) in mm, with their labels or None.
+    tip : str or None
+        The tip whose touches are read, of a file with several.
+    series : tuple of str
+        Parts, passes or orientations whose touches are read; ``all``: those of all parts and
+        series, which are one.
+    pin : bool
+        The ring is a pin, which is touched from outside.
+    anywhere : bool
+        Where the touches lie does not matter, as in a series of repeats: machine coordinates do.
 
     Raises
     ------
@@ -111,6 +124,10 @@ class ReadingOptions:
     bores: tuple[str, ...] | None = None
     look_only: bool = False
     normals_from: NormalsFrom | None = None
+    tip: str | None = None
+    series: tuple[str, ...] = ()
+    pin: bool = False
+    anywhere: bool = False
 
     def __post_init__(self) -> None:
         for name, value, known in (
@@ -140,7 +157,7 @@ class ReadingOptions:
         """Whether this can complete a log; the sphere of a qualification alone does not."""
         normals = (self.plan, self.normal, self.normals_from)
         stated = (*normals, self.units, self.offset, self.radius_taken_off)
-        in_ring = self.ring and self.tip_radius is not None
+        in_ring = self.ring and (self.tip_radius is not None or self.reference_diameter is not None)
         return self.reference_diameter is None or in_ring or any(v is not None for v in stated)
 
 
@@ -195,12 +212,19 @@ class FileReadings:
 
     def notes(self) -> list[str]:
         """Return the warnings and the labels of the missed touches, as sentences."""
-        notes = list(self.warnings)
-        if self.missed:
-            shown = ", ".join(self.missed[:10]) + ("…" if len(self.missed) > 10 else "")
-            plural = "es" if len(self.missed) > 1 else ""
-            notes.append(f"{len(self.missed)} touch{plural} missed: {shown}")
-        return notes
+        return [*self.warnings, *missed_sentence(self.missed)]
+
+
+def missed_sentence(missed: Sequence[str]) -> list[str]:
+    """Return the labels of missed touches as a sentence; none where there are none.
+
+    >>> missed_sentence(["3"])
+    ['1 touch missed: 3']
+    """
+    if not missed:
+        return []
+    shown = ", ".join(missed[:10]) + ("…" if len(missed) > 10 else "")
+    return [f"{len(missed)} touch{'es' if len(missed) > 1 else ''} missed: {shown}"]
 
 
 def labels_or_numbers(labels: tuple[str, ...] | None, count: int) -> tuple[str, ...]:
@@ -232,6 +256,14 @@ class FilePositions:
         Orientations of the spindle. [rad]
     understood : str
         How a table was understood, in one line.
+    nominal_points : (n, 3) float or None
+        [mm]
+    approaches : (n, 3) float or None
+    words : mapping of str to tuple of str
+        Of each position, by column: tip, part, pass, orientation.
+    warnings : tuple of str
+    lacks : tuple of str
+        What a file that is looked at does not state.
     """
 
     path: str
@@ -242,6 +274,63 @@ class FilePositions:
     feeds: FloatArray | None = None
     spindle: FloatArray | None = None
     understood: str = ""
+    nominal_points: FloatArray | None = None
+    approaches: FloatArray | None = None
+    words: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    lacks: tuple[str, ...] = ()
+
+    def take(self, rows: npt.ArrayLike) -> FilePositions:
+        """The positions of the given rows (indices or a mask), in that order.
+
+        >>> FilePositions("a.log", np.eye(3), (1, 2, 3), labels=("a", "b", "c")).take([2]).labels
+        ('c',)
+        """
+        index = np.arange(len(self.positions))[np.asarray(rows)]
+
+        def of(values: FloatArray | None) -> FloatArray | None:
+            return None if values is None else values[index]
+
+        return replace(
+            self,
+            positions=self.positions[index],
+            lines=tuple(self.lines[i] for i in index),
+            contact=None if self.contact is None else tuple(self.contact[i] for i in index),
+            labels=None if self.labels is None else tuple(self.labels[i] for i in index),
+            feeds=of(self.feeds),
+            spindle=of(self.spindle),
+            nominal_points=of(self.nominal_points),
+            approaches=of(self.approaches),
+            words={name: tuple(each[i] for i in index) for name, each in self.words.items()},
+        )
+
+    def touches(self, normals: FloatArray) -> Touches:
+        """The positions as touches with normals (n, 3), and all that the file states of them.
+
+        Raises
+        ------
+        PretravelError
+            As `Touches`.
+        """
+        return Touches(
+            self.positions,
+            normals,
+            approaches=self.approaches,
+            feeds=self.feeds,
+            spindle=self.spindle,
+            labels=self.labels,
+            nominal_points=self.nominal_points,
+            source=self.path.replace("\\", "/").rpartition("/")[2],
+            lines=self.lines,
+            reading=self.understood,
+            **word_fields(self.words),
+        )
+
+    def misses(self) -> tuple[str, ...]:
+        """Names of the positions that are no contacts, where the file states it."""
+        named = labels_or_numbers(self.labels, len(self.positions))
+        contact = self.contact or (True,) * len(self.positions)
+        return tuple(name for name, on in zip(named, contact, strict=True) if not on)
 
     def error(self, message: str, row: int, *, inputs: tuple[str, ...] = ()) -> InputError:
         """An error that names the file and the line of a position."""
@@ -336,6 +425,10 @@ class FileFormat:
     refusal : str
         Why no readings can be made of such files, and what to do instead; empty where they are
         read.
+    statements : tuple of Statement
+        Lines among its rows that contain no reading, and what each does.
+    other_lines : str
+        What is done with all other lines: ``refused``, ``named`` or, where it has no lines, empty.
     """
 
     name: str
@@ -356,3 +449,5 @@ class FileFormat:
     write_points: PointsWriter | None = None
     keeps_approaches_and_feeds: bool = False
     refusal: str = ""
+    statements: tuple[Statement, ...] = ()
+    other_lines: str = ""

@@ -243,6 +243,8 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
         or options.plan
         or options.normal
         or options.double_touches
+        or options.tip
+        or options.series
         or options.reference_diameter
         or options.look_only
     ):
@@ -257,6 +259,8 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
             return None
         head = read_touch_columns(file, options)
         if not head.table.has(*_NEEDED) or (is_text and not _has_plain_separator(head)):
+            return None
+        if head.whole:
             return None
         import pyarrow.csv  # noqa: F401
     except ModuleNotFoundError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,19 +17,32 @@ from pretravel.base import (
     parsed_json,
 )
 from pretravel.files.csv_table import CsvTable, read_csv_table
-from pretravel.files.file_format import FilePositions, ReadingOptions, labels_or_numbers
+from pretravel.files.file_format import (
+    FilePositions,
+    ReadingOptions,
+    labels_or_numbers,
+    missed_sentence,
+)
+from pretravel.files.format_registry import format_of
+from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
+from pretravel.files.readings import chosen
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import one_normal
+from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points
+from pretravel.touches import refuse_several
 
 _WHAT = "compensated points"
 _TABLES = ("", ".csv", ".txt", ".tsv", ".xyz", ".asc", ".dat")
 _COMPENSATED = b"u_um"
 """Column that compensated points have."""
+_SMALLEST_RADIUS = 0.15
+"""Of a tip; deviations of parts are smaller. [mm]"""
+_ALIKE, _MOST = 0.2, 0.8
+"""Share of the median within which most distances lie, of a radius that was not taken off."""
 _HEAD = 4000  # bytes in which it must stand
 
 
@@ -59,23 +73,50 @@ def read_points(source: Source, *, units: str | None = None) -> Points:
     >>> (points.standard_uncertainty * 1e3).round(9).tolist(), points.shared
     ([0.5], None)
     """
-    options = ReadingOptions(units=units, normals_from=one_normal([0.0, 0.0, 1.0]))
+    return points_and_notes(source, ReadingOptions(units=units))[0]
+
+
+def points_and_notes(
+    source: Source, options: ReadingOptions = ReadingOptions()
+) -> tuple[Points, tuple[str, ...]]:
+    """Read points as `read_points` does, and what is to be said of them.
+
+    Parameters
+    ----------
+    source : str, Path or SourceFile
+    options : ReadingOptions
+        Unit, tip and series of a table that another program wrote; the radius of its tip, where its
+        points are tip centres.
+
+    Returns
+    -------
+    Points
+    tuple of str
+        Readings that were missed.
+
+    Raises
+    ------
+    InputError
+        As `read_points`; points of several parts or tips, and none is chosen; points that are
+        tip centres, by their nominal points, and the tip is not stated.
+    """
+    options = replace(options, normals_from=one_normal([0.0, 0.0, 1.0]))
     file = opened(source)
     if file.ending in _TABLES and _COMPENSATED not in file.content[:_HEAD]:
         return _plain_points(file, options)
     table = read_parquet_table(file) if file.ending == ".parquet" else None
     if table is not None and _is_plain(table):
         return _plain_points(file, options)
-    if units == "inch":
+    if options.units == "inch":
         raise file.error("the file states mm, but inch was given", inputs=("units",))
     if file.ending == ".nc":
-        return _from_dataset(file)
+        return _from_dataset(file), ()
     if file.ending == ".json":
-        return points_of_table(file, _json_table(file))
+        return points_of_table(file, _json_table(file)), ()
     if table is not None:
-        return points_of_table(file, table)
+        return points_of_table(file, table), ()
     if file.ending in _TABLES:
-        return points_of_table(file, read_csv_table(file))
+        return points_of_table(file, read_csv_table(file)), ()
     raise file.error(
         f"points with their uncertainties are read from .csv, .parquet, .json and .nc, not from "
         f"{file.ending}; write them in one of these formats when the touches are compensated"
@@ -86,16 +127,42 @@ def _is_plain(table: CsvTable) -> bool:
     return not table.has("u_um")
 
 
-def _plain_points(file: SourceFile, options: ReadingOptions) -> Points:
+def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...]]:
     """Points of a table with coordinates alone."""
-    found = read_table_of_touches(file, options)
+    known = format_of(file) if file.ending != ".parquet" else None
+    if known is not None and known.refusal:
+        raise file.error(known.refusal)
+    found = named_misses(read_table_of_touches(file, options))
+    missed = missed_sentence(found.misses() if isinstance(found, FilePositions) else ())
     if not isinstance(found, FilePositions):
         raise file.error(
             "these are positions with normals, without uncertainties (no column u_um): touches, "
             "perhaps. Compensate them with a map first; points that are compensated already need "
             "no normals: leave these columns out"
         )
-    return Points.plain(found.positions, labels_or_numbers(found.labels, len(found.positions)))
+    found = chosen(found, options)
+    assert isinstance(found, FilePositions)
+    found = contacts(found)
+    refuse_several(found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))))
+    _refuse_tip_centres(file, found, options)
+    count = len(found.positions)
+    return Points.plain(found.positions, labels_or_numbers(found.labels, count)), tuple(missed)
+
+
+def _refuse_tip_centres(file: SourceFile, found: FilePositions, options: ReadingOptions) -> None:
+    """Refuse positions that are all about as far from their nominal points as a tip is large."""
+    if found.nominal_points is None or options.tip_radius is not None:
+        return
+    away = np.linalg.norm(found.positions - found.nominal_points, axis=1)
+    middle = float(np.median(away))
+    alike = np.mean(np.abs(away - middle) < _ALIKE * middle) >= _MOST
+    if middle > _SMALLEST_RADIUS and alike:
+        raise file.error(
+            f"the points are about {middle:.3f} mm from their nominal points: they are tip centres "
+            f"of a tip of about {2.0 * middle:.3g} mm. State its diameter",
+            found.lines[0],
+            inputs=("tip_diameter",),
+        )
 
 
 def points_of_table(file: SourceFile, table: CsvTable) -> Points:

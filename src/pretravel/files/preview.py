@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pretravel.files.file_format import FileFormat, FilePositions, FileReadings, ReadingOptions
+from pretravel.files.logs.double_touches import with_passes
+from pretravel.files.misses import named_misses
 from pretravel.files.readings import read_readings, without_touches
 from pretravel.files.source_file import Source, opened
 from pretravel.files.table_formats import CSV, PARQUET
@@ -44,10 +46,10 @@ def look_at(
     file = opened(source)
     looking = replace(options, look_only=True)
     if known in (CSV, PARQUET):
-        found = read_table_of_touches(file, looking)
+        found = with_passes(named_misses(read_table_of_touches(file, looking)))
         return found, read_touch_columns(file, looking).unit_known
     if known.parse is None:
         raise without_touches(file, known)
     if options.plan is not None:
         return read_readings(file, options, file_format=known.name), True
-    return known.parse(file, options), True
+    return with_passes(named_misses(known.parse(file, looking))), True

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pretravel.base import TIP_RADIUS, FloatArray, InputError, PretravelError, checked
+import numpy as np
+
+from pretravel.base import TIP_RADIUS, BoolArray, FloatArray, InputError, PretravelError, checked
 from pretravel.files.file_format import (
     FileFormat,
     FilePositions,
@@ -13,14 +16,20 @@ from pretravel.files.file_format import (
     ReadingOptions,
 )
 from pretravel.files.format_registry import FORMATS, format_named, format_of
-from pretravel.files.logs.double_touches import without_searches
+from pretravel.files.logs.double_touches import with_passes, without_passes, without_searches
 from pretravel.files.logs.joining import join
+from pretravel.files.misses import named_misses
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import one_normal, with_sphere_normals, with_surface_normals
+from pretravel.files.stated_normals import (
+    one_normal,
+    with_ring_normals,
+    with_sphere_normals,
+    with_surface_normals,
+)
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import own_lines
 from pretravel.files.touches_csv import read_normals
-from pretravel.touches import Touches, without
+from pretravel.touches import Touches, without, word_fields
 
 
 def read_readings(
@@ -68,8 +77,11 @@ def read_readings(
         )
     options = options or ReadingOptions()
     found = known.parse(file, options)
+    found = chosen(with_passes(named_misses(found)), options)
     if options.double_touches == "last":
-        found = without_searches(found)
+        found = without_passes(without_searches(found))
+    if options.radius_taken_off:
+        _refuse_one_radius_of_several_tips(found, file)
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
@@ -137,6 +149,84 @@ def read_directions(source: Source) -> FloatArray:
     return read_readings(file, file_format=known.name).in_machine_axes().touches.normals
 
 
+def _refuse_one_radius_of_several_tips(
+    found: FileReadings | FilePositions, file: SourceFile
+) -> None:
+    words = found.words if isinstance(found, FilePositions) else found.touches.words
+    tips = list(dict.fromkeys(words.get("tip", ())))
+    if len(tips) > 1:
+        raise file.error(
+            f"the points are of {len(tips)} tips ({', '.join(tips)}), and one radius was stated as "
+            "taken off them: choose one tip, and state its radius",
+            inputs=("tip", "radius_taken_off"),
+        )
+
+
+def chosen(
+    found: FileReadings | FilePositions, options: ReadingOptions
+) -> FileReadings | FilePositions:
+    """The readings of the tip and the series that are chosen.
+
+    Parameters
+    ----------
+    found : FileReadings or FilePositions
+    options : ReadingOptions
+
+    Returns
+    -------
+    FileReadings or FilePositions
+
+    Raises
+    ------
+    InputError
+        A name that the file does not state.
+
+    >>> two = FilePositions("a.log", np.eye(3)[:2], (1, 2), words={"tip": ("T1", "T2")})
+    >>> chosen(two, ReadingOptions(tip="T2")).lines
+    (2,)
+    """
+    rows = found if isinstance(found, FilePositions) else found.touches
+    words = dict(rows.words)
+    path = found.path if isinstance(found, FilePositions) else (found.touches.source or "")
+    if options.tip is None and not options.series:
+        return found
+    keep = np.ones(len(rows.positions), dtype=bool)
+    if options.tip is not None:
+        keep &= _rows_of(words, ("tip",), options.tip, path, "tip")
+    for name in options.series:
+        if name == ALL:
+            words.pop("part", None)
+            words.pop("pass", None)
+        else:
+            keep &= _rows_of(words, ("part", "pass", "orientation"), name, path, "series")
+    if not keep.any():
+        raise InputError(
+            "no touch is of the tip and the series that are chosen",
+            path=path,
+            inputs=("tip", "series"),
+        )
+    if isinstance(found, FilePositions):
+        return replace(found, words=words).take(keep)
+    plain = replace(found.touches, parts=None, passes=None)
+    return replace(found, touches=replace(plain, **word_fields(words)).take(keep))
+
+
+ALL = "all"
+"""Chosen as the series: the parts and passes of a file are one series."""
+
+
+def _rows_of(
+    words: Mapping[str, tuple[str, ...]], columns: Sequence[str], name: str, path: str, what: str
+) -> BoolArray:
+    """Rows in which one of the columns has the name."""
+    for column in columns:
+        if name in words.get(column, ()):
+            return np.array([word == name for word in words[column]])
+    there = [word for column in columns for word in dict.fromkeys(words.get(column, ())) if word]
+    shown = f"there are {', '.join(there)}" if there else f"the file states no {what}"
+    raise InputError(f"no touch is of the {what} '{name}'; {shown}", path=path, inputs=(what,))
+
+
 def _line(name: str, file: SourceFile) -> str:
     """An excluded touch without the name of its file: "a.log:17" is line 17."""
     lines = own_lines([name], file)
@@ -149,9 +239,9 @@ def _with_targets(found: FilePositions, options: ReadingOptions) -> FileReadings
         return _with_one_normal(found, options)
     if options.plan is None and options.normals_from is not None:
         return with_surface_normals(found, options.normals_from)
-    if options.plan is not None or options.reference_diameter is None or options.ring:
-        return _joined(found, options)
-    if found.contact is not None and not all(found.contact):
+    if options.plan is None and options.ring:
+        return with_ring_normals(found, pin=options.pin)
+    if options.plan is not None or options.reference_diameter is None:
         return _joined(found, options)
     return with_sphere_normals(found, options.reference_diameter)
 
@@ -222,12 +312,12 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     )
     joined = replace(joined, touches=replace(joined.touches, reading=found.understood))
     at = {line: row for row, line in enumerate(found.lines)}
-    rows = [at[line] for line in joined.touches.lines or ()]
-    if found.feeds is not None:
-        joined = replace(joined, touches=replace(joined.touches, feeds=found.feeds[rows]))
-    if found.spindle is not None:
-        joined = replace(joined, touches=replace(joined.touches, spindle=found.spindle[rows]))
-    return _turned(joined, options)
+    own = found.take([at[line] for line in joined.touches.lines or ()])
+    touches = replace(
+        joined.touches, feeds=own.feeds, spindle=own.spindle, **word_fields(own.words)
+    )
+    warnings = (*found.warnings, *joined.warnings)
+    return _turned(replace(joined, touches=touches, warnings=warnings), options)
 
 
 def _turned(readings: FileReadings, options: ReadingOptions) -> FileReadings:

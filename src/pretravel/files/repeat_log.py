@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pretravel.base import FloatArray, IntArray
+from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.files.column_names import LENGTH_UNITS, unit_of
-from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
-from pretravel.files.format_registry import format_of
+from pretravel.files.file_format import (
+    FilePositions,
+    FileReadings,
+    ReadingOptions,
+    missed_sentence,
+)
+from pretravel.files.format_registry import format_named, format_of
 from pretravel.files.preview import look_at
+from pretravel.files.readings import chosen
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.stated_normals import contacts
 from pretravel.files.table_formats import CSV, PARQUET
+from pretravel.files.touch_columns import read_touch_columns
 from pretravel.qualification import FEWEST_REPEATS
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")
 _ONE_PLACE = 0.1
 """Touches are of one point if their places differ by less than this across their direction. [mm]"""
+_ALONG = 1.0
+"""And along it by less than this: the opposite wall of a bore is another place. [mm]"""
+_FAR_ALONG = 10.0
+"""A single touch at a place that differs by less along the direction is a gross one of it. [mm]"""
 _ALIKE = 0.5
 """Another axis that scatters by more than this share of the first leaves the direction open."""
 _SERIES_OF_LABEL = re.compile(r"(.+)/\d+")
@@ -73,7 +85,11 @@ class RepeatLog:
 
 
 def read_repeats(
-    source: Source, options: ReadingOptions = ReadingOptions(), axis: MachineAxis | None = None
+    source: Source,
+    options: ReadingOptions = ReadingOptions(),
+    axis: MachineAxis | None = None,
+    *,
+    file_format: str | None = None,
 ) -> RepeatLog:
     r"""Read touches of one point or a few.
 
@@ -86,6 +102,8 @@ def read_repeats(
     axis : str, optional
         Along which the touches went, for positions without normals; by default the one along which
         the positions of one place differ.
+    file_format : str, optional
+        Detected when not given.
 
     Returns
     -------
@@ -102,13 +120,18 @@ def read_repeats(
     [1.32, 1.3175, 1.325, 1.32, 1.3025]
     """
     file = opened(source)
-    if (heights := _column_of_heights(file, options)) is not None:
+    heights = None if file_format else _column_of_heights(file, options)
+    if heights is not None:
         return _checked(file, [heights], 0, "the column of heights", ())
     stated = (PARQUET if file.ending == ".parquet" else CSV) if options.columns else None
-    known = stated or format_of(file)
-    origin = options.offset or (0.0, 0.0, 0.0)
-    looking = replace(options, offset=origin, look_only=True, plan=None)
+    known = stated or (format_of(file) if file_format is None else format_named(file_format))
+    if known in (CSV, PARQUET) and (one := _one_coordinate(file, options)) is not None:
+        return one
+    looking = replace(options, anywhere=True, look_only=True, plan=None)
+    if known.name == "g2core" and options.offset is None:
+        looking = replace(looking, offset=(0.0, 0.0, 0.0))
     found, unit_known = look_at(file, looking, known)
+    found = chosen(found, options)
     if not unit_known:
         raise file.error("the table states no unit; give the units, mm or inch", inputs=("units",))
     warnings = (_ONCE,) if known.name == "probeopen" else ()
@@ -139,6 +162,18 @@ def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSerie
     return LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
 
 
+def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:
+    """A table with one of the three coordinates, beside a running number or differences."""
+    table = read_touch_columns(file, replace(options, look_only=True)).table
+    there = [axis for axis in _AXES if table.has(f"{axis}_mm")]
+    if len(there) != 1:
+        return None
+    found = read_touch_columns(file, options).table
+    values = found.numbers(f"{there[0]}_mm")[:, 0]
+    series = [LoggedSeries("", values, np.array(found.lines))]
+    return _checked(file, series, 0, f"the axis {there[0]}", ())
+
+
 def _is_number(text: str) -> bool:
     try:
         float(text)
@@ -151,83 +186,151 @@ def _of_touches(file: SourceFile, found: FileReadings, warnings: tuple[str, ...]
     """Series of touches: the same normal, and one place across it."""
     touches = found.touches
     along = np.sum(touches.positions * touches.normals, axis=1)
-    across = touches.positions - along[:, None] * touches.normals
-    places = np.concatenate([across, touches.normals], axis=1)
-    groups = _groups(touches.labels, places)
+    groups = _groups(touches.labels, touches.words, touches.positions, touches.normals)
     lines = _lines(touches.lines, len(along))
     series = [LoggedSeries(name, along[rows], lines[rows]) for name, rows in groups]
     alike = np.ptp(touches.normals, axis=0).max() == 0.0
     normal = ", ".join(f"{part:.4g}" for part in touches.normals[0])
     words = f"the normal {normal}" if alike else "the normal of each touch"
-    return _checked(file, *_repeated(series), words, warnings)
+    return _checked(file, *_repeated(series), words, (*warnings, *_between_passes(series)))
 
 
 def _of_positions(
     file: SourceFile, found: FilePositions, axis: MachineAxis | None, warnings: tuple[str, ...]
 ) -> RepeatLog:
-    """Series of positions: one place across the axis."""
-    touched = np.ones(len(found.positions), dtype=np.bool_)
-    if found.contact is not None:
-        touched = np.array(found.contact, dtype=np.bool_)
-    missed = int(np.sum(~touched))
-    if missed:
-        warnings = (*warnings, f"{missed} touches without contact are left out")
-    positions = found.positions[touched]
-    labels = None
-    if found.labels is not None:
-        labels = tuple(name for name, on in zip(found.labels, touched, strict=True) if on)
-    if not len(positions):
+    """Series of positions: one place each, along the axis in which its touches differ."""
+    if found.contact is not None and not any(found.contact):
         raise file.error("none of the touches made contact")
-    used = axis or _axis_of(file, positions, labels)
-    place = _AXES.index(used)
-    across = np.delete(positions, place, axis=1)
-    lines = np.array(found.lines)[touched]
-    groups = _groups(labels, across)
-    series = [LoggedSeries(name, positions[rows, place], lines[rows]) for name, rows in groups]
-    return _checked(file, *_repeated(series), f"the axis {used}", warnings)
+    missed = found.misses()
+    if missed:
+        warnings = (*warnings, *missed_sentence(missed))
+    kept = contacts(found)
+    positions, lines = kept.positions, np.array(kept.lines)
+    groups = _groups(kept.labels, kept.words, positions, None)
+    series: list[LoggedSeries] = []
+    axes: dict[str, None] = {}
+    for name, rows in groups:
+        used = axis or _axis_of(file, positions[rows], lines[rows])
+        if len(rows) >= FEWEST_REPEATS:
+            axes[used] = None
+        series.append(LoggedSeries(name, positions[rows, _AXES.index(used)], lines[rows]))
+    one = len(axes) == 1
+    words = f"the axis {next(iter(axes))}" if one else "the axis in which each place differs"
+    told = (*warnings, *kept.warnings, *_between_passes(series))
+    return _checked(file, *_repeated(series), words, told)
 
 
-def _axis_of(
-    file: SourceFile, positions: FloatArray, labels: tuple[str, ...] | None
-) -> MachineAxis:
+def _axis_of(file: SourceFile, positions: FloatArray, lines: IntArray) -> MachineAxis:
     """The axis along which the touches of one place differ."""
-    scores = []
-    for place in range(3):
-        across = np.delete(positions, place, axis=1)
-        rows = [rows for _, rows in _groups(labels, across) if len(rows) >= FEWEST_REPEATS]
-        scatter = [float(np.std(positions[own, place])) for own in rows]
-        scores.append((sum(map(len, rows)), max(scatter, default=0.0)))
-    order = sorted(range(3), key=lambda place: scores[place], reverse=True)
-    best, next_best = scores[order[0]], scores[order[1]]
-    if best[0] == next_best[0] > 0 and next_best[1] > _ALIKE * best[1]:
+    scatter = np.std(positions, axis=0)
+    order = np.argsort(-scatter, kind="stable")
+    if not scatter.any():  # equal to the last digit
+        return "z"
+    if len(positions) >= FEWEST_REPEATS and scatter[order[1]] > _ALIKE * scatter[order[0]]:
         raise file.error(
             f"the positions differ along {_AXES[order[0]]} and {_AXES[order[1]]}: give the axis "
             "along which the touches went",
+            int(lines[0]),
             inputs=("axis",),
         )
-    return _AXES[order[0]]
+    return _AXES[int(order[0])]
 
 
-def _groups(labels: Sequence[str] | None, places: FloatArray) -> list[tuple[str, IntArray]]:
-    """Rows of each series, by the part of the label before a slash and by the place."""
-    groups: list[tuple[str, FloatArray, list[int]]] = []
-    for row, place in enumerate(places):
-        stated = _SERIES_OF_LABEL.fullmatch(labels[row]) if labels else None
-        name = stated[1] if stated else ""
-        for own, center, rows in groups:
-            if own == name and float(np.abs(place - center).max()) < _ONE_PLACE:
-                rows.append(row)
+def _groups(
+    labels: Sequence[str] | None,
+    words: Mapping[str, Sequence[str]],
+    positions: FloatArray,
+    normals: FloatArray | None,
+) -> list[tuple[str, IntArray]]:
+    """Rows of each series: by the label before a slash, the words, the normal and the place."""
+    groups: list[_Group] = []
+    keys = [
+        (_series_name(labels, row), *(each[row] for each in words.values()))
+        for row in range(len(positions))
+    ]
+    for row, place in enumerate(positions):
+        normal = None if normals is None else normals[row]
+        for group in groups:
+            if group.key == keys[row] and group.has(place, normal, _ALONG):
+                group.rows.append(row)
                 break
         else:
-            groups.append((name, place, [row]))
-    names = [name for name, _, _ in groups]
+            groups.append(_Group(keys[row], place, normal, [row]))
+    long = [group for group in groups if len(group.rows) >= FEWEST_REPEATS]
+    for group in groups:  # a gross touch of a place
+        owner = next((g for g in long if g is not group and group.key == g.key
+                      and len(group.rows) == 1 and g.has(group.place, group.normal, _FAR_ALONG,
+                                                         positions[g.rows])), None)  # fmt: skip
+        if owner is not None:
+            owner.rows.append(group.rows.pop())
+    kept = [group for group in groups if group.rows]
+    names = [" ".join(filter(None, group.key)) for group in kept]
     return [
         (
-            name if name and names.count(name) == 1 else f"{name} place {number}".strip(),
-            np.array(rows),
+            name if name and names.count(name) == 1 else _place_name(name, number, group),
+            np.array(sorted(group.rows)),
         )
-        for number, (name, _, rows) in enumerate(groups, start=1)
+        for number, (name, group) in enumerate(zip(names, kept, strict=True), start=1)
     ]
+
+
+def _series_name(labels: Sequence[str] | None, row: int) -> str:
+    stated = _SERIES_OF_LABEL.fullmatch(labels[row]) if labels else None
+    return stated[1] if stated else ""
+
+
+def _place_name(name: str, number: int, group: _Group) -> str:
+    x, y, z = (f"{value:.6g}" for value in np.round(group.place, 2) + 0.0)
+    return f"{name} place {number} ({x}, {y}, {z})".strip()
+
+
+@dataclass
+class _Group:
+    """Rows of one place."""
+
+    key: tuple[str, ...]
+    place: FloatArray
+    normal: FloatArray | None
+    rows: list[int]
+
+    def has(
+        self,
+        place: FloatArray,
+        normal: FloatArray | None,
+        reach: float,
+        own: FloatArray | None = None,
+    ) -> bool:
+        """Whether another touch is of this place: near across its direction, and along it."""
+        away = place - self.place
+        if self.normal is not None and normal is not None:
+            if float(np.abs(normal - self.normal).max()) >= _ONE_PLACE:
+                return False
+            along = float(away @ self.normal)
+            across = away - along * self.normal
+            return abs(along) < reach and float(np.abs(across).max()) < _ONE_PLACE
+        order = np.argsort(-np.abs(away))
+        if own is not None:  # the axis is known
+            order = np.argsort(-np.std(own, axis=0), kind="stable")
+        return bool(abs(away[order[0]]) < reach and np.abs(away[order[1:]]).max() < _ONE_PLACE)
+
+
+def _between_passes(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
+    """How far the touches of two passes are apart, at the places that both touched."""
+    told = []
+    for first, second in (("fast", "slow"), ("first", "second")):
+        of = {word: [one for one in series if word in one.name.split()] for word in (first, second)}
+        if not (of[first] and of[second]):
+            continue
+        steps = [
+            float(np.median(b.values) - np.median(a.values))
+            for a, b in zip(of[first], of[second], strict=False)
+        ]
+        step = float(np.median(steps)) / MICROMETRE
+        told.append(
+            f"each place was touched twice: the {second} touches lie {abs(step):.0f} µm from the "
+            f"{first} ones ({step:+.0f} µm), which is feed × delay; they are judged apart"
+        )
+    return tuple(told)
 
 
 def _repeated(series: list[LoggedSeries]) -> tuple[list[LoggedSeries], int]:

@@ -17,6 +17,7 @@ from pretravel.files.column_names import (
     NORMAL_ROLES,
     POSITION_ROLES,
     ROLES,
+    ROTARY_ROLES,
     TEXT_ROLES,
     ColumnName,
     column_name,
@@ -28,15 +29,18 @@ from pretravel.files.text_table import TextTable, suggested_columns
 _LEFT_OUT = "none"
 """Stated for a role that no column has."""
 _MOST_DIGITS = 18
+_FEWEST_TO_NUMBER = 2
 _SHOWN = 12
 """Most columns that a message shows."""
 _UNITS_OF: Mapping[str, tuple[Mapping[str, float], str]] = {
     **dict.fromkeys(LENGTH_ROLES, (LENGTH_UNITS, "length")),
     "feed": (FEED_UNITS, "feed"),
-    "spindle": (ANGLE_UNITS, "angle"),
+    **dict.fromkeys(("spindle", *ROTARY_ROLES), (ANGLE_UNITS, "angle")),
 }
 """Units that the column of a role can state, and what they are units of."""
 _COUNT = re.compile(r"[0-9]{1,6}")
+_WORDS = tuple(role for role in TEXT_ROLES if role != "label")
+"""Roles that several columns can have together."""
 
 
 @dataclass(frozen=True)
@@ -53,12 +57,27 @@ class ColumnRoles:
         The unit that a column states.
     stated : frozenset of str
         Roles that the user stated.
+    also : dict of str to tuple of int
+        Further columns of a role that is words, such as the name and the serial number of a part.
     """
 
     index: dict[str, int]
     sign: dict[str, float] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     stated: frozenset[str] = frozenset()
+    also: dict[str, tuple[int, ...]] = field(default_factory=dict)
+
+    def words(self, text: TextTable, role: str) -> tuple[str, ...]:
+        """Cells of a role; those of several columns with a blank between them."""
+        places = (self.index[role], *self.also.get(role, ()))
+        if len(places) == 1:
+            return text.column(places[0])
+        return tuple(" ".join(row[i] for i in places if row[i]) for row in text.rows)
+
+    @property
+    def used(self) -> set[int]:
+        """All columns that are read."""
+        return {*self.index.values(), *(i for places in self.also.values() for i in places)}
 
 
 def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
@@ -92,6 +111,7 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
             inputs=("columns",),
         )
     index: dict[str, int] = {}
+    also: dict[str, tuple[int, ...]] = {}
     sign: dict[str, float] = {}
     for role, title in stated.items():
         if title.lower() != _LEFT_OUT:
@@ -106,7 +126,10 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
     names = None if text.names is None else [column_name(name) for name in text.names]
     taken = set(index.values())
     if names is not None:
-        index |= _named(text, names, set(stated), taken)
+        index |= _named(text, names, set(stated), taken, also)
+        if not set(POSITION_ROLES) & set(index):  # letters, not rotary axes
+            for role in {*ROTARY_ROLES} - set(stated):
+                index.pop(role, None)
         if not set(index) - set(TEXT_ROLES) and not stated:
             raise _without_known_names(text)
         if not {"label"} & {*index, *stated} and 0 not in index.values() and not names[0].title:
@@ -115,7 +138,7 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
         for role, i in _placed(text, stated).items():
             index.setdefault(role, i)
     units = {} if names is None else _units_of_columns(text, names, index)
-    return ColumnRoles(index, sign, units, frozenset(stated))
+    return ColumnRoles(index, sign, units, frozenset(stated), also)
 
 
 def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:
@@ -147,9 +170,13 @@ def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:
 
 
 def _named(
-    text: TextTable, names: Sequence[ColumnName], stated: set[str], taken: set[int]
+    text: TextTable,
+    names: Sequence[ColumnName],
+    stated: set[str],
+    taken: set[int],
+    also: dict[str, tuple[int, ...]],
 ) -> dict[str, int]:
-    """Columns by their names."""
+    """Columns by their names; further columns of words are added to `also`."""
     found: dict[str, int] = {}
     counts = Counter(text.names or ())
     repeated = {name for name, count in counts.items() if name and count > 1}
@@ -159,6 +186,11 @@ def _named(
             continue
         best = min(names[i].rank for i in same)
         same = [i for i in same if names[i].rank == best]
+        if role in _WORDS:
+            same = [i for i in same if best == 0 or not _are_numbers_of_rows(text.column(i))]
+            if same:
+                found[role], also[role] = same[0], tuple(same[1:])
+            continue
         if len(same) > 1:
             titles = " and ".join(f"'{names[i].title}'" for i in same)
             problem = (
@@ -190,6 +222,11 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
     if width - start == 6 and not all(_is_zero(row[i]) for row in text.rows for i in normals):
         found |= dict(zip(NORMAL_ROLES, normals, strict=True))
     return {role: i for role, i in found.items() if role not in stated}
+
+
+def _are_numbers_of_rows(cells: Sequence[str]) -> bool:
+    """Whether cells number the rows, as "Probe 1, 2, 3 …" does: no two are the same tip."""
+    return len(cells) > _FEWEST_TO_NUMBER and len(set(cells)) == len(cells)
 
 
 def _without_names(text: TextTable, problem: str) -> InputError:

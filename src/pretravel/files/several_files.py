@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant
 from pretravel.files.readings import read_readings
-from pretravel.touches import Touches, with_spindle, without
+from pretravel.touches import WORD_COLUMNS, Touches, with_spindle, without
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
 """Endings of text files that can have touches, beside those of the formats."""
@@ -166,8 +167,7 @@ def _one_series(paths: Sequence[Path], parts: Sequence[Touches]) -> Touches:
         feeds=_joined_values(paths, [part.feeds for part in parts], "feeds"),
         spindle=_joined_values(paths, [part.spindle for part in parts], "spindle's orientation"),
         labels=_unique_labels(paths, parts),
-        references=_joined_words(paths, [part.references for part in parts], "reference"),
-        tips=_joined_words(paths, [part.tips for part in parts], "tip"),
+        **_joined_words(paths, parts),
         nominal_points=_joined_values(paths, [p.nominal_points for p in parts], "nominal points"),
         source=f"{names[0]} … {names[-1]} ({len(names)} files)",
         reading="; ".join([reading, *details]),
@@ -187,12 +187,15 @@ def _joined_values(
     return np.concatenate(stated)
 
 
-def _joined_words(
-    paths: Sequence[Path], words: Sequence[tuple[str, ...] | None], what: str
-) -> tuple[str, ...] | None:
-    arrays = [None if each is None else np.array(each) for each in words]
-    found = _joined_values(paths, arrays, what)
-    return None if found is None else tuple(map(str, found))
+def _joined_words(paths: Sequence[Path], parts: Sequence[Touches]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, attribute in WORD_COLUMNS.items():
+        words = [getattr(part, attribute) for part in parts]
+        arrays = [None if each is None else np.array(each) for each in words]
+        joined = _joined_values(paths, arrays, name)
+        if joined is not None:
+            found[attribute] = tuple(map(str, joined))
+    return found
 
 
 def _unique_labels(paths: Sequence[Path], parts: Sequence[Touches]) -> tuple[str, ...]:

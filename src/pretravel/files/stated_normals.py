@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -26,8 +27,7 @@ from pretravel.files.file_format import (
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touch_columns import TouchColumns
 from pretravel.maps import LARGEST_PRETRAVEL
-from pretravel.touches import Touches
-from pretravel.uncertainty import fit_sphere
+from pretravel.uncertainty import algebraic_sphere, fit_sphere
 
 _COARSEST = 0.02
 """Largest deviation of a normal's length from one that rounding explains: two decimals."""
@@ -170,9 +170,9 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
     >>> float(with_sphere_normals(points, 25.0).touches.normals[0, 2].round(6))
     1.0
     """
-    positions = found.positions
-    center, scatter, sight = _fitted_center(found, reference_diameter)
-    offset = positions - center
+    made = contacts(found)
+    center, scatter, sight = _fitted_center(made, reference_diameter)
+    offset = made.positions - center
     radius = np.linalg.norm(offset, axis=1)
     u_center = sight * scatter
     turn = u_center / float(np.median(radius))
@@ -187,17 +187,8 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
         "the file has no normals: those of the sphere fitted to the touches are taken (they are "
         f"uncertain by {turn / DEGREE:.2g}°), and approaches along them"
     )
-    touches = Touches(
-        positions,
-        offset / radius[:, None],
-        feeds=found.feeds,
-        spindle=found.spindle,
-        labels=found.labels,
-        source=found.path.replace("\\", "/").rpartition("/")[2],
-        lines=found.lines,
-        reading=found.understood,
-    )
-    return FileReadings(touches, warnings=(warning,))
+    touches = made.touches(offset / radius[:, None])
+    return FileReadings(touches, found.misses(), warnings=(*found.warnings, warning))
 
 
 def one_normal(normal: npt.ArrayLike) -> NormalsFrom:
@@ -233,29 +224,86 @@ def with_surface_normals(found: FilePositions, normals_from: NormalsFrom) -> Fil
     >>> with_surface_normals(points, lambda at, labels: at / 3.0).touches.normals.tolist()
     [[0.0, 0.0, 1.0]]
     """
-    count = len(found.positions)
-    contact = np.ones(count, dtype=bool) if found.contact is None else np.array(found.contact)
-    rows = np.flatnonzero(contact)
-    if not len(rows):
-        raise InputError("none of the readings is a contact", path=found.path)
-    named = labels_or_numbers(found.labels, count)
-    labels = None if found.labels is None else tuple(named[row] for row in rows)
-    positions = found.positions[rows]
+    made = contacts(found)
     try:
-        touches = Touches(
-            positions,
-            normals_from(positions, labels),
-            feeds=None if found.feeds is None else found.feeds[rows],
-            spindle=None if found.spindle is None else found.spindle[rows],
-            labels=labels,
-            source=found.path.replace("\\", "/").rpartition("/")[2],
-            lines=tuple(found.lines[row] for row in rows),
-            reading=found.understood,
-        )
+        touches = made.touches(normals_from(made.positions, made.labels))
     except RowError as error:
-        raise found.error(error.in_file, int(rows[error.row])) from None
-    missed = tuple(named[row] for row in np.flatnonzero(~contact))
-    return FileReadings(touches, missed=missed, normals_taken=True)
+        raise made.error(error.in_file, error.row) from None
+    return FileReadings(touches, found.misses(), warnings=found.warnings, normals_taken=True)
+
+
+def contacts(found: FilePositions) -> FilePositions:
+    """The positions that are contacts.
+
+    Raises
+    ------
+    InputError
+        None is one.
+
+    >>> both = FilePositions("a.log", np.eye(3)[:2], (1, 2), contact=(True, False))
+    >>> contacts(both).lines
+    (1,)
+    """
+    if found.contact is None or all(found.contact):
+        return found
+    if not any(found.contact):
+        raise InputError("none of the readings is a contact", path=found.path)
+    labels = labels_or_numbers(found.labels, len(found.positions))
+    return replace(found, labels=labels).take(np.array(found.contact))
+
+
+def with_ring_normals(found: FilePositions, *, pin: bool = False) -> FileReadings:
+    """Give positions on an upright ring or pin the normals of the circle that is fitted to them.
+
+    Parameters
+    ----------
+    found : FilePositions
+    pin : bool
+        Touched from outside; else from inside.
+
+    Returns
+    -------
+    FileReadings
+        With a warning that states it.
+
+    Raises
+    ------
+    PretravelError
+        The positions do not determine the circle.
+
+    >>> walls = FilePositions("a.log", np.array([[9.0, 0, 0], [0, 9, 0], [-9, 0, 0]]), (1, 2, 3))
+    >>> (with_ring_normals(walls).touches.normals[0] + 0.0).round(6).tolist()
+    [-1.0, 0.0, 0.0]
+    """
+    made = contacts(found)
+    points = made.positions[:, :2]
+    about = points - points.mean(axis=0)
+    if np.linalg.matrix_rank(about, tol=1e-3 * float(np.linalg.norm(about))) < 2:
+        raise PretravelError(
+            f"{found.path}: the file has no normals, and its touches do not determine the circle "
+            "of the ring: touch three sides or more, or give the plan that was run",
+            inputs=("plan", "columns"),
+        )
+    *center, radius = algebraic_sphere(about)[0].tolist()
+    offset = about - center
+    away = np.linalg.norm(offset, axis=1)
+    far = np.flatnonzero(np.abs(away - radius) > LARGEST_PRETRAVEL)
+    if len(far):
+        row = int(np.argmax(np.abs(away - radius)))
+        raise made.error(
+            f"this touch is {abs(away[row] - radius):.3f} mm off the circle that is fitted to the "
+            "touches, from which the normals are computed: leave it out, or give the plan that "
+            "was run",
+            row,
+            inputs=("exclude", "plan"),
+        )
+    outward = np.column_stack([offset / away[:, None], np.zeros(len(offset))])
+    shape = "pin" if pin else "ring"
+    warning = (
+        f"the file has no normals: they are those of the {shape} that is fitted to the touches"
+    )
+    touches = made.touches(outward if pin else -outward)
+    return FileReadings(touches, found.misses(), warnings=(*found.warnings, warning))
 
 
 def _fitted_center(

@@ -16,7 +16,7 @@ from pretravel.files.column_names import (
     names_known_columns,
     unit_of,
 )
-from pretravel.files.source_file import SourceFile
+from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.spreadsheet_cells import cell_content
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
@@ -24,8 +24,18 @@ SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", " 
 
 _NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
 _IS_NUMBER = re.compile(_NUMBER)
-_IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_NUMBER})|([A-Za-z])({_NUMBER})")
-_COMMENT = re.compile(r"#|%|//|!|\$\$|\(.*\)$")
+_APART = rf"(?:[-+−]\s+)?{_NUMBER}"
+"""A number, also with blanks between its sign and its digits."""
+_IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
+_COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
+"""But #03: numbers a point."""
+_CHANGES_ROWS = re.compile(
+    r"\b(?:tips?|stylus|styli|probe|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
+    r"werkst(?:ü|ue)ck|series|serie|set|pass|units?|einheit\w*|inch|inches|zoll|G2[01]|"
+    r"G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|orientation|fixture|alignment|datum)\b",
+    re.IGNORECASE,
+)
+"""Words of comments that change what rows mean."""
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
@@ -73,6 +83,8 @@ class TextTable:
         Lines before the table that are no comments.
     disabled : tuple of int
         Lines of comments that look like rows.
+    among : tuple of Record
+        Other comments between the rows.
     """
 
     file: SourceFile
@@ -86,6 +98,7 @@ class TextTable:
     unit: str | None = None
     preamble: tuple[Record, ...] = ()
     disabled: tuple[int, ...] = ()
+    among: tuple[Record, ...] = ()
 
     @property
     def width(self) -> int:
@@ -169,6 +182,21 @@ def _is_rule(line: str) -> bool:
     return bool(strokes) and min(map(len, strokes)) >= 3
 
 
+def header_cells(lines: Sequence[str]) -> list[str]:
+    """The cells of the first line near the head that names three columns or more in words.
+
+    >>> header_cells(["Report", "Name;Nominal;Actual;Dev", "D1;10;10.01;0.01"])
+    ['Name', 'Nominal', 'Actual', 'Dev']
+    """
+    for line in lines[:20]:
+        for separator in (";", "\t", "|", ",", "  ", " "):
+            cells = split_cells(line, separator)
+            words = [cell for cell in cells if cell and not _is_number_cell(cell)]
+            if len(cells) > 2 and len(words) == len([cell for cell in cells if cell]):
+                return cells
+    return []
+
+
 def is_table(lines: Sequence[str]) -> bool:
     """Whether lines of text are a table of touches: they have a header, or rows of three numbers.
 
@@ -186,7 +214,7 @@ def has_known_header(lines: Sequence[str]) -> bool:
     True
     """
     return any(
-        names_known_columns(split_cells(line, separator))
+        _is_header(split_cells(line, separator))
         for line in lines[:20]
         for separator in SEPARATORS
         if not _COMMENT.match(line)
@@ -301,7 +329,7 @@ def _separator(records: list[Record]) -> str | None:
     if counts[best]:
         return best
     for separator in SEPARATORS:
-        if any(names_known_columns(split_cells(line, separator)) for line in lines):
+        if any(_is_header(split_cells(line, separator)) for line in lines):
             return separator
     return None
 
@@ -324,6 +352,11 @@ def _is_data(cells: list[str]) -> bool:
     numbers = sum(_is_number_cell(cell) for cell in cells)
     filled = sum(bool(cell) for cell in cells)
     return numbers >= _FEWEST_NUMBERS and 2 * numbers >= filled
+
+
+def _is_header(cells: list[str]) -> bool:
+    """Whether cells name the columns of touches; a row "X 1.5 Y 2.5 Z 3.5" does not."""
+    return names_known_columns(cells) and not any(map(_IS_NUMBER.fullmatch, cells))
 
 
 def _is_number_cell(cell: str) -> bool:
@@ -365,6 +398,7 @@ def _table(
     if header is not None:
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
+    among = _comments_among(file, comments, [number for number, _ in body], separator)
     notes = [line for _, line in comments] + [" ".join(cells) for _, cells in before]
     return TextTable(
         file=file,
@@ -378,13 +412,39 @@ def _table(
         unit=_stated_unit(file, notes),
         preamble=tuple((number, " ".join(cells)) for number, cells in before),
         disabled=tuple(n for n, line in comments if _is_data(split_cells(line[1:], separator))),
+        among=among,
     )
+
+
+def _comments_among(
+    file: SourceFile, comments: list[Record], lines: Sequence[int], separator: str
+) -> tuple[Record, ...]:
+    """Comments between the rows, without rows that are comments.
+
+    Raises
+    ------
+    InputError
+        One of them speaks of the tip, the part, the unit or the coordinates of the rows.
+    """
+    among = [
+        (number, line)
+        for number, line in comments
+        if lines[0] < number < lines[-1] and not _is_data(split_cells(line[1:], separator))
+    ]
+    for number, line in among:
+        if _CHANGES_ROWS.search(line):
+            raise file.error(
+                f"'{shortened(line)}' stands among the rows, and can change what those after it "
+                "are: state it in a column, or split the table there",
+                number,
+            )
+    return tuple((number, line) for number, line in among if re.search(r"\w", line))
 
 
 def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
     """Index of the header: the line that names known columns; else the last before the numbers."""
     for index, (_, cells) in enumerate(split[: first + 1]):
-        if names_known_columns(cells):
+        if _is_header(cells):
             return index
     if first == len(split) or first == 0:
         return None
@@ -447,7 +507,8 @@ def _words_taken(
             word = _IS_WORD.fullmatch(cell)
             if name != "label" and (word is None or (word[1] or word[3]) != name):
                 raise file.error(f"'{cell}' is not {name} with a number, as in other lines", number)
-            row.append(cell if word is None or name == "label" else word[2] or word[4])
+            value = "" if word is None else "".join((word[2] or word[4]).split())
+            row.append(cell if word is None or name == "label" else value)
         taken.append((number, row + cells[len(names) :]))
     return names, taken
 
@@ -475,6 +536,8 @@ def _refuse_header_of_other_width(
     separator: str,
 ) -> None:
     """Refuse a header where every row has another number of cells: the fault is in the header."""
+    if all(len(cells) == len(header[1]) for _, cells in body):
+        return  # the last column is empty
     counts = {_filled(cells) for _, cells in body}
     names = _filled(header[1])
     if len(counts) > 1 or names in counts or len(body) < _FEWEST_ROWS:

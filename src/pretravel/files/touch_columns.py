@@ -16,6 +16,7 @@ from pretravel.files.column_names import (
     OWN_NAMES,
     POSITION_ROLES,
     ROLES,
+    ROTARY_ROLES,
     TEXT_ROLES,
 )
 from pretravel.files.csv_table import CsvTable
@@ -23,10 +24,14 @@ from pretravel.files.file_format import ReadingOptions
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.roles_of_columns import ColumnRoles, column_roles
 from pretravel.files.source_file import SourceFile
+from pretravel.files.statements import unknown_lines
 from pretravel.files.text_table import SEPARATORS, TextTable, read_text_table
+from pretravel.touches import WORD_COLUMNS
 
 NO_UNIT = "unit"
 """Name of the unit of a table that is looked at and states none."""
+_MOVED = 1e-3
+"""Angles of rotary axes that differ by less are equal. [deg]"""
 _GROUPED = re.compile(r"[-+−]?[1-9]\d{0,2}(?:,\d{3})")
 """A comma that can group thousands as well as begin decimals."""
 
@@ -51,6 +56,10 @@ class TouchColumns:
         The place of each column of `table` in the file, from 0.
     separator : str
         A key of `SEPARATORS`; empty for Parquet.
+    whole : bool
+        Rows are of several tips or parts, perhaps: the table is read as a whole.
+    notes : tuple of str
+        Comments between the rows, as a sentence.
     """
 
     table: CsvTable
@@ -60,6 +69,8 @@ class TouchColumns:
     unit_known: bool = True
     places: Mapping[str, int] = field(default_factory=dict)
     separator: str = ""
+    whole: bool = False
+    notes: tuple[str, ...] = ()
 
     def title(self, *roles: str) -> str:
         """The file's names of columns, for messages."""
@@ -102,7 +113,8 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     text, roles = _kept_rows(file, options)
     unit = _unit(text, roles, options)
     decimal = _decimal(text, roles, options)
-    columns = {_own_name(role): text.column(i) for role, i in roles.index.items()}
+    text, roles, rotary = _without_rotary(text, roles)
+    columns = {_own_name(role): roles.words(text, role) for role in roles.index}
     table = CsvTable(
         file.path,
         columns,
@@ -133,7 +145,52 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         known,
         places={_own_name(role): i for role, i in roles.index.items()},
         separator="" if file.ending == ".parquet" else text.separator,
+        whole=bool(rotary or set(roles.index) & {*WORD_COLUMNS}),
+        notes=unknown_lines(text.among),
     )
+
+
+def _without_rotary(
+    text: TextTable, roles: ColumnRoles
+) -> tuple[TextTable, ColumnRoles, tuple[str, ...]]:
+    """The roles without rotary axes, which stand still; their names.
+
+    Raises
+    ------
+    InputError
+        A rotary axis moves: X, Y and Z of its rows are in different coordinates.
+    """
+    there = tuple(role for role in ROTARY_ROLES if role in roles.index)
+    for role in there:
+        title, cells = text.title(roles.index[role]), text.column(roles.index[role])
+        values = [_angle(cell) for cell in cells]
+        moved = [row for row, value in enumerate(values) if _differs(value, values[0])]
+        if moved:
+            row = moved[0]
+            raise text.file.error(
+                f"the rotary axis {title} moves (from {cells[0]} to {cells[row]}): x, y and z of "
+                "these rows are in different coordinates. Split the table by its angles, or state "
+                f"that {title} is no rotary axis ({role}=none), or the orientation of the spindle "
+                f"(spindle={title})",
+                text.lines[row],
+                inputs=("columns",),
+            )
+    kept = {role: i for role, i in roles.index.items() if role not in there}
+    return text, replace(roles, index=kept), there
+
+
+def _angle(cell: str) -> float | None:
+    """An angle; None of a cell that is empty or no number."""
+    try:
+        return float(cell.replace(",", ".").replace("−", "-"))
+    except ValueError:
+        return None
+
+
+def _differs(value: float | None, first: float | None) -> bool:
+    if value is None or first is None:
+        return (value is None) != (first is None)
+    return not abs(value - first) <= _MOVED
 
 
 def _own_name(role: str) -> str:
@@ -345,7 +402,7 @@ def _sentence(text: TextTable, roles: ColumnRoles, unit: _Unit | None, decimal: 
 
 def _other_columns(text: TextTable, roles: ColumnRoles) -> list[int]:
     """Columns that are not read, and not empty."""
-    others = [i for i in range(text.width) if i not in roles.index.values()]
+    others = [i for i in range(text.width) if i not in roles.used]
     return [i for i in others if any(text.column(i)) or text.title(i) != f"column {i + 1}"]
 
 

@@ -16,7 +16,7 @@ from pretravel.files.stated_normals import refuse_inward, stated_normals, with_s
 from pretravel.files.tables import write_table
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
 from pretravel.surface import Sphere, Surface
-from pretravel.touches import Targets, Touches
+from pretravel.touches import WORD_COLUMNS, Targets, Touches, word_fields
 
 if TYPE_CHECKING:
     from pretravel.surface import Part
@@ -103,10 +103,14 @@ def read_table_of_touches(
             feeds=_feeds(table),
             spindle=_spindle(table),
             understood=_understood(columns),
+            nominal_points=_optional_vectors(table, _NOMINAL),
+            approaches=_optional_vectors(table, _APPROACH),
+            words=_words(table),
+            warnings=columns.notes,
         )
-        on_sphere = options.reference_diameter is not None and not options.ring
+        round_one = options.reference_diameter is not None or options.ring
         given = options.plan or options.normal or options.normals_from
-        if not (given or on_sphere or options.look_only):
+        if not (given or round_one or options.look_only):
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
                 "plan that was run, or the normal that all touches have (heights: 0,0,1), or state "
@@ -169,14 +173,13 @@ def touches_of_columns(
             feeds=_feeds(table),
             spindle=_spindle(table),
             labels=_labels(table),
-            references=_words(table, "reference"),
-            tips=_words(table, "tip"),
+            **word_fields(_words(table)),
             nominal_points=nominal,
             source=file.name,
             lines=table.lines,
             reading="" if columns.own_form else _understood(columns),
         )
-    return touches, warnings
+    return touches, (*columns.notes, *warnings)
 
 
 def _understood(columns: TouchColumns) -> str:
@@ -312,8 +315,9 @@ def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to (n,) values
-        label, reference, tip, x_mm, y_mm, z_mm, nx, ny, nz, ax, ay, az, feed_mm_min, spindle_deg,
-        nominal_x_mm, nominal_y_mm, nominal_z_mm: those that the touches have.
+        label, reference, tip, part, pass, orientation, x_mm, y_mm, z_mm, nx, ny, nz, ax, ay, az,
+        feed_mm_min, spindle_deg, nominal_x_mm, nominal_y_mm, nominal_z_mm: those that the touches
+        have.
 
     >>> list(touches_table(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]])))[:4]
     ['x_mm', 'y_mm', 'z_mm', 'nx']
@@ -321,10 +325,7 @@ def touches_table(touches: Touches) -> dict[str, npt.ArrayLike]:
     columns: dict[str, npt.ArrayLike] = {}
     if touches.labels is not None:
         columns["label"] = list(touches.labels)
-    if touches.references is not None:
-        columns["reference"] = list(touches.references)
-    if touches.tips is not None:
-        columns["tip"] = list(touches.tips)
+    columns |= {name: list(words) for name, words in touches.words.items()}
     vectors: list[tuple[tuple[str, str, str], FloatArray]] = [
         (_POSITION, touches.positions),
         (_NORMAL, touches.normals),
@@ -368,8 +369,8 @@ def _labels(table: CsvTable) -> tuple[str, ...] | None:
     return table.columns["label"] if table.has("label") else None
 
 
-def _words(table: CsvTable, name: str) -> tuple[str, ...] | None:
-    return table.columns[name] if table.has(name) else None
+def _words(table: CsvTable) -> dict[str, tuple[str, ...]]:
+    return {name: table.columns[name] for name in WORD_COLUMNS if table.has(name)}
 
 
 def _optional_vectors(table: CsvTable, names: tuple[str, ...]) -> FloatArray | None:

@@ -40,7 +40,14 @@ from pretravel.surface import (
     faces_to_touch,
     play_of_ball,
 )
-from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_glancing
+from pretravel.touches import (
+    Touches,
+    TouchesLike,
+    as_touches,
+    at_rest,
+    refuse_glancing,
+    refuse_several,
+)
 
 OBLIQUE = 10.0 * DEGREE
 """Approaches at a larger angle to the normal than this are warned about. [rad]"""
@@ -110,6 +117,7 @@ def apply(
     ([[0.0, 0.0, 0.0]], [0.316])
     """
     touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
+    refuse_several(touches)
     given, touches = touches, pretravel_map.without_machine(touches)
     if nominal is not None:
         contact, deviation = _on_nominal(touches, pretravel_map, nominal)

@@ -57,7 +57,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
-from pretravel.touches import Touches, TouchesLike, as_touches, at_rest
+from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_several
 
 _LOG = logging.getLogger(__name__)
 
@@ -221,6 +221,7 @@ def prepare(
     >>> bool(ready.used.all()), ready.delay is None
     (True, True)
     """
+    refuse_several(touches)
     latched, rotation = touches.positions, probe_rotation(setup.axis)
     # What was touched: directions, their repeats, the centre of the reference.
     _LOG.info("centre of the reference")

@@ -34,6 +34,10 @@ _WIDEST_ARC = 0.4
 """Share of a step in which all phases must lie; twice the step has them in an arc of 0.5."""
 _EXACT = 1e-7
 """Remainders below this are rounding of numbers, not of a latch. [mm]"""
+_PRINTED = 1e-4
+"""Of the last digit, within which a number has so many decimals."""
+_OF_SMALLEST = 0.01
+"""Share of the smallest difference below which the last digit is finer than the step."""
 
 
 def quantisation_step(positions: npt.ArrayLike) -> float:
@@ -174,7 +178,20 @@ def tied_step(values: npt.ArrayLike, groups: npt.ArrayLike) -> float:
     apart = gap[gap > _EXACT]
     if len(apart) in (0, len(gap)):
         return 0.0
-    return _common_divisor(apart)
+    return _common_divisor(apart, _last_digits(reading, float(apart.min())))
+
+
+def _last_digits(values: FloatArray, smallest: float) -> float:
+    """What rounding to the last printed digit changes a difference by, beside the smallest one.
+
+    A step that is no round number, such as 2 mm / 3003, shows so in rounded values.
+    """
+    for decimals in range(3, 10):
+        scaled = values * 10.0**decimals
+        if np.all(np.abs(scaled - np.round(scaled)) < _PRINTED):
+            rounding = 1.5 * 10.0**-decimals
+            return max(rounding, _EXACT) if rounding < _OF_SMALLEST * smallest else _EXACT
+    return _EXACT
 
 
 def _candidates(exact: float) -> list[float]:
@@ -200,7 +217,7 @@ def _arc(phases: FloatArray) -> float:
     return 1.0 - float(np.max(gaps))
 
 
-def _common_divisor(differences: FloatArray) -> float:
+def _common_divisor(differences: FloatArray, exact: float = _EXACT) -> float:
     """Largest number of which all differences are multiples, to rounding; 0.0 without one."""
     rest = np.abs(differences)
     chain: list[float] = []
@@ -210,7 +227,7 @@ def _common_divisor(differences: FloatArray) -> float:
             return 0.0
         remainder = np.mod(rest, chain[-1])
         remainder = np.minimum(remainder, chain[-1] - remainder)
-        remainder = remainder[remainder > _EXACT]
+        remainder = remainder[remainder > exact]
         if len(remainder) == 0:
             break
         rest = np.append(remainder, chain[-1])

@@ -36,7 +36,7 @@ from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.qualification.own_touches import own_touches_warnings
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.touches import Touches, TouchesLike, as_touches
+from pretravel.touches import Touches, TouchesLike, as_touches, refuse_several
 
 _MOST_GROSS = 0.1
 """Share of the touches that can be left out as gross errors; more of them are a change."""
@@ -214,6 +214,7 @@ def touches_beside_map(
     PretravelError
         As `verify`.
     """
+    refuse_several(touches)
     refuse_unverifiable(pretravel_map)
     feed_warnings = _feed_warnings(touches, pretravel_map)
     touches = pretravel_map.without_machine(touches)

@@ -24,10 +24,12 @@ from .fields import Approach as Approach
 from .fields import Azimuths as Azimuths
 from .fields import ContactModel as ContactModel
 from .fields import Diameter as Diameter
+from .fields import FileFormatName as FileFormatName
 from .fields import Gravity as Gravity
 from .fields import LaboratoryReport as LaboratoryReport
 from .fields import ModelName as ModelName
 from .fields import ModelOfMap as ModelOfMap
+from .fields import OfOneTip as OfOneTip
 from .fields import PlacedPart as PlacedPart
 from .fields import Polars as Polars
 from .fields import ProbeAxis as ProbeAxis
@@ -35,6 +37,7 @@ from .fields import ProbeName as ProbeName
 from .fields import QualifiedMap as QualifiedMap
 from .fields import Reported as Reported
 from .fields import Ring as Ring
+from .fields import Series as Series
 from .fields import SphereCenter as SphereCenter
 from .fields import StartClearance as StartClearance
 from .fields import StatedUnits as StatedUnits

@@ -340,16 +340,60 @@ class LaboratoryReport(Reported):
 # Touches from files
 
 
+def _formats() -> Iterable[str]:
+    from pretravel.files import FORMATS
+
+    return FORMATS
+
+
+FileFormatName: TypeAlias = Annotated[
+    str | None,
+    Field(
+        help="Format of the file (pretravel formats lists them); the default is detected.",
+        option="--from",
+        names=_formats,
+        metavar="FORMAT",
+        label="Format",
+    ),
+]
+Series: TypeAlias = Annotated[
+    tuple[str, ...],
+    Field(
+        help="Part, set, pass or orientation whose touches are taken, where the file states "
+        "several, as its columns part, pass, orientation call it; may be repeated; all: those of "
+        "all parts and passes are one series.",
+        metavar="NAME",
+        label="Part or series",
+    ),
+]
+
+
+class OfOneTip(Task):
+    """Settings of tasks that take the touches of one tip."""
+
+    tip: Annotated[
+        str | None,
+        Field(
+            help="Tip whose touches are taken, where the file states several, as its column tip "
+            "calls it.",
+            metavar="NAME",
+            label="Tip",
+        ),
+    ] = None
+
+
 class TouchTables(Task):
     """Settings of tasks that read tables of touches: what a file does not state itself."""
 
     units: StatedUnits = None
+    file_format: FileFormatName = None
+    series: Series = ()
     columns: Annotated[
         StatedColumns | None,
         Field(
             help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,spindle,"
-            "label,nominal_x…; nx=-I changes the sign; label=none leaves that column out. Other "
-            "columns are found by their names.",
+            "label,tip,part,pass,orientation,a,b,c,nominal_x…; nx=-I changes the sign; label=none "
+            "leaves that column out. Other columns are found by their names.",
             parse=stated_columns,
             metavar="x=X,nx=I,…",
         ),
@@ -423,7 +467,16 @@ class TouchTables(Task):
             exclude=tuple(exclude),
             reference_diameter=reference_diameter,
             ring=ring,
+            pin=ring and getattr(self, "pin", False),
+            tip=self.chosen_tip,
+            series=self.series,
         )
+
+    @property
+    def chosen_tip(self) -> str | None:
+        """The tip whose touches are taken; None: the file states none, or one."""
+        tip = getattr(self, "tip", None)
+        return tip if isinstance(tip, str) else None
 
     def _run_plan(self, path: Path) -> Targets:
         """The plan that was run; the unit of the touches is also its unit, if it states none."""
@@ -526,7 +579,8 @@ class TouchFiles(TouchTables):
         from pretravel.files import read_series
         from pretravel.touches import with_feed
 
-        readings = read_series(self.files, options, file_format=file_format, spindle=spindle)
+        known = file_format or (None if self.columns else self.file_format)
+        readings = read_series(self.files, options, file_format=known, spindle=spindle)
         if readings.touches.reading:
             progress.say(f"read: {readings.touches.reading}")
         feed = getattr(self, "feed", None)

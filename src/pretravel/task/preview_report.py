@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pretravel.base import INCH, FloatArray, PretravelError
-from pretravel.files import FeatureResult, FilePositions, FileReadings
+from pretravel.files import (
+    FeatureResult,
+    FilePositions,
+    FileReadings,
+    missed_sentence,
+)
 from pretravel.show import Column, Document, KeyFigure, Span, Table, decimals, value_text
 from pretravel.uncertainty import SphereFit, fit_plane, fit_sphere
 
@@ -51,19 +57,40 @@ def preview_document(
     unit = "mm" if unit_known else ""
     kind = "positions without normals" if touches is None else "touches"
     feeds = found.feeds if isinstance(found, FilePositions) else found.touches.feeds
+    missed = found.misses() if isinstance(found, FilePositions) else ()
+    count = len(positions) - len(missed)
+    lacks = found.lacks if isinstance(found, FilePositions) else ()
     return Document(
         title=name,
-        verdict=f"{name}: {len(positions)} {kind}",
+        verdict=f"{name}: {count} {kind}"
+        + (f", and {len(missed)} without contact" if missed else ""),
         figures=(
             *((KeyFigure("read", reading),) if reading else ()),
             *(KeyFigure(axis, Span.of(positions[:, i]), unit) for i, axis in enumerate("xyz")),
             *(() if feeds is None else (KeyFigure("feed", Span.of(feeds), "mm/min"),)),
             *_sphere_figures(positions, None if touches is None else touches.normals, unit),
-            *(KeyFigure("missing", words) for words in _missing(unit_known, touches is None)),
+            *_words_figures(found),
+            *(
+                KeyFigure("missing", words)
+                for words in (*_missing(unit_known, touches is None), *lacks)
+            ),
         ),
         tables=(_first_rows(found, positions, unit),),
-        warnings=tuple(found.notes()) if isinstance(found, FileReadings) else (),
+        warnings=tuple(found.notes())
+        if isinstance(found, FileReadings)
+        else (*found.warnings, *missed_sentence(missed)),
     )
+
+
+def _words_figures(found: FileReadings | FilePositions) -> tuple[KeyFigure, ...]:
+    """Tips, parts, passes and orientations, each with its touches."""
+    words = found.words if isinstance(found, FilePositions) else found.touches.words
+    figures = []
+    for name, each in words.items():
+        counts = list(Counter(each).items())
+        shown = ", ".join(f"{word or 'not stated'} ({count})" for word, count in counts[:_RESULTS])
+        figures.append(KeyFigure(name, shown + ("…" if len(counts) > _RESULTS else "")))
+    return tuple(figures)
 
 
 def results_document(name: str, results: Sequence[FeatureResult], lacking: str = "") -> Document:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias, Union
+from typing import Any, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +37,36 @@ from pretravel.base import (
 
 TouchesLike: TypeAlias = Union["Touches", npt.ArrayLike, str, Path]
 """What functions take in the place of touches, see `as_touches`."""
+
+WORD_COLUMNS = {
+    "reference": "references",
+    "tip": "tips",
+    "part": "parts",
+    "pass": "passes",
+    "orientation": "orientations",
+}
+"""Columns of words, and the attribute of `Touches` that each is."""
+_ONE_EACH = {
+    "tip": ("tips", "a map is that of one tip: choose one of them", ("tip",)),
+    "part": (
+        "parts or series",
+        "they are taken as one: choose one of them, or all, if they are the same",
+        ("series",),
+    ),
+    "pass": (
+        "passes, which differ by feed × delay",
+        "no feed is stated: choose one of them, such as the slow touches",
+        ("double_touches", "series"),
+    ),
+    "orientation": (
+        "orientations of the probe",
+        "a map is that of one orientation: choose one of them",
+        ("series",),
+    ),
+}
+"""Columns in which one is meant: how several are called, why that is no series, what chooses."""
+_SHOWN = 4
+"""Most names that a message shows."""
 
 GLANCING = 0.05
 """Smallest cosine between an approach and the inward normal, which are then 87° apart."""
@@ -175,6 +206,12 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
         What each touch was made on, where there are several references: ``block@90``.
     tips : n strings, optional
         The tip that touched, of a star stylus or among several tools.
+    parts : n strings, optional
+        The part, set or series of each touch, where the file has several.
+    passes : n strings, optional
+        The pass: ``fast`` and ``slow``, where each place was touched twice.
+    orientations : n strings, optional
+        The orientation of the probe's head, as the file calls it.
 
     Raises
     ------
@@ -200,6 +237,9 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
     numbered_from: int = 1
     references: tuple[str, ...] | None = None
     tips: tuple[str, ...] | None = None
+    parts: tuple[str, ...] | None = None
+    passes: tuple[str, ...] | None = None
+    orientations: tuple[str, ...] | None = None
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -230,8 +270,7 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             ("lines", count if self.lines is None else len(self.lines)),
             ("spindle orientations", count if self.spindle is None else len(self.spindle)),
             ("nominal points", count if self.nominal_points is None else len(self.nominal_points)),
-            ("references", count if self.references is None else len(self.references)),
-            ("tips", count if self.tips is None else len(self.tips)),
+            *((attribute, len(words)) for attribute, words in self._words()),
         ):
             if rows != count:
                 raise PretravelError(f"{count} touches, but {rows} {name}")
@@ -262,6 +301,21 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    def _words(self) -> list[tuple[str, tuple[str, ...]]]:
+        """Attributes of words that the touches have."""
+        every = [(attribute, getattr(self, attribute)) for attribute in WORD_COLUMNS.values()]
+        return [(attribute, words) for attribute, words in every if words is not None]
+
+    @property
+    def words(self) -> dict[str, tuple[str, ...]]:
+        """The words of each touch by the name of their column, those that the touches have.
+
+        >>> Touches([[0, 0, 1]], [[0, 0, 1]], tips=("front",)).words
+        {'tip': ('front',)}
+        """
+        found = dict(self._words())
+        return {name: found[each] for name, each in WORD_COLUMNS.items() if each in found}
 
     @property
     def digest(self) -> str:
@@ -320,13 +374,61 @@ class Touches(ShownInNotebooks, WithPlot, WithDataFrame):
             lines=None if self.lines is None else tuple(self.lines[i] for i in index),
             reading=self.reading,
             spindle=None if self.spindle is None else self.spindle[index],
-            references=_taken(self.references, index),
-            tips=_taken(self.tips, index),
+            **word_fields({n: tuple(each[i] for i in index) for n, each in self.words.items()}),
         )
 
 
-def _taken(words: tuple[str, ...] | None, index: IntArray) -> tuple[str, ...] | None:
-    return None if words is None else tuple(words[i] for i in index)
+def word_fields(words: Mapping[str, tuple[str, ...]]) -> dict[str, Any]:
+    """Words by their columns as fields of `Touches`.
+
+    >>> word_fields({"tip": ("front",)})
+    {'tips': ('front',)}
+    """
+    return {WORD_COLUMNS[name]: each for name, each in words.items()}
+
+
+def refuse_several(touches: Touches, *, but: Collection[str] = ()) -> None:
+    """Refuse touches of several tips, parts, passes or orientations, where one is meant.
+
+    Parameters
+    ----------
+    touches : Touches
+    but : collection of str
+        Columns in which several are meant, such as ``tip``.
+
+    Raises
+    ------
+    PretravelError
+        It names them, and the inputs that choose one.
+
+    >>> both = Touches([[0, 0, 1]] * 2, [[0, 0, 1]] * 2, tips=("down", "front"))
+    >>> refuse_several(both)
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: the touches are of 2 tips, down (1 touch) and front \
+(1 touch, from touch 2), and a map is that of one tip: choose one of them
+    """
+    for name, words in touches.words.items():
+        if name in but or name not in _ONE_EACH or len(set(words)) < 2:
+            continue
+        if name == "pass" and touches.feeds is not None:
+            continue  # the feeds tell them apart, and the signal delay takes them into account
+        what, reason, inputs = _ONE_EACH[name]
+        counts = Counter(words)
+        named = [
+            f"{word or 'unnamed'} ({count} touch{'es' if count > 1 else ''}"
+            + (f", from {_where(touches, words.index(word))})" if row else ")")
+            for row, (word, count) in enumerate(list(counts.items())[:_SHOWN])
+        ]
+        more = " …" if len(counts) > _SHOWN else ""
+        raise PretravelError(
+            f"the touches are of {len(counts)} {what}, {' and '.join(named)}{more}, and {reason}",
+            inputs=inputs,
+        )
+
+
+def _where(touches: Touches, row: int) -> str:
+    return touches.where(row) if touches.lines is None else f"line {touches.lines[row]}"
 
 
 def without(touches: Touches, names: Sequence[str]) -> Touches:

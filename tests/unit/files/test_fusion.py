@@ -65,7 +65,15 @@ class TestFusion:
             (FUSION_HAAS.replace("X-.4187", "X-.41?87"), 6, "is neither a letter nor a number"),
             ("START\nG801 N1 X0 Y0 Z0 R1\nEND\n", 2, "without a G800"),
             (FUSION_HAAS.replace("I0.63893", "I0.1"), 5, "must be a unit vector"),
-            (FUSION_HAAS + FUSION_HAAS[FUSION_HAAS.index("START") :], 13, "occurs twice"),
+            (
+                FUSION_HAAS.replace(
+                    "G800 N2",
+                    FUSION_HAAS[FUSION_HAAS.index("G800") : FUSION_HAAS.index("G800 N2")]
+                    + "G800 N2",
+                ),
+                8,
+                "occurs twice",
+            ),
             ("START\nEND\n", None, "no measured point"),
             (FUSION_HAAS + "G800 N3 X0 Y0 Z0 I0 J0 K1\n", 9, "a point after END"),
             (FUSION_HAAS.replace("X1.", "X1.2E-3"), 7, "neither a letter nor a number"),

@@ -60,7 +60,7 @@ def test_each_order_is_a_series_of_its_own() -> None:
 def test_points_that_are_touched_in_turn() -> None:
     rows = "".join(f"{x},0,{z + x}\n" for z in HEIGHTS for x in (0, 30))
     found = read_repeats(_log("x_mm,y_mm,z_mm\n" + rows, "a.csv"))
-    assert [one.name for one in found.series] == ["place 1", "place 2"]
+    assert [one.name for one in found.series] == ["place 1 (0, 0, 1.32)", "place 2 (30, 0, 31.32)"]
     assert found.series[1].values == pytest.approx(np.add(HEIGHTS, 30.0))
 
 
@@ -82,7 +82,7 @@ def test_a_touch_without_contact_is_left_out_and_said() -> None:
     text = "$13=0\n" + "".join(f"[PRB:1.000,-5.000,{z:.4f}:1]\n" for z in HEIGHTS)
     found = read_repeats(_log(text + "[PRB:1.000,-5.000,-9.000:0]\n"))
     assert found.series[0].values == pytest.approx(HEIGHTS)
-    assert found.warnings == ("1 touches without contact are left out",)
+    assert found.warnings == ("1 touch missed: 6",)
 
 
 def test_probeopen_leaves_equal_touches_out() -> None:

@@ -37,7 +37,7 @@ from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
 from pretravel.measurement import Association, Points, apply, placed, points_at
 from pretravel.qualification import FEWEST_LEFT, outlier_factor
 from pretravel.surface import ContactSearch, Feet, Part, feet_on_faces, lattice
-from pretravel.touches import Touches, travel_of_delay
+from pretravel.touches import Touches, refuse_several, travel_of_delay
 from pretravel.uncertainty import Covariance
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
@@ -95,6 +95,7 @@ class TipCentres:
     @classmethod
     def of(cls, touches: Touches, *, stated_approaches: bool = True) -> TipCentres:
         """Those of touches; their normals serve as directions of travel alone."""
+        refuse_several(touches)
         return cls(
             touches.positions,
             touches.approach_directions if stated_approaches else None,

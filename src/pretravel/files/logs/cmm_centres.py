@@ -89,4 +89,5 @@ CMM_CENTRES = FileFormat(
     verified="twelve public files of one CMM: their form, and the join with lists of their faces",
     recognises=lambda lines: all(map(_HEAD.match, lines)),
     parse=lambda file, options: read_cmm_centres(file, options.units),
+    other_lines="refused",
 )

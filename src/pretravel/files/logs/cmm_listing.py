@@ -451,4 +451,5 @@ CMM_LISTING = FileFormat(
     recognises=_is_listing,
     parse=listing_touches,
     parse_features=_listed_results,
+    other_lines="refused",
 )

@@ -10,7 +10,8 @@ import numpy as np
 from pretravel.base import FloatArray
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.touches import Touches
+from pretravel.files.statements import StatedRows, Statement, Statements, any_of
+from pretravel.touches import Touches, word_fields
 
 _POINT = re.compile(r"^(FA?)\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*POINT\s*,(.*)$", re.I)
 _FEATURE = re.compile(r"^FA\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*(\w+)", re.I)
@@ -18,6 +19,72 @@ _MEASURED = re.compile(r"FA?\s*\([^)]*\)\s*=\s*FEAT\s*/", re.I)
 _PC_DMIS = re.compile(r"^\w+\s*=\s*FEAT/POINT", re.I)
 _UNITS = re.compile(r"^UNITS\s*/\s*(\w+)", re.I)
 _UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
+_LABEL = r"(?:\w+\s*\([^)]*\)\s*=\s*)?"
+"""The label of a statement, where it has one: D(1)=."""
+_TABLE = (
+    Statement(
+        "`SNSLCT/`, `SA(name)`", r"SNSLCT\s*/\s*(.+)|SA?\s*\(([^)]*)\)", "tip", "carried",
+        "SNSLCT/SA(TIP_2)",
+    ),
+    Statement(
+        "`DATSET/`, `D(name)=`, `DA(name)=`", r"(DA?\s*\([^)]*\).*|DATSET\b.*)", "frame", "refused",
+        "D(2)=DATSET/MCS",
+    ),
+    Statement(
+        "`RECALL/`, `TRANS/`, `ROTATE/`, `LOCATE/`, `EQUATE/`, `TRMATX/`, `ROTAB/`, `ROTSET/`, "
+        "`CRSLCT/`",
+        _LABEL + any_of(
+            "RECALL TRANS ROTATE LOCATE EQUATE TRMATX ITERAT BESTFIT BFIT MATRIX ROTAB ROTSET "
+            "CRSLCT"
+        ) + r"(.*)",
+        "frame", "refused", "RECALL/DA(1)",
+    ),
+    Statement("`UNITS/`", r"UNITS\s*/\s*(\w+)", "unit", "refused", "UNITS/INCH"),
+    Statement(
+        "`TECOMP/`, `SCALEF/`", any_of("TECOMP SCALEF TEMPCOMP") + "(.*)", "unit", "refused",
+        "TECOMP/MACH,ON",
+    ),
+    Statement(
+        "`PRCOMP/`", any_of("PRCOMP FRCOMP PROBECOMP CMPNTGRP") + "(.*)", "radius", "refused",
+        "PRCOMP/OFF",
+    ),
+    Statement(
+        "`FILNAM/`, `PN()=`, `PS()=PARTSN/` again",
+        r"(FILNAM\s*/.*|P[NSR]\s*\([^)]*\).*|PART(?:ID|SN|RV)\s*/.*)", "part", "refused",
+        "PS(S2)=PARTSN/'0002'",
+    ),
+    Statement(
+        "`FEDRAT/MESVEL`", r"(FEDRAT\s*/\s*MESVEL.*)", "pass", "carried", "FEDRAT/MESVEL,MMPS,2"
+    ),
+    Statement(
+        "`FEDRAT/`, `ACLRAT/`, `MODE/`, `GOTO/`, `SNSET/`, `WKPLAN/`, `CLRSRF/`, `DECPL/` …",
+        any_of(
+            "FINPOS FEDRAT ACLRAT MODE GOTO GOHOME WKPLAN CLRSRF DECPL PRCMPS BADTST ERROR CZONE "
+            "CZSLCT RAPID DEPTH RETRCT APPRCH SEARCH FLY GEOALG GEOM SNSET THLDEF WRIST"
+        ),
+        example="GOTO/0,0,50",
+    ),
+    Statement(
+        "`F(name)=` and `FA(name)=` of features, `T()=`, `TA()=TOL/`, `R()=REPORT/` …",
+        r"(?:FA?|TA?|KC|QISDEF|MSA?|RA?|V|G|CR?|DV|ST|RT|LI|OP|DI|MD|PV|TL|EN|CC|CS|FS)\s*\(",
+        example="TA(T1)=TOL/CORTOL,XAXIS,0.002,INTOL",
+    ),
+    Statement(
+        "`MEAS/`, `PTMEAS/`, `ENDMES`, `OUTPUT/`, `EVAL/`",
+        any_of("MEAS RMEAS PTMEAS ENDMES OUTPUT EVAL CONST CALIB BOUND PTBUFF PTDATA RAWDAT"),
+        example="ENDMES",
+    ),
+    Statement(
+        "comments, `TEXT/`, `DISPLY/`, `DATE/`, `TIME/`, `DMISMN/`, `ENDFIL`",
+        r"\$\$|" + any_of(
+            "TEXT DISPLY VFORM DMISMN DMISMD DMESW DMESWI DMESWV DMEHW DMEID ENDFIL DATE TIME "
+            "PRINT END ENDAT DID CLDEF INCLUD XTERN XTRACT CALL SELECT DECL ASSIGN LOTID OPERID "
+            "OPEN CLOSE"
+        ),
+        example="TEXT/OUTFIL,'a note'",
+    ),
+)  # fmt: skip
+STATEMENTS = Statements(_TABLE)
 _ROUNDED = 5e-3
 """Normals are printed with few decimals; they are scaled to length one."""
 _SHOWN = 8
@@ -113,9 +180,11 @@ def _without_points(output: _Output) -> str:
 
 
 def _warnings(output: _Output) -> tuple[str, ...]:
+    unknown = output.stated.warnings()
     if not output.features:
-        return ()
-    return (f"features are left out, because they are no touches: {_shown(output.features)}",)
+        return unknown
+    left = f"features are left out, because they are no touches: {_shown(output.features)}"
+    return (left, *unknown)
 
 
 def _shown(features: list[str]) -> str:
@@ -132,9 +201,13 @@ class _Output:
     actual: dict[str, list[float]] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
     features: list[str] = field(default_factory=list)
+    stated: StatedRows = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.stated = StatedRows(self.file)
 
     def read_statement(self, statement: str, number: int) -> None:
-        """Read one statement: units or a point; others are skipped."""
+        """Read one statement: units, a point, or what holds from here on."""
         if _PC_DMIS.match(statement):
             raise self.file.error(
                 "this is a report of PC-DMIS, not DMIS (FA(label)=FEAT/POINT,…)", number
@@ -146,6 +219,18 @@ class _Output:
             self._read_point(found[1].upper(), label, cells, number)
         elif found := _FEATURE.match(statement):
             self.features.append(f"{found[1].strip()} {found[2].upper()}")
+        else:
+            self._hold(STATEMENTS.of(statement), statement, number)
+
+    def _hold(self, known: tuple[Statement, str] | None, statement: str, number: int) -> None:
+        """Keep what a statement between the points says."""
+        if known is not None and known[0].means == "tip":
+            inside = re.search(r"\(([^)]*)\)", statement)
+            rest = statement.partition(")")[2].strip(" ,") if "SNSLCT" in statement.upper() else ""
+            name = inside[1].strip() if inside else known[1]
+            self.stated.state("tip", f"{name} {rest}".strip())
+            return
+        self.stated.take(known, statement, number)
 
     def _read_units(self, name: str, number: int) -> None:
         own = _UNIT_NAMES.get(name.upper())
@@ -173,6 +258,7 @@ class _Output:
             return
         if label in self.actual:
             raise self.file.error(f"the point {label} occurs twice", number)
+        self.stated.row(number)
         self.actual[label] = values
         self.lines[label] = number
 
@@ -193,6 +279,7 @@ def _touches(output: _Output, scale: float, radius_taken_off: float) -> Touches:
             nominal_points=nominal_points,
             source=file.name,
             lines=lines,
+            **word_fields(output.stated.columns()),
         )
 
 
@@ -255,4 +342,6 @@ DMIS = FileFormat(
     verified="public files of two systems: their form",
     recognises=lambda lines: any(_MEASURED.match(line) for line in lines),
     parse=lambda file, options: read_dmis(file, options.radius_taken_off, options.units),
+    statements=_TABLE,
+    other_lines="named",
 )

@@ -12,6 +12,12 @@ from pretravel.files.file_format import FilePositions, FileReadings
 
 _ONE_PLACE = 1.0
 """The two touches of a place differ by less: 3000 mm/min for 10 ms are 0.5 mm. [mm]"""
+_FEWEST_PAIRS = 4
+_APART = 0.005
+"""First and second touches of places that differ by less are repeats: the steps of positions and
+the noise of a probe are smaller. [mm]"""
+_ALIKE = 1.0 / 3.0
+"""Standard deviation of the differences, over their mean, below which they are one difference."""
 _SLOWER = 0.95
 """A feed below this share of the one before is slower."""
 
@@ -46,17 +52,8 @@ def without_searches(found: FileReadings | FilePositions) -> FileReadings | File
         told = (*found.warnings, _left_out(keep))
         return replace(found, touches=touches.take(keep), warnings=told)
     keep = _last_ones(found.positions, found.feeds, found.contact, found.lines, found.path)
-    rows = np.flatnonzero(keep)
-    return replace(
-        found,
-        positions=found.positions[rows],
-        lines=tuple(found.lines[row] for row in rows),
-        contact=None if found.contact is None else tuple(found.contact[row] for row in rows),
-        labels=None if found.labels is None else tuple(found.labels[row] for row in rows),
-        feeds=None if found.feeds is None else found.feeds[rows],
-        spindle=None if found.spindle is None else found.spindle[rows],
-        understood="; ".join(filter(None, (found.understood, _left_out(keep)))),
-    )
+    understood = "; ".join(filter(None, (found.understood, _left_out(keep))))
+    return replace(found.take(keep), understood=understood)
 
 
 def _left_out(keep: BoolArray) -> str:
@@ -87,6 +84,82 @@ def follows_its_search(
     touched = np.ones(len(positions), bool) if contact is None else np.array(contact, dtype=bool)
     follows[1:] = near & (feeds[1:] < _SLOWER * feeds[:-1]) & touched[1:] & touched[:-1]
     return follows
+
+
+def with_passes(found: FileReadings | FilePositions) -> FileReadings | FilePositions:
+    """Readings with their passes, where places were touched twice: fast to find them, then slowly.
+
+    The feeds tell the passes apart. Where they are not known, the positions do: the first touches
+    of at least `_FEWEST_PAIRS` pairs all lie on one side of the second ones, by about the same.
+
+    >>> pairs = np.array([[0, 0, 5.0 + 0.04 * (row % 2)] for row in range(8)])
+    >>> with_passes(FilePositions("a.log", pairs, tuple(range(8)))).words["pass"][:2]
+    ('first', 'second')
+    """
+    rows = found if isinstance(found, FilePositions) else found.touches
+    if "pass" in rows.words:
+        return found
+    contact = found.contact if isinstance(found, FilePositions) else None
+    if rows.feeds is not None:
+        if not isinstance(found, FilePositions):
+            return found  # the feed of each touch says it
+        names = _passes_of_feeds(rows.positions, rows.feeds, contact)
+    else:
+        normals = None if isinstance(found, FilePositions) else found.touches.normals
+        names = _passes_of_places(rows.positions, normals, contact)
+    if not names:
+        return found
+    if isinstance(found, FilePositions):
+        return replace(found, words={**found.words, "pass": names})
+    return replace(found, touches=replace(found.touches, passes=names))
+
+
+def without_passes(found: FileReadings | FilePositions) -> FileReadings | FilePositions:
+    """Readings of one pass, without the words that named several."""
+    if isinstance(found, FilePositions):
+        words = {name: each for name, each in found.words.items() if name != "pass"}
+        return replace(found, words=words)
+    return replace(found, touches=replace(found.touches, passes=None))
+
+
+def _passes_of_feeds(
+    positions: FloatArray, feeds: FloatArray, contact: Sequence[bool] | None
+) -> tuple[str, ...]:
+    slow = follows_its_search(positions, feeds, contact)
+    if not slow.any():
+        return ()
+    fast = np.append(slow[1:], False) & ~slow
+    between = 0.5 * (float(feeds[slow].max()) + float(feeds[fast].min()))
+    slow |= ~fast & (feeds <= between)
+    return tuple("slow" if on else "fast" for on in slow)
+
+
+def _passes_of_places(
+    positions: FloatArray, normals: FloatArray | None, contact: Sequence[bool] | None
+) -> tuple[str, ...]:
+    count = len(positions)
+    touched = contact is None or all(contact)
+    if not touched or count < 2 * _FEWEST_PAIRS or count % 2:
+        return ()
+    step = positions[1:] - positions[:-1]
+    within, between = step[::2], step[1::2]
+    near = np.linalg.norm(within, axis=1) < _ONE_PLACE
+    if not near.all():
+        return ()
+    if normals is None:
+        axis = int(np.argmax(np.median(np.abs(within), axis=0)))
+        signs = np.sign(np.median(within[:, axis]))
+        along, back = signs * within[:, axis], signs * between[:, axis]
+    else:
+        along = np.sum(within * normals[::2], axis=1)
+        sign = np.sign(np.median(along))
+        along, back = sign * along, sign * np.sum(between * normals[1:-1:2], axis=1)
+    same_place = np.linalg.norm(between, axis=1) < _ONE_PLACE
+    turns_back = bool(np.all(back[same_place] < 0.0))
+    apart = float(np.median(along)) > _APART and float(np.std(along)) < _ALIKE * float(along.mean())
+    if not (along.min() > 0.0 and apart and turns_back):
+        return ()
+    return ("first", "second") * (count // 2)
 
 
 def _last_ones(

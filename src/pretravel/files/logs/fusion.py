@@ -14,13 +14,46 @@ from pretravel.files.csv_table import exact_number
 from pretravel.files.file_format import FileFormat, FileReadings, PointsOrigin, labels_or_numbers
 from pretravel.files.logs.plain_labels import plain_labels, plain_name
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.statements import StatedRows, Statement, Statements, any_of
 from pretravel.measurement import Points
-from pretravel.touches import Touches
+from pretravel.touches import Touches, word_fields
 
 _WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _ROUNDED = 5e-3
 """Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
+_TABLE = (
+    Statement(
+        "`START` … `END`, `RESULTSFILE`", r"(START|END|RESULTSFILE.*)$", "part", "carried",
+        "RESULTSFILE B",
+    ),
+    Statement("`TOOLPATHID`", r"TOOLPATHID.*", example="TOOLPATHID 13"),
+    Statement("`G330` (applied)", r"G330\b.*", example="G330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0"),
+    Statement("`G802`", r"G80[012]\b.*", example="G802 N1 X0.1 Y0 Z0"),
+    Statement(
+        "`T` number, `TOOL`", r"(?:TOOL\w*|T)\s*#?[:=]?\s*(\w+)\s*(?:M0?6)?$", "tip", "carried",
+        "T2 M6",
+    ),
+    Statement(
+        "`G54` …, `G52`, `G68`, `G10`, `G92`, `WCS`",
+        "(" + any_of("G52 G53 G54 G55 G56 G57 G58 G59 G68 G69 G10 G92 G43 WCS WORKOFFSET") + ".*)",
+        "frame", "refused", "G55",
+    ),
+    Statement(
+        "`G20`, `G21`, `UNITS`", "(" + any_of("G20 G21 G70 G71 UNIT UNITS") + ".*)", "unit",
+        "refused", "G20",
+    ),
+    Statement(
+        "`PARTID`, `SERIAL`", r"(?:PART\w*|SERIAL\w*|SN)\b\s*[:=]?\s*(.*)", "part", "carried",
+        "PARTID 2",
+    ),
+    Statement(
+        "comments, `DATE`, `TIME`, `PROGRAM`",
+        r"[;(%]|O\d|N\d+$|" + any_of("DATE TIME PROGRAM MODEL VERSION DOCUMENT MACHINE"),
+        example="(a note)",
+    ),
+)  # fmt: skip
+STATEMENTS = Statements(_TABLE)
 
 
 def read_fusion(source: Source, units: str | None = None) -> FileReadings:
@@ -58,7 +91,7 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
     results.close_point()
     _check_labels(file, results.points)
     return FileReadings(
-        _touches(file, results.points),
+        _touches(file, results),
         missed=tuple(results.missed),
         warnings=_warnings(results),
         tip_radius=results.radii.pop() if len(results.radii) == 1 else None,
@@ -84,6 +117,7 @@ class _Measured:
     normal: FloatArray
     nominal: FloatArray
     tip_radius: float
+    part: str
 
 
 @dataclass
@@ -100,6 +134,14 @@ class _Results:
     nominal: _Nominal | None = None
     complete: bool = True
     after_end: bool = False
+    sets: int = 0
+    names: dict[int, str] = field(default_factory=dict)
+    name: str = ""
+    named_before: bool = False
+    stated: StatedRows = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.stated = StatedRows(self.file)
 
     @property
     def radii(self) -> set[float]:
@@ -112,12 +154,9 @@ class _Results:
             self.toolpath = line[10:].strip()
         elif line.startswith(_LABEL):
             self.next_label = line[len(_LABEL) :].strip()
-        elif line.upper() == "START":
-            self.complete, self.after_end, self.rotation = False, False, np.eye(3)
-        elif line.upper() == "END":
-            self.complete = self.after_end = True
         code = line[:4].upper()
         if code not in ("G330", "G800", "G801"):
+            self._read_statement(line, number)
             return
         if self.after_end:
             raise self.file.error("a point after END", number)
@@ -129,6 +168,33 @@ class _Results:
             self.open_point(words, number)
         else:
             self.measure_point(words, number)
+
+    def _read_statement(self, line: str, number: int) -> None:
+        """Read a line that is no point: a set begins or ends, a tool, a part …."""
+        known = STATEMENTS.of(line) if line else (STATEMENTS.table[-1], "")
+        if known is None or known[0].means != "part" or known[0].then != "carried":
+            self.stated.take(known, line, number)
+            return
+        word = line.split()[0].upper()
+        if word not in ("START", "END", "RESULTSFILE"):
+            self.stated.state("part", known[1])
+            return
+        self.close_point()
+        if word == "END":
+            self.complete = self.after_end = True
+            return
+        if word == "START":
+            self.complete, self.after_end, self.rotation = False, False, np.eye(3)
+            self.sets += 1
+            if not self.named_before:
+                self.name = ""
+        else:
+            self.name = line[len(word) :].strip()
+        self.named_before = word == "RESULTSFILE"
+        again = self.name in [name for number, name in self.names.items() if number < self.sets]
+        self.names[self.sets] = self.name
+        own = self.name if self.name and not again else f"{self.name} set {self.sets}".strip()
+        self.stated.state("part", own)
 
     def open_point(self, words: dict[str, float], number: int) -> None:
         """Read a G800: the nominal point of the next measurement."""
@@ -162,6 +228,10 @@ class _Results:
             raise self.file.error(
                 f"the normal I J K has length {length:.4g}; it must be a unit vector", target.line
             )
+        radius = self.scale * words.get("R", np.nan)
+        tip = f"R{radius:.6g}" if np.isfinite(radius) else ""
+        stated = self.stated.values.get("tip", "")
+        self.stated.row(number, {**self.stated.values, "tip": f"{stated} {tip}".strip()})
         nominal = self.scale * np.array([target.words[letter] for letter in "XYZ"])
         center = self.scale * np.array([words[letter] for letter in "XYZ"])
         self.points.append(
@@ -171,7 +241,8 @@ class _Results:
                 self.rotation @ center,
                 self.rotation @ (normal / length),
                 self.rotation @ nominal,
-                self.scale * words.get("R", np.nan),
+                radius,
+                self.stated.values.get("part", ""),
             )
         )
         self.nominal = None
@@ -182,17 +253,20 @@ def _check_labels(file: SourceFile, points: list[_Measured]) -> None:
         raise file.error("the file contains no measured point (G800 with its G801)")
     seen = set()
     for point in points:
-        if point.label in seen:
+        if (point.part, point.label) in seen:
             raise file.error(
                 f"the point {point.label} occurs twice: are these two runs? Keep them in separate "
                 "files",
                 point.line,
             )
-        seen.add(point.label)
+        seen.add((point.part, point.label))
 
 
-def _touches(file: SourceFile, points: list[_Measured]) -> Touches:
+def _touches(file: SourceFile, results: _Results) -> Touches:
+    points = results.points
     lines = tuple(point.line for point in points)
+    # One set, or one tip, is the usual file: it has no such column.
+    words = {n: each for n, each in results.stated.columns().items() if len(set(each)) > 1}
     with file.named_in_errors(lines):
         return Touches(
             positions=np.array([point.center for point in points]),
@@ -201,6 +275,7 @@ def _touches(file: SourceFile, points: list[_Measured]) -> Touches:
             nominal_points=np.array([point.nominal for point in points]),
             source=file.name,
             lines=lines,
+            **word_fields(words),
         )
 
 
@@ -211,7 +286,7 @@ def _warnings(results: _Results) -> tuple[str, ...]:
     if len(results.radii) > 1:
         radii = ", ".join(f"{radius:g}" for radius in sorted(results.radii))
         warnings.append(f"the points have different tip radii R ({radii} mm)")
-    return tuple(warnings)
+    return (*warnings, *results.stated.warnings())
 
 
 def _words(file: SourceFile, text: str, number: int) -> dict[str, float]:
@@ -324,4 +399,6 @@ FUSION = FileFormat(
     parse=lambda file, options: read_fusion(file, options.units),
     write_touches=_write_touches,
     write_points=_write_points,
+    statements=_TABLE,
+    other_lines="named",
 )

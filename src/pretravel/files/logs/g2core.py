@@ -6,9 +6,10 @@ import re
 
 import numpy as np
 
-from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
 from pretravel.files.logs.logged_feeds import LoggedFeeds
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.statements import StatedRows, Statement, Statements
 
 _BEGINS = re.compile(r'"?\bprb"?\s*:\s*\{\s*"?e"?\s*:')
 _REPORT = re.compile(r'"?\bprb"?\s*:\s*\{([^{}]*)\}')
@@ -16,6 +17,30 @@ _QUERY = re.compile(r'\{\s*"?prb"?\s*:\s*(?:n|null|"")\s*\}')
 _OTHER_AXES = "abcuvw"
 _MOVED = 2e-3
 """Other axes that differ by more than this have moved. [deg or mm, reports have three digits]"""
+
+
+_TABLE = (
+    Statement(
+        "tool: `T` number, `tool`",
+        r"T(\d+)\s*(?:M0?6)?\s*$|.*?\btool\W{1,4}(\d+)",
+        "tip",
+        "carried",
+        '{"sr":{"tool":2}}',
+    ),
+    Statement(
+        "work offset: `G54` …, `coor`, `g55` …, `G92`",
+        r".*?(\bcoor\W{1,4}\d+|\bg(?:5[4-9]|92)[xyz]?\b.*|G10\s*L20?\b.*)",
+        "frame",
+        "refused",
+        '{"sr":{"coor":2}}',
+    ),
+    Statement(
+        "status, answers, moves, `ok`",
+        r"\W*[{\[]|\W*$|(?:ok|system|tinyg|g2core)\b|[$?!~%;(*]|(?:N\d+\s*)?[GMFSXYZABC]\s*[-+.\d]",
+        example='{"sr":{"vel":0.00}}',
+    ),
+)
+STATEMENTS = Statements(_TABLE)
 
 
 def read_g2core_log(
@@ -64,12 +89,17 @@ def read_g2core_log(
             inputs=("offset",),
         )
     reports, numbers, moves = [], [], LoggedFeeds()
+    stated = StatedRows(file)
     answered = False
     for number, line in enumerate(lines, start=1):
         text = line.replace('\\"', '"')  # some senders quote what they log
         moves.take(re.sub(r'[{}":]', " ", text), number)
         found = _reports(file, text, number)
+        if not found:
+            stated.take(STATEMENTS.of(text.strip()), text, number)
         if not answered:
+            for _ in found:
+                stated.row(number)
             reports += found
             numbers += [number] * len(found)
         answered = bool(_QUERY.search(text)) or (answered and not found)
@@ -86,6 +116,8 @@ def read_g2core_log(
         contact,
         feeds=feeds,
         understood=moves.sentence(feeds),
+        words=stated.columns(),
+        warnings=stated.warnings(),
     )
 
 
@@ -124,6 +156,13 @@ def _check_other_axes(
                 raise file.error(f"the axis {axis} has moved since the first report", number)
 
 
+def _offset(options: ReadingOptions) -> tuple[float, float, float] | None:
+    """The offset; none is needed where it does not matter where the touches lie."""
+    on_reference = options.reference_diameter is not None or options.ring
+    anywhere = options.anywhere or (on_reference and options.plan is None)
+    return (0.0, 0.0, 0.0) if options.offset is None and anywhere else options.offset
+
+
 G2CORE = FileFormat(
     name="g2core",
     what='log of a sender for g2core, TinyG: {"prb":{"e":1,…}}',
@@ -131,5 +170,7 @@ G2CORE = FileFormat(
     needs="plan, offset",
     verified="public logs of two senders and the wiki of g2core: their form",
     recognises=lambda lines: any(_BEGINS.search(line.replace('\\"', '"')) for line in lines),
-    parse=lambda file, options: read_g2core_log(file, options.units, options.offset),
+    parse=lambda file, options: read_g2core_log(file, options.units, _offset(options)),
+    statements=_TABLE,
+    other_lines="named",
 )

@@ -7,14 +7,16 @@ do not state whether the probe made contact.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.base import InputError
+from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
 from pretravel.files.logs.logged_feeds import LoggedFeeds
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.statements import StatedRows, Statement, Statements
 
 # Every class leaves out the bracket that begins: a line of beginnings alone is read once.
 _PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")
@@ -28,8 +30,38 @@ _STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
 _STATE = re.compile(r"\[GC:([^\[\]]*)\]")
 _WORK_OFFSET = re.compile(r"\bG5[4-9](?:\.[123])?\b")
+_REPORTED = re.compile(r"<[^<>]*>|\[[^\[\]]*\]")
 _PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
 """Parameters after which ``$#`` repeats the last report."""
+_HOMING = "homing: `$H`, `G28.1`, `G30.1`"
+_TABLE = (
+    Statement("`[PRB:…]`, `<…>`, `[…]`", r"[<\[]|\W*$", example="[MSG:Pgm End]"),
+    Statement(
+        "tool: `T` number with or without `M6`", r"(?:M0?6\s*)?T(\d+)\s*(?:M0?6)?\s*$", "tip",
+        "carried", "> T2 M6",
+    ),
+    Statement(
+        "work offset: `G54` … `G59`, `G10 L2`, `G10 L20`, `G92`, `G43.1`, `G49`, `G52`, in a line "
+        "that was sent",
+        r"[^;(]*?(?<![A-Z\d])(G(?:5[4-9]|10\s*L20?|92|43|49|52)(?:\.\d)?(?!\d).*)",
+        "frame", "refused", "> G10 L20 P1 Z0",
+    ),
+    Statement(
+        "turn and scale: `G68`, `G69`, `G51`, `G50`",
+        r"[^;(]*?(?<![A-Z\d])(G(?:68|69|51|50)(?![\d.]).*)", "frame", "refused", "> G68 X0 Y0 R30",
+    ),
+    Statement(
+        _HOMING, r"(\$H\w?|G28\.[13]|G30\.1)\s*$", "frame", "refused", "> $H",
+    ),
+    Statement("`$13=`", r".*?\$13\s*=\s*([01])", "unit", "refused", "$13=1"),
+    Statement(
+        "`ok`, `error:`, `ALARM:`, `$…`, moves, comments",
+        r"(?:ok|error|alarm|Grbl|grblHAL|FluidNC)\b|[$?!~%/;(*]|"
+        r"(?:N\d+\s*)?[GMFSXYZABCIJKRPLTHDQ]\s*[-+.\d#\[]",
+        example="ok",
+    ),
+)  # fmt: skip
+STATEMENTS = Statements(_TABLE)
 _MOVED = 2e-3
 """Other axes that differ by more than this have moved. [deg or mm, reports have two digits]"""
 _ROUNDED = 2e-3
@@ -40,6 +72,8 @@ def read_grbl_log(
     source: Source,
     units: str | None = None,
     offset: tuple[float, float, float] | None = None,
+    *,
+    anywhere: bool = False,
 ) -> FilePositions:
     r"""Read probe reports from the log of a sender, in work coordinates.
 
@@ -51,6 +85,9 @@ def read_grbl_log(
     offset : (3,) float, optional
         Origin of the work coordinates in the machine's, where the log contains neither ``WCO:``
         or ``WPos:`` nor ``$#`` with ``$G``. [mm]
+    anywhere : bool
+        Where the touches lie does not matter, as on a sphere or in a ring: positions are those of
+        the machine, which no work offset changes.
 
     Returns
     -------
@@ -69,12 +106,13 @@ def read_grbl_log(
     [[0.0, 0.0, 2.5]]
     """
     file = opened(source)
-    log, moves = _GrblLog(file, units), LoggedFeeds()
+    log, moves = _GrblLog(file, units, anywhere), LoggedFeeds()
     previous = ""
     for number, text in enumerate(file.lines("a grbl log"), start=1):
         log.read_units(text, number)
         moves.take(text, number)
         log.read_offsets(text, number)
+        log.read_statement(text.strip(), number)
         repeated = any(parameter in previous for parameter in _PARAMETERS)
         log.read_reports(text, number, repeated=repeated)
         # Senders ask for the status at any time, also among the lines of $#.
@@ -88,7 +126,9 @@ def read_grbl_log(
     scale = file.scale(
         log.units, "the log does not show whether reports are in inches ($13=0 or $13=1)"
     )
-    origin = scale * log.work_offset() if offset is None else np.asarray(offset, dtype=np.float64)
+    origin = np.zeros(3) if offset is None else np.asarray(offset, dtype=np.float64)
+    if offset is None and not anywhere:
+        origin = scale * log.work_offset()
     feeds = moves.of(log.lines, scale)
     return FilePositions(
         file.path,
@@ -97,6 +137,8 @@ def read_grbl_log(
         log.contacts(),
         feeds=feeds,
         understood=moves.sentence(feeds),
+        words=log.stated.columns(),
+        warnings=log.warnings(),
     )
 
 
@@ -125,6 +167,7 @@ class _GrblLog:
 
     file: SourceFile
     units: str | None
+    anywhere: bool = False
     positions: list[list[float]] = field(default_factory=list)
     contact: list[bool | None] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
@@ -134,6 +177,28 @@ class _GrblLog:
     stated_later: str | None = None
     other_axes: list[float] | None = None
     changed: tuple[str, int] | None = None
+    homed: int | None = None
+    stated: StatedRows = field(init=False)
+
+    def warnings(self) -> tuple[str, ...]:
+        """What to know of the lines between the reports."""
+        told = self.stated.warnings()
+        if self.homed is None:
+            return told
+        homed = f"the machine was homed among the touches (line {self.homed}): its coordinates are "
+        return (homed + "those of the switches again, with their scatter", *told)
+
+    def __post_init__(self) -> None:
+        self.stated = StatedRows(self.file)
+
+    def read_statement(self, line: str, number: int) -> None:
+        """Read what a line states beside the reports: a tool, a work offset …."""
+        known = STATEMENTS.of(_sent(line))
+        if known is not None and known[0].means == "frame" and self.anywhere:
+            if known[0].words == _HOMING and self.positions:
+                self.homed = number
+            return  # reports are in machine coordinates
+        self.stated.take(known, line, number)
 
     def read_units(self, text: str, number: int) -> None:
         """Read the setting $13: whether reports are in inches."""
@@ -215,8 +280,9 @@ class _GrblLog:
                 self._keep_report(values, flag == "1" if flag else None, number)
 
     def _keep_report(self, values: list[float], contact: bool | None, number: int) -> None:
-        if self.changed is not None:
+        if self.changed is not None and not self.anywhere:
             raise self.file.error(*self.changed)
+        self.stated.row(number)
         self._check_other_axes(values[3:], number)
         if not self.positions:
             self.first_offsets = dict(self.offsets)
@@ -272,6 +338,27 @@ class _GrblLog:
         return origin
 
 
+def _sent(line: str) -> str:
+    """What a line of a log says beside reports and what senders write before it: >>> , a time."""
+    code = _REPORTED.sub(" ", line)
+    return code[max(code.rfind("> "), code.rfind(">>"), code.rfind("]: ")) + 1 :].strip(" >\"':")
+
+
+def _parsed(file: SourceFile, options: ReadingOptions) -> FilePositions:
+    """Positions of a log; one that is looked at may lack its offset, and so may a reference."""
+    on_reference = options.reference_diameter is not None or options.ring
+    anywhere = options.anywhere or (on_reference and options.plan is None)
+    try:
+        return read_grbl_log(file, options.units, options.offset, anywhere=anywhere)
+    except InputError as error:
+        if not options.look_only or error.inputs != ("offset",):
+            raise
+        found = read_grbl_log(file, options.units, anywhere=True)
+        lacking = "the offset of the work coordinates (these are the machine's), except on a "
+        lacking += "reference or for repeats"
+        return replace(found, lacks=(lacking,))
+
+
 GRBL = FileFormat(
     name="grbl",
     what="log of a sender for grbl, grblHAL, FluidNC, Carvera: [PRB:…], <Probe,MPos:…>",
@@ -279,5 +366,7 @@ GRBL = FileFormat(
     needs="plan; units without $13; offset without WCO or WPos",
     verified="public logs of seven senders: their form",
     recognises=lambda lines: any(_PROBE_BEGINS.search(line) for line in lines),
-    parse=lambda file, options: read_grbl_log(file, options.units, options.offset),
+    parse=lambda file, options: _parsed(file, options),
+    statements=_TABLE,
+    other_lines="named",
 )

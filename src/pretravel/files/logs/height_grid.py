@@ -11,6 +11,10 @@ from pretravel.touches import Touches
 _HEAD = 3
 """Lines before the first row: limits and count along x, along y; limits of z and the feed."""
 _MOST_ROWS = 10**7
+_AT_THE_END = 1e-4
+"""A height this close to the lowest one is a miss. [file's unit]"""
+_FEWEST_ZEROS = 2
+"""Zeros at the end from which they are points that were not probed."""
 
 
 def read_height_grid(source: Source, units: str | None = None) -> FileReadings:
@@ -25,7 +29,8 @@ def read_height_grid(source: Source, units: str | None = None) -> FileReadings:
     Returns
     -------
     FileReadings
-        Normals along z; the feed that the file states, where it is not zero.
+        Normals along z; the feed that the file states, where it is not zero. A height at the
+        lowest limit and zeros at the end are missed.
 
     Raises
     ------
@@ -61,15 +66,35 @@ def read_height_grid(source: Source, units: str | None = None) -> FileReadings:
             lines[-1],
         )
     feed = scale * head[2][2]
-    with file.named_in_errors(lines[_HEAD:]):
+    missed = _missed(body, head[2][0])
+    numbers = lines[_HEAD:]
+    if all(missed):
+        raise file.error("no point of the grid was touched")
+    names = tuple(f"line {n}" for n, out in zip(numbers, missed, strict=True) if out)
+    body = [row for row, out in zip(body, missed, strict=True) if not out]
+    numbers = [n for n, out in zip(numbers, missed, strict=True) if not out]
+    with file.named_in_errors(numbers):
         touches = Touches(
             positions=scale * np.array(body),
             normals=np.tile([0.0, 0.0, 1.0], (len(body), 1)),
             feeds=np.full(len(body), feed) if feed > 0.0 else None,
             source=file.name,
-            lines=tuple(lines[_HEAD:]),
+            lines=tuple(numbers),
         )
-    return FileReadings(touches)
+    return FileReadings(touches, missed=names)
+
+
+def _missed(body: list[list[float]], lowest: float) -> list[bool]:
+    """Whether each row is no contact: it is at the end of its move, or was not probed yet.
+
+    The program writes the lowest height for a miss, and zeros for the points after a stop.
+    """
+    heights = np.array([row[2] for row in body])
+    missed = np.abs(heights - lowest) < _AT_THE_END
+    zeros = int(np.argmax(heights[::-1] != 0.0)) if heights.any() else 0
+    if zeros >= _FEWEST_ZEROS:
+        missed[len(heights) - zeros :] = True
+    return [bool(each) for each in missed]
 
 
 def _is_height_grid(lines: list[str]) -> bool:
@@ -95,4 +120,5 @@ HEIGHT_GRID = FileFormat(
     verified="the lines of bCNC's program that write and read it; no file of a machine",
     recognises=_is_height_grid,
     parse=lambda file, options: read_height_grid(file, options.units),
+    other_lines="refused",
 )

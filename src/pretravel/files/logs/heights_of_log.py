@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,7 +11,8 @@ import numpy as np
 
 from pretravel.files.file_format import FileReadings
 from pretravel.files.source_file import SourceFile
-from pretravel.touches import Touches
+from pretravel.files.statements import StatedRows, Statement, Statements
+from pretravel.touches import Touches, word_fields
 
 
 @dataclass
@@ -34,8 +36,18 @@ class LoggedHeights:
     labels: list[str] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     unplaced: int | None = None
+    statements: Statements | None = None
+    stated: StatedRows = field(init=False)
     _series: Counter[str] = field(default_factory=Counter)
     _touches: Counter[str] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self.stated = StatedRows(self.file)
+
+    def read_statement(self, line: str, number: int) -> None:
+        """Read a line without a height: a tool, a change of the coordinates …."""
+        if self.statements is not None:
+            self.stated.take(self.statements.of(sent_line(line)), line, number)
 
     def new_series(self, kind: str) -> str:
         """Name of another series of a kind: accuracy 1, accuracy 2 …."""
@@ -45,6 +57,7 @@ class LoggedHeights:
     def take(self, series: str, cells: Sequence[str], line: int) -> None:
         """Take a touch: x, y and z, or z alone."""
         values = self.file.numbers(cells, line)
+        self.stated.row(line)
         if len(values) == 1:
             values = [0.0, 0.0, *values]
             self.unplaced = self.unplaced or line
@@ -83,5 +96,57 @@ class LoggedHeights:
                 labels=tuple(self.labels),
                 source=self.file.name,
                 lines=tuple(self.lines),
+                **word_fields(self.stated.columns()),
             )
-        return FileReadings(touches)
+        return FileReadings(touches, warnings=self.stated.warnings())
+
+
+def sent_line(line: str) -> str:
+    """A line of a terminal without what it writes before it: a time, Recv: , // , >>> .
+
+    >>> sent_line("10:14:03.21: Recv: // probe at 97,2 is z=1.3"), sent_line(">>> T1")
+    ('probe at 97,2 is z=1.3', 'T1')
+    """
+    return _BEFORE.sub("", line.strip(), count=1)
+
+
+_BEFORE = re.compile(
+    r"(?:[\[(]?\d{1,4}[-.:/]\d[-\d.:/, T]*(?:[AP]M)?[\])]?\s*:?\s*)?"
+    r"(?:(?:Send|Sent|Recv|Rcvd|READ|SENT|RECV|INFO|DEBUG|echo|TX|RX)\s*:\s*|[>$<]+\s*)?"
+    r"(?://\s*|echo:\s*|!!\s*)?",
+    re.IGNORECASE,
+)
+_TOOL = Statement("tool: `T0`, `T1` …", r"T(\d+)\s*(?:M0?6)?\s*$", "tip", "carried", "T1")
+_SHIFTED = Statement(
+    "`G92`, `M206`, `M428`, `M851`, `SET_GCODE_OFFSET`, `SET_KINEMATIC_POSITION`, `M290`",
+    r"((?:G92(?:\.\d)?|M206|M428|M851|M290|SET_GCODE_OFFSET|SET_KINEMATIC_POSITION|BABYSTEP\w*)\b"
+    r".*)",
+    "frame", "refused", "G92 Z0",
+)  # fmt: skip
+_HOMED = Statement(
+    "homing: `G28`",
+    r"(G28\b.*)",
+    "part",
+    "carried",
+    "G28 Z",
+)
+_FEED = Statement(
+    "speed of the probe in a command",
+    r"(?:PROBE|PROBE_ACCURACY|G30|G29|G38\.\d|M48)\b.*?\b((?:PROBE_)?SPEED\s*=\s*[\d.]+|F\s*[\d.]+)",
+    "pass",
+    "carried",
+    "PROBE_ACCURACY PROBE_SPEED=10",
+)
+_CONSOLE = Statement(
+    "`ok`, temperatures, `echo:`, commands and settings of the firmware",
+    r"\W*$|(?:ok|wait|busy|start|T:|B:|X:|Y:|Z:|E:|Count|Mean|Min|Max|Range|Standard|Sample|"
+    r"Position|Finished|Done|Bed|Bilinear|probe|PROBE\w*|BED\w*|M48|mesh|Generating|Klipper|Marlin|"
+    r"RepRap\w*|FIRMWARE\w*|Connect\w*|Change\w*|State\w*|Error|Warning|Info|Auto|Levell?ing|"
+    r"Deploy\w*|Stow\w*|Home\w*|Homing|Endstop\w*|triggered|open|Restart\w*|Heat\w*|Fan|"
+    r"[A-Z]\d+(?:\.\d+)?\b|[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+|PROBE|ACCURACY|QUERY\w*|GET\w*|STATUS|"
+    r"Heightmap|G32|height|;|#|\*|-)",
+    example="ok T:200.0 /200.0",
+)
+TERMINAL = (_TOOL, _SHIFTED, _HOMED, _FEED, _CONSOLE)
+"""Statements in the console output of a printer's firmware."""
+TERMINAL_STATEMENTS = Statements(TERMINAL)

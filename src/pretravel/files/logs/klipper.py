@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from pretravel.files.file_format import FileFormat, FileReadings
-from pretravel.files.logs.heights_of_log import LoggedHeights
+from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_STATEMENTS, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
 _BEFORE = r"\bprobe:?(?: result)? at "
@@ -40,7 +40,7 @@ def read_klipper_log(source: Source) -> FileReadings:
     [97.0, 2.0, 1.3175]
     """
     file = opened(source)
-    found = LoggedHeights(file)
+    found = LoggedHeights(file, statements=TERMINAL_STATEMENTS)
     name = "probe"
     for number, line in enumerate(file.lines("console output of Klipper"), start=1):
         if _SERIES_BEGINS.search(line):
@@ -51,6 +51,8 @@ def read_klipper_log(source: Source) -> FileReadings:
             found.take(name, touch.groups(), number)
         elif _TOUCH_BEGINS.search(line):
             raise file.error("the line is cut off: probe at X,Y is z=Z is needed", number)
+        else:
+            found.read_statement(line, number)
     return found.readings("the file contains no touch (probe at X,Y is z=Z)")
 
 
@@ -62,4 +64,6 @@ KLIPPER = FileFormat(
     self_contained=True,
     recognises=lambda lines: any(map(_TOUCH_BEGINS.search, lines)),
     parse=lambda file, _: read_klipper_log(file),
+    statements=TERMINAL,
+    other_lines="named",
 )

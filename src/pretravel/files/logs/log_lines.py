@@ -8,12 +8,31 @@ import numpy as np
 
 from pretravel.files.file_format import FileFormat, FilePositions
 from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.statements import StatedRows, Statement, Statements
 
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))(?![\d.,eE])", re.IGNORECASE)
-_X_FIRST, _THEN_Y, _THEN_Z = (
-    re.compile(rf"{words}\s*[-+.\d]", re.IGNORECASE)
-    for words in (r"(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
+_WORD = re.compile(
+    r"([A-Z])\s*[:=]?\s*([-+]?\s*(?:\d+(?:\.\d*)?|\.\d+))(?![\d.,eE])[,;*]?", re.IGNORECASE
 )
+"""A letter and its number; controls put blanks in the place of zeros, also after the sign."""
+_TABLE = (
+    Statement("tool: `T` number", r"(?:M0?6\s*)?T(\d+)\b.*", "tip", "carried", "T2"),
+    Statement(
+        "work offset, turn, scale: `G54` … `G59`, `G10`, `G92`, `G43`, `G49`, `G52`, `G68`, `G51`",
+        r"(?:N\d+\s*)?(?:G(?:0?[01]|17|2[01]|9[04])\s*)*"
+        r"(G(?:5[0-24-9]|10|92|43|49|68|69)(?:\.\d)?(?!\d).*)",
+        "frame", "refused", "G55",
+    ),
+    Statement("`G20`, `G21`", r"G2([01])\b", "unit", "refused", "G20"),
+    Statement("comments, `%`, `G90`, `G94`, `M`, `F`, `S`, `O`",
+              r"[#;(%]|\W*$|(?:[GMFSON]\s*\d+(?:\.\d*)?\s*)+$", example="G90"),
+)  # fmt: skip
+STATEMENTS = Statements(_TABLE)
+_X_FIRST, _THEN_Y, _THEN_Z = (
+    re.compile(rf"{words}\s*[:=]?\s*[-+.\d]", re.IGNORECASE)
+    for words in (r"(?:#\d+\s*:\s*)?(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
+)
+_NUMBERED = re.compile(r"#\d+\s*:\s*")
+"""The number of a point, as GEOPAK writes it."""
 _ROTARY = "ABC"
 _MOVED = 1e-4
 """Rotary axes that differ by more than this have moved. [deg]"""
@@ -47,31 +66,38 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     [[1.0, 2.0, 3.0]]
     """
     file = opened(source)
-    rows, numbers, feeds = [], [], []
+    rows, numbers, feeds, stated = [], [], [], StatedRows(file)
     feed: float | None = None
     rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
         line = without_comments(text).strip()
-        if not line or line.startswith((";", "%")):
+        line = _NUMBERED.sub("", line)
+        if not line or line.startswith((";", "%", "#")):
             continue
         units = _units(file, line, number, units)
         if re.search(r"\bG91\b", line, re.IGNORECASE):
             raise file.error("G91: relative positions are not read", number)
         for _, value in (word for word in _WORD.findall(line) if word[0].upper() == "F"):
-            feed = file.numbers([value], number)[0] or None
+            feed = file.numbers([_squeezed(value)], number)[0] or None
+        known = STATEMENTS.of(line)
+        if known is not None and known[0].means != "unit":  # the unit was read
+            stated.take(known, line, number)
         if position := _position(file, line, number, rotary):
+            stated.row(number)
             rows.append(position)
             numbers.append(number)
             feeds.append(feed)
     scale = file.scale(units, "the file does not state its units (G20 or G21)")
     if not rows:
         raise file.error("the file contains no position")
-    known = [feed for feed in feeds if feed is not None]
+    known_feeds = [feed for feed in feeds if feed is not None]
     return FilePositions(
         file.path,
         scale * np.array(rows),
         tuple(numbers),
-        feeds=scale * np.array(known) if len(known) == len(rows) else None,
+        feeds=scale * np.array(known_feeds) if len(known_feeds) == len(rows) else None,
+        words=stated.columns(),
+        warnings=stated.warnings(),
     )
 
 
@@ -115,7 +141,7 @@ def _position(
             + ("; use points as decimal signs" if "," in remainder else ""),
             number,
         )
-    pairs = [(name.upper(), value) for name, value in _WORD.findall(line)]
+    pairs = [(name.upper(), _squeezed(value)) for name, value in _WORD.findall(line)]
     pairs = [(name, value) for name, value in pairs if name in "XYZ" + _ROTARY]
     words = dict(pairs)
     if len(words) < len(pairs):
@@ -133,6 +159,11 @@ def _position(
         missing = " and no ".join(axis for axis in "XYZ" if axis not in words)
         raise file.error(f"'{line[:40]}' has no {missing}", number)
     return file.numbers([words[axis] for axis in "XYZ"], number)
+
+
+def _squeezed(value: str) -> str:
+    """A number without the blanks between its sign and its digits."""
+    return "".join(value.split())
 
 
 def _is_positions(lines: list[str]) -> bool:
@@ -158,4 +189,6 @@ POSITIONS = FileFormat(
     recognises=_is_positions,
     by_shape=True,
     parse=lambda file, options: read_log_positions(file, options.units),
+    statements=_TABLE,
+    other_lines="refused",
 )

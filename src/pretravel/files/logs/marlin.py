@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.logs.heights_of_log import LoggedHeights
+from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_STATEMENTS, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
 _NUMBER = r"(-?\d[\d.]*|-?\.\d+)"
@@ -45,7 +45,7 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
     ([-0.042, -0.036, -0.037], 'M48 1/1')
     """
     file = opened(source)
-    found = LoggedHeights(file)
+    found = LoggedHeights(file, statements=TERMINAL_STATEMENTS)
     name, testing = "bed", False
     place: tuple[str, ...] = ()
     for number, line in enumerate(file.lines("console output of Marlin"), start=1):
@@ -62,6 +62,8 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
             if not testing:
                 name, place, testing = found.new_series("M48"), (), True
             found.take(name, (*place, touch[3]), number)
+        else:
+            found.read_statement(line, number)
     return found.readings(
         "the file contains no touch: M48 reports each one with V4 (M48 P20 V4), without it their "
         "mean and standard deviation alone",
@@ -86,4 +88,6 @@ MARLIN = FileFormat(
     self_contained=True,
     recognises=_is_marlin,
     parse=_parsed,
+    statements=TERMINAL,
+    other_lines="named",
 )

@@ -11,13 +11,93 @@ from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.touches import Touches
+from pretravel.files.statements import StatedRows, Statement, Statements, any_of
+from pretravel.touches import Touches, word_fields
 
 _FEATURE = re.compile(r"=\s*(?:FEAT|AUTO)\s*/", re.IGNORECASE)
 """Stands between the label of a feature and its kind."""
 _VALUES = re.compile(r"^(THEO|ACTL)\s*/\s*(.*)$", re.IGNORECASE)
 _HIT = re.compile(r"^HIT\s*/\s*(.*)$", re.IGNORECASE)
-_ALIGNMENT = re.compile(r"(?:=\s*ALIGNMENT/START|^RECALL/ALIGNMENT)", re.IGNORECASE)
+_NAMED = r"(?:[\w.$-]+\s*=\s*)?"
+"""The label of a statement, where it has one."""
+_TABLE = (
+    Statement(
+        "`TIP/`", _NAMED + r"TIP\s*/\s*([^,]+)", "tip", "carried",
+        "TIP/T2A90B0, SHANKIJK=0, 1, 0, ANGLE=90",
+    ),
+    Statement(
+        "`LOADPROBE/`", _NAMED + r"LOADPROBE\s*/\s*([^,]+)", "tip", "carried", "LOADPROBE/STAR_2"
+    ),
+    Statement(
+        "`ALIGNMENT/` (but not its END)", _NAMED + r"ALIGNMENT\s*/\s*(?!END)(.*)", "frame",
+        "refused", "A2 =ALIGNMENT/START,RECALL:A1,LIST=YES",
+    ),
+    Statement(
+        "`RECALL/`, `ROTAB/`, `EQUATE/`, `ITERATE/`, `BF3D/`, `MATRIX/`",
+        _NAMED + any_of(
+            "RECALL ROTAB ROTARYTABLE ROTARY_TABLE EQUATE ITERATE BF2D BF3D BEST_FIT BESTFIT "
+            "MATRIX LEAPFROG ROTATE TRANS"
+        ) + "(.*)",
+        "frame", "refused", "RECALL/ALIGNMENT,INTERNAL,A1",
+    ),
+    Statement(
+        "`PROBECOM/`, `PROBE COMPENSATION/`",
+        any_of("PROBECOM PROBE_COMPENSATION POLARVECTORCOMP POLAR_VECTOR_COMP") + "(.*)",
+        "radius", "refused", "PROBECOM/OFF",
+    ),
+    Statement(
+        "`TEMP COMP/`, `SCALEFACTOR/`, `UNITS/`",
+        any_of("TEMP_COMP TEMPERATURE_COMP SCALE_FACTOR UNIT UNITS") + "(.*)",
+        "unit", "refused", "TEMP COMP/ORIGIN",
+    ),
+    Statement(
+        "`PART NAME:`, `SER NUMBER:` again", r"((?:PART NAME|SER NUMBER)\s*:.*)", "part", "refused",
+        "PART NAME  : HOUSING 2",
+    ),
+    Statement(
+        "`LOOP/START`, `GOTO/`, `CALLSUB/`",
+        _NAMED + r"((?:LOOP\s*/\s*START|GOTO\s*/|CALLSUB\s*/|PASTE WITH PATTERN).*)",
+        "part", "refused", "V1 =LOOP/START, ID=YES, NUMBER=4",
+    ),
+    Statement(
+        "`TOUCHSPEED/`", r"TOUCHSPEED\s*/\s*(.*)", "pass", "carried", "TOUCHSPEED/ 4"
+    ),
+    Statement(
+        "`MODE/`, `MOVE/`, `MOVESPEED/`, `PREHIT/`, `RETRACT/`, `CHECK/`, `CLEARP/`, `FLY/`",
+        any_of(
+            "MODE MOVE MOVESPEED SCANSPEED PREHIT RETRACT CHECK CLEARP CLAMP FLY WORKPLANE FORMAT "
+            "ARMTYPE MANRETRACT MAXMINEAV DELAY AVOIDANCE_MOVE AUTO_MOVE LIMITEDAVOID "
+            "IGNOREMOTIONERRORS ONERROR ENABLECLEARP"
+        ),
+        example="MOVE/POINT,NORMAL,<0,0,50>",
+    ),
+    Statement(
+        "settings of a feature: `SNAP=`, `AUTO MOVE=`, `SHOW HITS=` …",
+        any_of(
+            "THEO ACTL TARG MEAS ENDMEAS HIT RMEAS ANGLE_VEC START_ANG DIRECTION SNAP SHOW AUTO "
+            "FIND READ INIT PERM SPACER NUMHITS DEPTH PITCH SAMPLE VOID EDGE DISPLAY THICKNESS "
+            "OFFSET REF SURFACE GRAPH DETAIL DETAILS MEASURE_ORDER FILTER OUTLIER USE_THEO TWO_D "
+            "RELATIVE CONSTR READPOINT INDENT INCREMENT"
+        ),
+        example="SNAP=NO",
+    ),
+    Statement(
+        "dimensions, comments, `ALIGNMENT/END`, `IF/`, `ASSIGN/`, `PRINT/`",
+        r"(?:\$\$|" + _NAMED + any_of(
+            "ALIGNMENT/END DIM DIMENSION END_OF_DIMENSION AX COMMENT ASSIGN PRINT REPORT STATS "
+            "REV_NUMBER STARTUP STATISTICS PARTNAME DATE TIME FCF LOCATION_OF FLATNESS ROUNDNESS "
+            "DATDEF TOL LABEL TRACEFIELD VISION DISPLAYMETAFILE EXTERNALCOMMAND GROUP ENDGROUP IF "
+            "END_IF ELSE LOOP/END OPTIMIZE COLUMN LEVEL"
+        ) + ")",
+        example="COMMENT/REPT,a note",
+    ),
+    Statement(
+        "rows of a dimension", r"(?:[A-Z][A-Z0-9]{0,3}\s+[-+\d.]|-{3}|={3}|\||\*)",
+        example="X   10.000   0.010   0.010   10.002   0.002   0.000",
+    ),
+    Statement("features", r"[^=]*=\s*" + any_of("FEAT AUTO GENERIC BASICSCAN SCAN CURVE") + "/"),
+)  # fmt: skip
+STATEMENTS = Statements(_TABLE)
 _NO_TOUCH = re.compile(r"^(?:READPOINT|CONSTR)\b", re.IGNORECASE)
 _OF_ONE_TOUCH = re.compile(r"^(?:\w+/)?(?:VECTOR POINT|POINT)\b", re.IGNORECASE)
 _SHOWN = 8
@@ -51,7 +131,8 @@ def read_pc_dmis(
     ------
     InputError
         The radius or the units are missing; coordinates are polar; a vector is not a unit vector;
-        an alignment stands among the touches; every point equals its nominal; there is no touch.
+        an alignment, or another statement that changes what the points are, stands among the
+        touches; every point equals its nominal; there is no touch.
 
     >>> text = b"P1 =FEAT/POINT,CARTESIAN\nTHEO/<0,0,5>,<0,0,1>\nACTL/<0,0,5.01>,<0,0,1>\n"
     >>> read_pc_dmis(SourceFile("a.txt", text), 3.0, "mm").touches.positions.round(6).tolist()
@@ -78,6 +159,8 @@ class _Feature:
     line: int
     values: dict[str, tuple[list[float], int]] = field(default_factory=dict)
     hits: list[tuple[list[float], int]] = field(default_factory=list)
+    held: list[dict[str, str]] = field(default_factory=list)
+    at: dict[str, str] = field(default_factory=dict)
     touched: bool = True
 
 
@@ -89,34 +172,65 @@ class _Routine:
     ----------
     touches : list of label, nominal x, y, z, i, j, k and measured x, y, z, and line
     without_touches : labels of features
-    alignment : line of an alignment after a touch
+    stated : tip, frame … as the statements between the features say
     """
 
     file: SourceFile
     touches: list[tuple[str, list[float], int]] = field(default_factory=list)
     without_touches: list[str] = field(default_factory=list)
     feature: _Feature | None = None
-    alignment: int | None = None
+    stated: StatedRows = field(init=False)
+    probe: str = ""
+    probes: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.stated = StatedRows(self.file)
 
     def read_statement(self, statement: str, number: int) -> None:
-        """Read one statement: a feature begins, its values, a hit, an alignment."""
-        if _ALIGNMENT.search(statement):
-            self.close_feature()
-            self.alignment = number if self.touches else None
+        """Read one statement: a feature begins, its values, a hit; or what holds from here on."""
+        known = STATEMENTS.of(statement)
+        if known is None or known[0].then != "harmless":
+            if known is not None and known[0].then == "refused":
+                self.close_feature()
+            self._hold(known, statement, number)
         elif (found := _FEATURE.search(statement)) and (label := statement[: found.start()]):
             self.close_feature()
             kind = statement[found.end() :].strip()
             self.feature = _Feature(label.strip(), kind, number)
         elif self.feature is None:
-            return
+            if _HIT.match(statement) and self.touches:
+                self.stated.row(number)  # of a feature that a change of the coordinates cut off
+                raise self.file.error("this hit belongs to no feature", number)
         elif _NO_TOUCH.match(statement):
             self.feature.touched = False
         elif found := _VALUES.match(statement):
             self.feature.values[found[1].upper()] = (self._numbers(found[2], number), number)
+            self.feature.at = dict(self.stated.values)
         elif found := _HIT.match(statement):
             if "<" not in found[1] and "USE" not in found[1].upper():
                 raise self.file.error("this hit is cut off: its USE THEO= is missing", number)
             self.feature.hits.append((self._numbers(found[1], number), number))
+            self.feature.held.append(dict(self.stated.values))
+
+    def _hold(self, known: tuple[Statement, str] | None, statement: str, number: int) -> None:
+        """Keep what a statement between the features says."""
+        if known is not None and known[0].means == "tip":
+            if known[0].words.startswith("LOADPROBE"):
+                self.probe = known[1]
+                self.probes.add(known[1])
+                self.stated.state("tip", self.probe)
+            else:
+                self.stated.state("tip", f"{self.probe} {known[1]}".strip())
+            return
+        self.stated.take(known, statement, number)
+
+    def tips(self) -> dict[str, tuple[str, ...]]:
+        """Words of the touches; the probe's name is left out where only one was loaded."""
+        words = self.stated.columns()
+        if "tip" in words and len(self.probes) < 2:
+            mark = f"{self.probe} "
+            words["tip"] = tuple(word.removeprefix(mark) for word in words["tip"])
+        return words
 
     def _numbers(self, text: str, number: int) -> list[float]:
         if text.count("<") != text.count(">"):
@@ -133,17 +247,14 @@ class _Routine:
         if not found:
             self.without_touches.append(feature.label)
             return
-        if self.alignment is not None:
-            raise self.file.error(
-                "an alignment stands among the touches: those before and after it have different "
-                "coordinates. Split the file there",
-                self.alignment,
-            )
         if re.search(r"\bPOLA?R\b", feature.kind, re.IGNORECASE):
             raise self.file.error(
                 f"the feature {feature.label} is in polar coordinates; CARTESIAN is read",
                 feature.line,
             )
+        held = feature.held or [feature.at] * len(found)
+        for (_, _, line), values in zip(found, held, strict=True):
+            self.stated.row(line, values)
         self.touches += found
 
     def _touches_of(self, feature: _Feature) -> list[tuple[str, list[float], int]]:
@@ -205,16 +316,17 @@ def _touches(file: SourceFile, routine: _Routine, scale: float, radius: float) -
             nominal_points=scale * table[:, :3],
             source=file.name,
             lines=lines,
+            **word_fields(routine.tips()),
         )
 
 
 def _warnings(routine: _Routine) -> tuple[str, ...]:
-    others = routine.without_touches
+    others, unknown = routine.without_touches, routine.stated.warnings()
     if not others:
-        return ()
+        return unknown
     shown = ", ".join(others[:_SHOWN]) + ("…" if len(others) > _SHOWN else "")
     what = "features without hits, constructed or read without a touch are left out"
-    return (f"{len(others)} {what}: {shown}",)
+    return (f"{len(others)} {what}: {shown}", *unknown)
 
 
 def _statements(lines: list[str]) -> list[tuple[int, str]]:
@@ -252,4 +364,6 @@ PC_DMIS = FileFormat(
     verified="the maker's documentation and public routines: their form; no routine that was run",
     recognises=_is_pc_dmis,
     parse=lambda file, options: read_pc_dmis(file, options.radius_taken_off, options.units),
+    statements=_TABLE,
+    other_lines="named",
 )

@@ -237,4 +237,5 @@ PRETRAVEL_LOG = FileFormat(
     recognises=_is_own_log,
     parse=lambda file, _: read_own_log(file),
     self_contained=True,
+    other_lines="refused",
 )

@@ -19,7 +19,10 @@ _ROW = re.compile(
     rf"(?: TOL (?:TP )?{_NUMBER})? DEV {_NUMBER}$",
     re.I,
 )
-_ACTUAL, _DEVIATION = (re.compile(rf"\b{word}\b", re.I) for word in ("ACTUAL", "DEV"))
+_ACTUAL, _DEVIATION = (
+    re.compile(rf"\b{word}\s*(?:[-+.\d]|NaN\b)", re.I) for word in ("ACTUAL", "DEV")
+)
+"""With a number after it: a header of a table has none."""
 _MOST_DIGITS = 9
 _LAST_DIGIT = 2e-4
 """DEV can differ from ACTUAL less nominal by the rounding of four decimals."""

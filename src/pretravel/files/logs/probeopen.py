@@ -11,9 +11,9 @@ from pretravel.files.source_file import Source, SourceFile, opened
 
 _COLUMNS = 9
 _DECIMALS = 6
-_ROTARY = slice(3, 6)
+_ROTARY = slice(3, 9)
 _MOVED = 1e-4
-"""Rotary axes that differ by more than this have moved. [deg]"""
+"""Other axes that differ by more than this have moved. [deg, or the file's unit]"""
 
 
 def read_probeopen(source: Source, units: str | None = None) -> FilePositions:
@@ -53,8 +53,8 @@ def read_probeopen(source: Source, units: str | None = None) -> FilePositions:
         row = _row(file, text, number, len(lines))
         if rows and np.any(np.abs(np.subtract(rows[0][_ROTARY], row[_ROTARY])) > _MOVED):
             raise file.error(
-                "a rotary axis (columns 4 to 6) has moved since the first row; positions at "
-                "different rotary angles cannot be joined with one plan",
+                "a rotary axis (columns 4 to 6) or an axis U, V, W (7 to 9) has moved since the "
+                "first row; such positions cannot be joined with one plan",
                 number,
             )
         rows.append(row)
@@ -98,4 +98,5 @@ PROBEOPEN = FileFormat(
     recognises=_is_probeopen,
     by_shape=True,
     parse=lambda file, options: read_probeopen(file, options.units),
+    other_lines="refused",
 )

@@ -8,8 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+from pretravel.files.column_names import names_known_columns
 from pretravel.files.file_format import FileFormat
 from pretravel.files.logs.log_lines import without_comments
+from pretravel.files.text_table import has_known_header, header_cells, is_table
 
 _CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
 """Orders that no log of positions contains."""
@@ -28,6 +30,12 @@ def _any(pattern: str, *, head: int | None = None) -> Callable[[list[str]], bool
     """Return a function: whether the pattern is found in a line (of the first ones)."""
     compiled = re.compile(pattern, re.IGNORECASE)
     return lambda lines: any(compiled.search(line) for line in lines[:head])
+
+
+def _untitled(pattern: str, *, head: int) -> Callable[[list[str]], bool]:
+    """Whether a pattern is found near the head, and is not the title of a table of touches."""
+    found = _any(pattern, head=head)
+    return lambda lines: found(lines) and not (has_known_header(lines) and is_table(lines))
 
 
 def _is_program(lines: list[str]) -> bool:
@@ -64,10 +72,80 @@ PC_DMIS_REPORT = FileFormat(
     "x, y, z, i, j, k of the points as CSV",
 )
 
+_CALYPSO_COLUMNS = {"idsymbol", "type", "geotype", "characteristic", "uppertol", "featureid"}
+
+
+def _is_calypso(line: str) -> bool:
+    """Whether a line is the header of a table of Calypso, also as a spreadsheet saved it."""
+    cells = {cell.strip(' "').lower() for cell in re.split(r"[\t;,]", line)}
+    return {"planid", "partnb"} <= cells and bool(cells & _CALYPSO_COLUMNS)
+
+
+_SIZES = re.compile(
+    r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchmesser|diametre|"
+    r"diametro|form(?:error|dev|fehler)?|roundness|circularity|flatness|cylindricity|straightness|"
+    r"rundheit|ebenheit|zylindrizitat|sigma|stddev|numpoints|nopoints|points|innerouter|"
+    r"featuretype|geometrytype|elementtype|formabw|fitmethod)(?:nom|act|meas|dev)?"
+)
+_KINDS = re.compile(
+    r"(?:circle|plane|cylinder|sphere|cone|line|slot|arc|ellipse|torus|kreis|ebene|zylinder|kugel|"
+    r"kegel|gerade|bohrung|cercle|plan|cylindre|cir|pln|cyl|sph|hole|bore)\b",
+    re.IGNORECASE,
+)
+_RESULTS = (
+    {"nominal", "nom", "soll", "sollwert", "nominale"},
+    {"actual", "meas", "measured", "act", "ist", "istwert", "mesure", "gemessen"},
+    {"dev", "deviation", "abweichung", "test", "check", "status", "out tol", "outtol", "ecart"},
+)
+
+
+def _is_feature_list(lines: list[str]) -> bool:
+    """Whether a table has a row for each feature, or for each of its results."""
+    cells = [cell.lower() for cell in header_cells(lines)]
+    plain = [re.sub(r"[^a-zäöüé ]", "", cell.split("[")[0]).strip() for cell in cells]
+    squeezed = [word.replace(" ", "").replace("ä", "a") for word in plain]
+    if not cells:
+        return False
+    if not names_known_columns(cells):
+        return all(any(word in kind for word in plain) for kind in _RESULTS)
+    if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
+        return True
+    if not {"type", "typ", "kind", "art", "element"} & set(plain):
+        return False
+    rows = [line for line in lines[:60] if any(sign.isdigit() for sign in line)]
+    kinds = [line for line in rows if re.search(rf"(?:^|[;,\t|\s\"]){_KINDS.pattern}", line, re.I)]
+    return len(rows) > 0 and 2 * len(kinds) > len(rows)
+
+
+FEATURE_LIST = FileFormat(
+    name="feature-list",
+    what="list of features or of their results: a diameter, a form, Nominal … Actual … Dev",
+    recognises=_is_feature_list,
+    refusal="this is a list of features (centres, diameters, forms) or of their results, as the "
+    "software of CMMs writes them, with the tip's radius taken off: a row is no touch, and nothing "
+    "is left to compensate. Let the software write the points that it measured, as tip centres "
+    "with their normals, one row for each touch",
+)
+
+LISTING = FileFormat(
+    name="listing",
+    what="report of other software by its name: Quindos, Reflex, Metrolog, PolyWorks, Carvera …",
+    recognises=_any(
+        r"\b(?:quindos|reflex|metrolog|polyworks|gom inspect|zeiss inspect|verisurf|aberlink|"
+        r"powerinspect|rationaldmis|cmm-manager|camio|xactmeasure|mcosmos|geopak|carvera|makera|"
+        r"calibrating probe|probing (?:bore|boss|corner))\b",
+        head=40,
+    ),
+    refusal="this is a report of a CMM's or a machine's software (Quindos, Reflex, Metrolog, "
+    "PolyWorks, GEOPAK, Carvera …), whose lines are results and texts, no touches in a form that "
+    "is known. Let it write the points that it measured, as tip centres with their normals, as a "
+    "table: x, y, z, nx, ny, nz; of a machine, give the log with the probe's reports ([PRB:…])",
+)
+
 CALYPSO = FileFormat(
     name="calypso",
     what="tables of Calypso: chr.txt, fet.txt, hdr.txt",
-    recognises=lambda lines: {"planid", "partnb"} <= set(lines[0].lower().split("\t")),
+    recognises=lambda lines: _is_calypso(lines[0]),
     refusal="this is a table of Calypso: characteristics and features, with the tip's radius "
     "taken off. It has no touches. Let Calypso write the points of the elements, as tip centres "
     "with their normals, and convert these from CSV",
@@ -76,7 +154,7 @@ CALYPSO = FileFormat(
 HEIDENHAIN_LOG = FileFormat(
     name="heidenhain-log",
     what="measuring log of Heidenhain's cycles: TCHPR4xx.TXT",
-    recognises=_any(
+    recognises=_untitled(
         r"\bMeasuring log\b|\bMeasurement log\b|\bMessprotokoll\b|"
         r"^\W*(?:Prob(?:ing|e) cycle|Touch probe cycle|Antastzyklus|Tastsystem-?Zyklus) +4\d\d\b",
         head=40,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.logs.heights_of_log import LoggedHeights
+from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_STATEMENTS, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
 _STOPPED = re.compile(r"\bStopped at height (-?[\d.]+) mm")
@@ -44,7 +44,7 @@ def read_reprap_log(source: Source, *, look_only: bool = False) -> FileReadings:
     [-0.005, 0.001, 0.002]
     """
     file = opened(source)
-    found = LoggedHeights(file)
+    found = LoggedHeights(file, statements=TERMINAL_STATEMENTS)
     for number, line in enumerate(file.lines("console output of RepRapFirmware"), start=1):
         if stopped := _STOPPED.search(line):
             found.take("G30", stopped.groups(), number)
@@ -54,6 +54,8 @@ def read_reprap_log(source: Source, *, look_only: bool = False) -> FileReadings:
                 found.take(name, (cell,), number)
         elif _BEGINS.search(line):
             raise file.error("the line is cut off: Stopped at height Z mm is needed", number)
+        else:
+            found.read_statement(line, number)
     return found.readings("the file contains no height of G30", look_only=look_only)
 
 
@@ -69,4 +71,6 @@ REPRAP = FileFormat(
     verified="one public macro with its output, and the firmware's lines that write it",
     recognises=lambda lines: any(map(_BEGINS.search, lines)),
     parse=_parsed,
+    statements=TERMINAL,
+    other_lines="named",
 )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import REFERENCE_DIAMETER, TIP_BALL, U_OF_DIAMETER
-from pretravel.task import SILENT, Field, Progress, Result, TouchFilesWithFeed, output
+from pretravel.task import SILENT, Field, OfOneTip, Progress, Result, TouchFilesWithFeed, output
 
 if TYPE_CHECKING:
     from pretravel.show import Document
@@ -25,7 +25,7 @@ Left out: {left_out}.
 """
 
 
-class Bundle(TouchFilesWithFeed):
+class Bundle(TouchFilesWithFeed, OfOneTip):
     """Make one file to send: touches, map, machine and versions, without names and dates.
 
     Each part is read and written anew. What is in the file is printed, and is plain text in it:

@@ -15,6 +15,7 @@ from pretravel.task import (
     TIP_OF_MAP,
     Field,
     ModelOfMap,
+    OfOneTip,
     PlacedPart,
     Progress,
     Reported,
@@ -52,7 +53,9 @@ def _of_several_tips(map_file: object) -> bool:
 SEVERAL_TIPS = When("map_file", is_so=_of_several_tips, what="the maps of several tips")
 
 
-class Compensate(TouchFilesWithFeed, PlacedPart, Reported, without={"place": (SEVERAL_TIPS,)}):
+class Compensate(
+    TouchFilesWithFeed, OfOneTip, PlacedPart, Reported, without={"place": (SEVERAL_TIPS,)}
+):
     """Compensate touches to surface points with uncertainties."""
 
     name = "compensate"

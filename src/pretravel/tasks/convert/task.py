@@ -12,6 +12,7 @@ from pretravel.task import (
     PAGES,
     SILENT,
     Field,
+    OfOneTip,
     Progress,
     Result,
     Task,
@@ -52,7 +53,7 @@ _OF_TOUCHES = (
 """Settings that the results of features do not have."""
 
 
-class Convert(TouchFilesWithFeed, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
+class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
     """Read a table or a file of a control, CMM or CAM system, and write touches.
 
     Without -o it shows how the file is understood: its first rows, and what is missing.
@@ -76,16 +77,6 @@ class Convert(TouchFilesWithFeed, without=dict.fromkeys(_OF_TOUCHES, ("features"
             ".msr",
             ".txt",
             *PAGES,
-        ),
-    ] = None
-    file_format: Annotated[
-        str | None,
-        Field(
-            help="Format of the file (pretravel formats lists them); the default is detected.",
-            option="--from",
-            names=_formats,
-            metavar="FORMAT",
-            label="Format",
         ),
     ] = None
     machine: Annotated[

@@ -13,6 +13,7 @@ from pretravel.task import (
     PAGES,
     SILENT,
     Field,
+    OfOneTip,
     Progress,
     Reported,
     Result,
@@ -51,7 +52,7 @@ def _kinds() -> tuple[str, ...]:
     return "auto", "harmonic", "physical"
 
 
-class History(TouchTables, Reported):
+class History(TouchTables, OfOneTip, Reported):
     """Show how a probe drifts over time, and when its next qualification is due.
 
     From a folder of touches, one file a day; or from the verifications of pretravel verify

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, PretravelError, checked
 from pretravel.task import PAGES, Field, Progress, Result, Task, with_reading
+from pretravel.tasks.qualify.several_tips import STAR
 
 if TYPE_CHECKING:
     from pretravel.files import FileReadings
@@ -74,7 +75,7 @@ class OnReferences(Task):
             help="The reference is a pin or boss, touched outside all around; --ring is one that "
             "is touched inside, a bore too. Several heights are taken as they are.",
             label="The reference is a pin or boss",
-            without=("ring", "block", "reference", "tip"),
+            without=("ring", "block", "reference", STAR),
         ),
     ] = False
     unknown_size: Annotated[
@@ -83,7 +84,7 @@ class OnReferences(Task):
             help="The diameter of the reference is not known: the shape of the map alone is "
             "determined, and its mean is not.",
             label="The diameter is not known",
-            without=("block", "reference", "tip"),
+            without=("block", "reference", STAR),
         ),
     ] = False
     block: Annotated[

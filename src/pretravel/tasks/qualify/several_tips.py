@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pretravel.base import MICROMETRE, TIP_BALL, PretravelError, checked
-from pretravel.task import PAGES, Field, Result, Task, Vector, unit_vector, with_reading
+from pretravel.task import PAGES, Field, Result, Task, Vector, When, unit_vector, with_reading
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,8 +24,21 @@ TIP_ENDINGS = (".json", *PAGES)
 _TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
 
 
+def _with_diameters(tips: tuple[StatedTip, ...]) -> bool:
+    return any("=" in tip for tip in tips)
+
+
+STAR = When("tip", is_so=_with_diameters, what="several tips, --tip NAME=DIAMETER")
+"""The mode of several tips; a name alone chooses the touches of one."""
+
+
 class StatedTip(str):
-    """A tip as it is typed: ``front=4@0,1,0``."""
+    """A tip as it is typed: ``front=4@0,1,0``, or its name alone."""
+
+    @property
+    def is_name(self) -> bool:
+        """Whether it is the name alone."""
+        return "=" not in self
 
     @property
     def parts(self) -> TipParts:
@@ -45,11 +58,13 @@ class TipParts(NamedTuple):
 
 
 def stated_tip(text: str) -> StatedTip:
-    """Check a tip that is typed.
+    """Check a tip that is typed: its name, or with its diameter and axis.
 
     >>> stated_tip("front=4@0,1,0").parts.diameter
     4.0
     """
+    if text.strip() and not set("=@/") & set(text):
+        return StatedTip(text)  # the name alone: its touches are taken
     if not _TIP.fullmatch(text):
         raise PretravelError(
             f"'{text}': a tip is NAME=DIAMETER@X,Y,Z, for example front=4@0,1,0: its diameter in "
@@ -69,13 +84,37 @@ class OfSeveralTips(Task):
             help="A tip of a star stylus or a tool, NAME=DIAMETER@X,Y,Z: its name in the column "
             "tip, its diameter in mm, and the direction from the tip to its hub (0,0,1 where it "
             "is left out). For example --tip down=6 --tip front=4@0,1,0; the others refer to the "
-            "first one. All touch one sphere that is not moved.",
+            "first one. All touch one sphere that is not moved. A NAME alone: its touches are "
+            "taken, where the file states several tips.",
             parse=stated_tip,
             states="a tip states its diameter and its axis itself, and all touch one sphere",
             without=("block", "reference"),
             metavar="NAME=D@X,Y,Z",
         ),
     ] = ()
+
+    @property
+    def star(self) -> tuple[StatedTip, ...]:
+        """The tips that are qualified together.
+
+        Raises
+        ------
+        PretravelError
+            Some are stated by their names alone, others with their diameters.
+        """
+        named = [one for one in self.tip if one.is_name]
+        if named and len(self.tip) > 1:
+            raise PretravelError(
+                f"the tip {named[0]} is stated without its diameter: one tip is chosen by its name "
+                "alone, several are stated with their diameters, such as front=4@0,1,0",
+                inputs=("tip",),
+            )
+        return () if named else self.tip
+
+    @property
+    def chosen_tip(self) -> str | None:
+        """The one tip that is chosen by its name."""
+        return str(self.tip[0]) if self.tip and not self.star else None
 
 
 @dataclass(frozen=True, eq=False)

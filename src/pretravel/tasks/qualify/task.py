@@ -40,7 +40,7 @@ from pretravel.tasks.qualify.references import (
     references_of,
     size_warnings,
 )
-from pretravel.tasks.qualify.several_tips import TIP_ENDINGS, OfSeveralTips, QualifiedTips
+from pretravel.tasks.qualify.several_tips import STAR, TIP_ENDINGS, OfSeveralTips, QualifiedTips
 
 if TYPE_CHECKING:
     from pretravel.files import FileReadings
@@ -65,7 +65,7 @@ def _with_axial_pretravel() -> list[str]:
 _WOZNIAK = When("kind", ("wozniak", "auto"))
 
 
-class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
+class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
@@ -93,7 +93,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             range=TIP_BALL,
             label="Diameter of the tip",
             hint="Of the stylus ball, for example 6",
-            without=("tip",),
+            without=(STAR,),
         ),
     ] = None
     kind: Annotated[
@@ -116,7 +116,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             without=("prior", "block", "reference"),
         ),
     ] = "auto"
-    ring: Annotated[bool, replace(RING, without=("block", "reference", "tip"))] = False
+    ring: Annotated[bool, replace(RING, without=("block", "reference", STAR))] = False
     u_diameter_um: Annotated[float | None, replace(U_DIAMETER, without=("prior",))] = None
     u_temperature: Annotated[float, replace(U_TEMPERATURE, without=("prior",))] = 0.2
     sphere_form_um: Annotated[float, replace(SPHERE_FORM, without=("prior",))] = 0.13
@@ -154,7 +154,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             without=("prior", "block", "reference"),
         ),
     ] = "contact"
-    axis: Annotated[Vector, replace(PROBE_AXIS, without=("prior", "block", "reference", "tip"))] = (
+    axis: Annotated[Vector, replace(PROBE_AXIS, without=("prior", "block", "reference", STAR))] = (
         UPRIGHT
     )
     prior: Annotated[
@@ -165,7 +165,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             "map.",
             reads=True,
             states="the old map states it",
-            without=("block", "reference", "tip", "unknown_size"),
+            without=("block", "reference", STAR, "unknown_size"),
         ),
     ] = None
     output: Annotated[
@@ -175,8 +175,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
 
     def endings(self, output: str) -> tuple[str, ...]:
         """On blocks and several references a table or a page, and no map."""
-        if output == "output" and (self.on_references or self.tip):
-            return TIP_ENDINGS if self.tip else TERM_ENDINGS
+        if output == "output" and (self.on_references or self.star):
+            return TIP_ENDINGS if self.star else TERM_ENDINGS
         return super().endings(output)
 
     def run(
@@ -191,7 +191,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         """
         if self.on_references:
             return self._on_references(progress)
-        if self.tip:
+        if self.star:
             return self._of_several_tips(progress)
         if self.prior is not None:
             return self._update(self.prior, progress)
@@ -298,7 +298,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         from pretravel.measurement import rows_of_tips, star_stylus
         from pretravel.qualification import qualified
 
-        parts = [one.parts for one in self.tip]
+        parts = [one.parts for one in self.star]
         readings = self.read(progress)
         rows = rows_of_tips(readings.touches, [one.name for one in parts])
         kind = "harmonic" if self.kind == AUTO else self.kind

@@ -12,9 +12,11 @@ from pretravel.task import (
     PAGES,
     SILENT,
     Field,
+    FileFormatName,
     Progress,
     Reported,
     Result,
+    Series,
     StatedColumns,
     Units,
     files_meant,
@@ -69,6 +71,8 @@ class Repeat(Reported):
             label="Step of the positions",
         ),
     ] = None
+    file_format: FileFormatName = None
+    series: Series = ()
     columns: Annotated[
         StatedColumns | None,
         Field(
@@ -87,9 +91,12 @@ class Repeat(Reported):
         from pretravel.files import ReadingOptions, read_repeats
         from pretravel.qualification import judged_repeats, step_of_repeats
 
-        options = ReadingOptions(units=self.units, columns=self.columns)
+        options = ReadingOptions(units=self.units, columns=self.columns, series=self.series)
         files = files_meant(self.log)
-        logs = [(path.name, read_repeats(path, options, self.axis)) for path in files]
+        logs = [
+            (path.name, read_repeats(path, options, self.axis, file_format=self.file_format))
+            for path in files
+        ]
         series = []
         for name, log in logs:
             step = (self.step_um or 0.0) * MICROMETRE

@@ -13,6 +13,7 @@ from pretravel.task import (
     SILENT,
     Angles,
     Field,
+    OfOneTip,
     Progress,
     Reported,
     Result,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from pretravel.show import Document, View
 
 
-class Reversal(TouchFilesWithFeed, Reported):
+class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
     """Average touches at 0° and 180° of the spindle, which takes out run-out and odd lobes.
 
     The means go to pretravel qualify, compensate or measure like other touches.

@@ -16,6 +16,7 @@ from pretravel.task import (
     SILENT,
     Diameter,
     Field,
+    OfOneTip,
     Progress,
     QualifiedMap,
     Reported,
@@ -36,7 +37,7 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 """A table does not contain all that a verification needs."""
 
 
-class Verify(TouchFilesWithFeed, Reported):
+class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
     The code is 3 too, and nothing is tested, where the touches are not those of a new, whole run.

@@ -11,6 +11,7 @@ from pretravel.task import (
     PAGES,
     SILENT,
     Field,
+    OfOneTip,
     Progress,
     Reported,
     Result,
@@ -34,7 +35,7 @@ _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), 
 _MOST_LISTED = 8
 
 
-class Align(TouchFilesWithFeed, Reported):
+class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
     Touches need no normals: those of the faces are taken, and the pretravel is solved together with

@@ -164,7 +164,8 @@ def features_summary(
         angles = None
     more = len(rows) - _MOST_ROWS
     shown = rows[:_MOST_ROWS]
-    table = _lengths_table([(name, quantity) for name, quantity, _ in shown], "")
+    given = not any(each.feature.points.state_uncertainty for each in features)
+    table = _lengths_table([(name, quantity) for name, quantity, _ in shown], "", given=given)
     columns = [c for c in table.columns if c.name not in ("u", "at least")]
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
@@ -452,7 +453,7 @@ def _failure_words(conformity: Conformity, feature: MeasuredFeature) -> str:
 
 
 def _lengths_table(
-    rows: Sequence[tuple[str, Quantity]], explanation: str, title: str = ""
+    rows: Sequence[tuple[str, Quantity]], explanation: str, title: str = "", *, given: bool = False
 ) -> Table:
     plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in rows]
     change = [(q.value - p) / MICROMETRE for (_, q), p in zip(rows, plain, strict=True)]
@@ -460,9 +461,15 @@ def _lengths_table(
         (
             Column.of("feature", [name for name, _ in rows]),
             Column.of("quantity", [quantity.name for _, quantity in rows]),
-            Column.of("uncompensated", plain, "mm", decimals(5)),
-            Column.of("compensated", [q.value for _, q in rows], "mm", decimals(5)),
-            Column.of("change", change, "µm", signed_decimals(2)),
+            *(
+                (Column.of("of the given points", [q.value for _, q in rows], "mm", decimals(5)),)
+                if given
+                else (
+                    Column.of("uncompensated", plain, "mm", decimals(5)),
+                    Column.of("compensated", [q.value for _, q in rows], "mm", decimals(5)),
+                    Column.of("change", change, "µm", signed_decimals(2)),
+                )
+            ),
             Column.of("u", [q.u / MICROMETRE for _, q in rows], "µm", decimals(3)),
             Column.of("U (95 %)", [q.expanded_u / MICROMETRE for _, q in rows], "µm", decimals(3)),
             *(
@@ -492,6 +499,7 @@ def _results_table(features: Sequence[InspectedFeature], together: Sequence[Toge
         "uncertainty of the compensated value. U: 2 u, or more where few residuals show the form "
         "of the part. at least, at most: the form of the surface at the touched points (95 %); the "
         "measured range contains the noise too.",
+        given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, cast
 
-from pretravel.base import MICROMETRE, ConvergenceError, PretravelError
+from pretravel.base import MICROMETRE, TIP_BALL, ConvergenceError, PretravelError
 from pretravel.task import (
     ANSWER,
     PAGES,
@@ -17,6 +17,7 @@ from pretravel.task import (
     LaboratoryReport,
     Progress,
     Result,
+    Series,
     StatedUnits,
     ToleranceText,
     Vector,
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 
+_SMALLEST_TIP = 0.5
+"""A diameter of surface points is closer to its nominal. [mm]"""
 BY_LABEL = "by-label"
 """Instead of a feature: that which the label of the points begins with, as in bore1-1, plane2-1."""
 
@@ -231,6 +234,16 @@ class Measure(LaboratoryReport):
         ),
     ] = 0.95
     units: StatedUnits = None
+    series: Series = ()
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm, where a table of coordinates contains tip centres of "
+            "a bore, boss or sphere; without it they are taken as points of the surface.",
+            range=TIP_BALL,
+            label="Diameter of the tip, of tip centres",
+        ),
+    ] = None
     u_machine_um: Annotated[
         float,
         Field(
@@ -273,7 +286,7 @@ class Measure(LaboratoryReport):
 
     def run(self, progress: Progress = SILENT) -> MeasuredFeatures:
         """Read the points and measure their features."""
-        from pretravel.files import read_points
+        from pretravel.files import ReadingOptions, points_and_notes
 
         if self.feature is None and self.features is None:
             raise PretravelError(
@@ -281,9 +294,17 @@ class Measure(LaboratoryReport):
                 inputs=("feature", "features"),
             )
         wanted = self.wanted()  # what is wrong there is said before the points are read
-        points = read_points(self.points, units=self.units)
+        radius = None if self.tip_diameter is None else 0.5 * self.tip_diameter
+        options = ReadingOptions(units=self.units, series=self.series, tip_radius=radius)
+        points, notes = points_and_notes(self.points, options)
+        if self.tip_diameter is not None and points.state_uncertainty:
+            raise PretravelError(
+                f"{self.points}: the points are compensated: the tip's radius was taken off",
+                inputs=("tip_diameter",),
+            )
         with progress.working(f"measuring the features of {len(points)} points"):
-            return self.measured(points, wanted)
+            found = self.measured(points, wanted)
+        return replace(found, left_out=(*notes, *found.left_out))
 
     def wanted(self) -> Wanted:
         """What is to be measured: the drawing is read, and its tolerances are checked."""
@@ -403,17 +424,44 @@ class Measure(LaboratoryReport):
         wanted = wanted or self.wanted()
         found: list[InspectedFeature] = []
         left_out: list[str] = []
+        misses: list[str] = []
         for name, task in wanted.tasks.items():
             by_label = task.feature == BY_LABEL
             chosen = points_of_features(points, task.select, by_prefix=task.by_prefix or by_label)
             if by_label:
                 chosen, left_out = _with_names_of_features(chosen)
             _refuse_one_place_for_many(task, list(chosen))
-            found += [_measured(name or label, mine, task) for label, mine in chosen.items()]
+            for label, mine in chosen.items():
+                kept, said = _without_far_heights(mine, str(task.feature))
+                found.append(_measured(name or label, kept, task))
+                misses += said
         if wanted.drawing is None:
-            return replace(_result(self, tuple(found), ()), left_out=tuple(left_out))
+            result = _result(self, tuple(found), ())
+            return replace(result, left_out=(*left_out, *misses))
         inspected, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
-        return replace(_result(self, inspected, together), left_out=wanted.left_out)
+        return replace(_result(self, inspected, together), left_out=(*wanted.left_out, *misses))
+
+
+def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
+    """Points of a plane of another origin without those far from it, which are named."""
+    import numpy as np
+
+    from pretravel.files import far_heights
+    from pretravel.measurement import points_at
+
+    if kind != "plane" or points.state_uncertainty:
+        return points, []
+    middle = np.median(points.positions, axis=0)
+    axis = int(np.argmin(np.median(np.abs(points.positions - middle), axis=0)))
+    left = far_heights(points.positions, axis)
+    rows = np.flatnonzero(left)
+    if not len(rows):
+        return points, []
+    named = ", ".join(f"{points.labels[row]} ({left[row]:+.3f} mm)" for row in rows.tolist())
+    which = "point is" if len(rows) == 1 else "points are"
+    said = f"{len(rows)} {which} far from the plane of the others, a miss or a gross error, and "
+    said += f"left out: {named}"
+    return points_at(points, np.flatnonzero(left == 0.0)), [said]
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
@@ -480,6 +528,8 @@ class MeasuredFeatures(Result):
                 "the noise of the points moves an extreme feature to one side, by the amount in "
                 "the note; a verdict on its size or position does not contain this"
             )
+        if not any(each.feature.points.state_uncertainty for each in self.features):
+            warnings.append(_taken_for(task.tip_diameter))
         warnings += [*self.left_out, *task.statements_left_out()]
         statements = task.statements()
         report = features_document(
@@ -696,14 +746,57 @@ def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
 def _feature(label: str, points: Points, kind: str, task: Measure) -> MeasuredFeature:
     from pretravel.drawing.features.measured_feature import measure_feature
 
-    return measure_feature(
-        points,
+    made = measure_feature(
+        _surface_points(points, kind, task.tip_diameter),
         kind,
         axis=task.axis,
         at=task.at,
         u_machine=task.u_machine_um * MICROMETRE,
         label=label,
         association=task.association,
+    )
+    if task.tip_diameter is None and not points.state_uncertainty:
+        _refuse_tip_centres(made, task)
+    return made
+
+
+def _surface_points(points: Points, kind: str, tip_diameter: float | None) -> Points:
+    """Tip centres of a bore, boss or sphere moved to its surface; other points as they are."""
+    from pretravel.measurement import Points, normals_of_feature
+
+    if tip_diameter is None:
+        return points
+    normals = normals_of_feature(kind, points.positions, None)
+    return Points.plain(points.positions - 0.5 * tip_diameter * normals, points.labels)
+
+
+def _taken_for(tip_diameter: float | None) -> str:
+    """What points of another origin were taken for."""
+    if tip_diameter is None:
+        return (
+            "the points were taken as points of the surface, and nothing was taken off: if they "
+            "are tip centres, state the tip's diameter"
+        )
+    return (
+        f"the points were taken as tip centres: the radius of the tip, {0.5 * tip_diameter:g} mm, "
+        "was taken off, and no pretravel"
+    )
+
+
+def _refuse_tip_centres(made: MeasuredFeature, task: Measure) -> None:
+    """Refuse a diameter that is off its nominal by the size of a tip."""
+    limits = task.tolerances().size
+    size = task.nominal
+    if size is None and limits is not None and math.isfinite(limits[0] + limits[1]):
+        size = 0.5 * (limits[0] + limits[1])
+    found = next((q.value for q in made.quantities if q.name == made.size_name), None)
+    if size is None or found is None or abs(found - size) < _SMALLEST_TIP:
+        return
+    raise PretravelError(
+        f"the {made.size_name} {found:.4f} mm is {abs(found - size):.3f} mm from its nominal "
+        f"{size:g} mm, as of tip centres of a tip of that size: state the tip's diameter. Or is "
+        "the nominal another?",
+        inputs=("tip_diameter", "nominal"),
     )
 
 

@@ -23,6 +23,7 @@ from pretravel.task import (
     Diameter,
     Field,
     LaboratoryReport,
+    OfOneTip,
     ProbeAxis,
     Progress,
     Result,
@@ -97,7 +98,7 @@ def _limit(name: str, label: str, text: str) -> Field:
     return Field(help=text, range=UNCERTAINTY, label=label, only=limited)
 
 
-class Check(TouchFiles, LaboratoryReport):
+class Check(TouchFiles, OfOneTip, LaboratoryReport):
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
     The definitions here were written from memory and were not compared with the texts of the
@@ -280,8 +281,10 @@ class Check(TouchFiles, LaboratoryReport):
         from pretravel.measurement import apply, measured_sphere
         from pretravel.qualification import own_touches_warnings
         from pretravel.task import STANDARDS
+        from pretravel.touches import refuse_several
 
         measured = readings.touches
+        refuse_several(measured)
         result = STANDARDS[self.standard].procedure(
             measured,
             self.sphere,

@@ -1,0 +1,203 @@
+"""Lines among the rows of a format that are no data: harmless, or changing what rows mean."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from pretravel.files.source_file import SourceFile, shortened
+
+Meaning: TypeAlias = Literal[
+    "nothing", "tip", "frame", "unit", "radius", "part", "pass", "orientation"
+]
+"""What a statement changes for the rows after it; radius: what was taken off the points."""
+Outcome: TypeAlias = Literal["harmless", "carried", "refused"]
+_SHOWN = 3
+"""Most unknown lines that a warning quotes."""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One kind of line of a format that contains no reading.
+
+    Attributes
+    ----------
+    words : str
+        How it looks, for the documentation: ``TIP/…``.
+    pattern : str
+        Regular expression at the beginning of the line, without regard to case. Its first group,
+        where it has one, is the value that it states.
+    means : str
+        What it changes.
+    then : str
+        harmless: it is passed over; carried: rows state it in a column; refused: rows before and
+        after it are not read together.
+    example : str
+        A line of the format, for tests.
+    """
+
+    words: str
+    pattern: str
+    means: Meaning = "nothing"
+    then: Outcome = "harmless"
+    example: str = ""
+
+
+def any_of(words: str) -> str:
+    """A pattern of words apart by blanks, with _ for a blank within a word.
+
+    >>> re.match(any_of("MOVE TEMP_COMP"), "TEMP COMP/1")[0]
+    'TEMP COMP'
+    """
+    every = sorted(words.split(), key=len, reverse=True)
+    return "(?:" + "|".join(re.escape(word).replace("_", r"\s?") for word in every) + r")\b"
+
+
+class Statements:
+    """The statements of a format, tried in order.
+
+    Parameters
+    ----------
+    table : sequence of Statement
+    """
+
+    def __init__(self, table: Sequence[Statement]) -> None:
+        self.table = tuple(table)
+        self._patterns = [(re.compile(one.pattern, re.IGNORECASE), one) for one in self.table]
+
+    def of(self, line: str) -> tuple[Statement, str] | None:
+        r"""The statement that a line is, with the value that it states; None: not known.
+
+        >>> table = Statements([Statement("TIP/…", r"TIP/(\w+)", "tip", "carried")])
+        >>> table.of("TIP/T1A0B0, ANGLE=0")[1], table.of("HIT/BASIC")
+        ('T1A0B0', None)
+        """
+        for pattern, statement in self._patterns:
+            if found := pattern.match(line):
+                stated = next((group for group in found.groups() if group), None)
+                return statement, (stated or found[0]).strip()
+        return None
+
+
+@dataclass
+class StatedRows:
+    """What statements say of the rows while a file is read line by line.
+
+    Attributes
+    ----------
+    file : SourceFile
+    rows : int
+        Readings so far.
+    values : dict of str to str
+        What holds now, by the names of columns: tip, part, pass, orientation.
+    words : dict of str to list of str
+        What held at each row.
+    unknown : list of line and text
+        Lines that are no known statement.
+    """
+
+    file: SourceFile
+    rows: int = 0
+    values: dict[str, str] = field(default_factory=dict)
+    words: dict[str, list[str]] = field(default_factory=dict)
+    unknown: list[tuple[int, str]] = field(default_factory=list)
+    _held: dict[str, tuple[str, int]] = field(default_factory=dict)
+    _broken: tuple[str, int] | None = None
+
+    def state(self, column: str, value: str) -> None:
+        """A statement that is carried: it holds for the rows that follow."""
+        self.values[column] = value
+
+    def hold(self, what: str, value: str, number: int) -> None:
+        """A statement that is refused where rows are read before it and after it.
+
+        The same value again changes nothing.
+        """
+        before = self._held.get(what)
+        self._held[what] = (value, number)
+        if self.rows and (before is None or before[0] != value):
+            self._broken = (what, number)
+
+    def take(self, found: tuple[Statement, str] | None, line: str, number: int) -> None:
+        """Take a line that is no reading.
+
+        Parameters
+        ----------
+        found : Statement and value, or None
+            From `Statements.of`.
+        line : str
+        number : int
+        """
+        if found is None:
+            self.unknown.append((number, line))
+            return
+        statement, value = found
+        if statement.then == "carried":
+            self.state(statement.means, value)
+        elif statement.then == "refused":
+            # A shift or turn that is stated again is another one.
+            again = f"{value} {number}" if statement.means == "frame" else value
+            self.hold(f"{CHANGES[statement.means]} ({statement.words})", again, number)
+
+    def row(self, number: int, values: Mapping[str, str] | None = None) -> None:
+        """A reading on a line: what was stated holds for it.
+
+        Parameters
+        ----------
+        number : int
+        values : mapping of str to str, optional
+            What held where the reading began; by default what holds now.
+
+        Raises
+        ------
+        InputError
+            A statement that is not carried stands between this reading and an earlier one.
+        """
+        if self._broken is not None:
+            what, line = self._broken
+            raise self.file.error(
+                f"this line changes {what} among the touches: those before and after it (line "
+                f"{number}) cannot be read as one series. Split the file there",
+                line,
+            )
+        held = self.values if values is None else values
+        for name in {*self.words, *held}:
+            before = self.words.setdefault(name, [""] * self.rows)
+            before.append(held.get(name, ""))
+        self.rows += 1
+
+    def columns(self) -> dict[str, tuple[str, ...]]:
+        """The words of each row, by column; those before the first statement are empty."""
+        return {name: tuple(words) for name, words in self.words.items() if any(words)}
+
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence that names the lines that are not known."""
+        return unknown_lines(self.unknown)
+
+
+CHANGES: dict[str, str] = {
+    "frame": "the coordinates",
+    "unit": "the unit",
+    "radius": "what was taken off the points",
+    "tip": "the tip",
+    "part": "the part or the series",
+    "pass": "the feed",
+    "orientation": "the orientation of the probe",
+}
+"""What a statement changes, in words."""
+
+
+def unknown_lines(lines: Sequence[tuple[int, str]]) -> tuple[str, ...]:
+    """A sentence that names lines whose meaning is not known.
+
+    >>> unknown_lines([(3, "FROB/1")])[0]
+    "1 line is not known, and not read: line 3 'FROB/1'"
+    """
+    if not lines:
+        return ()
+    shown = ", ".join(f"line {number} '{shortened(text)}'" for number, text in lines[:_SHOWN])
+    more = " …" if len(lines) > _SHOWN else ""
+    plural = "s are" if len(lines) > 1 else " is"
+    return (f"{len(lines)} line{plural} not known, and not read: {shown}{more}",)
