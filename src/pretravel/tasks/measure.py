@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, cast
 
@@ -204,9 +204,12 @@ class Measure(LaboratoryReport):
     output: Annotated[
         Path | None,
         output(
-            "Quantities: .csv, .parquet; the report: .json, or a page, .html or .pdf.",
+            "Quantities: .csv, .parquet; for statistics programs .dfq (Q-DAS), .qif (QIF 3); the "
+            "report: .json, or a page, .html or .pdf.",
             ".csv",
             ".parquet",
+            ".dfq",
+            ".qif",
             ".json",
             *PAGES,
             report_json=True,
@@ -349,6 +352,7 @@ class Measure(LaboratoryReport):
 
         wanted = wanted or self.wanted()
         found: list[InspectedFeature] = []
+        nominals: dict[tuple[str, str], float] = {}
         left_out: list[str] = []
         for name, task in wanted.tasks.items():
             by_label = task.feature == BY_LABEL
@@ -356,11 +360,30 @@ class Measure(LaboratoryReport):
             if by_label:
                 chosen, left_out = _with_names_of_features(chosen)
             _refuse_one_place_for_many(task, list(chosen))
-            found += [_measured(name or label, mine, task) for label, mine in chosen.items()]
+            inspected = [_measured(name or label, mine, task) for label, mine in chosen.items()]
+            nominals |= _nominals(inspected, task)
+            found += inspected
         if wanted.drawing is None:
-            return replace(_result(self, tuple(found), ()), left_out=tuple(left_out))
-        inspected, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
-        return replace(_result(self, inspected, together), left_out=wanted.left_out)
+            result = replace(_result(self, tuple(found), ()), left_out=tuple(left_out))
+            return replace(result, nominals=nominals)
+        to_datums, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
+        for row in wanted.drawing.between:
+            if row.nominal is not None:
+                nominals[", ".join(row.features), row.quantity] = row.nominal
+        result = replace(_result(self, to_datums, together), left_out=wanted.left_out)
+        return replace(result, nominals=nominals)
+
+
+def _nominals(found: Sequence[InspectedFeature], task: Measure) -> dict[tuple[str, str], float]:
+    """The nominal sizes and coordinates that a task states, by feature and quantity."""
+    stated = {}
+    for each in found:
+        label = each.feature.label
+        if task.nominal is not None:
+            stated[label, each.feature.size_name] = task.nominal
+        if task.at is not None:
+            stated |= {(label, axis): at for axis, at in zip("xyz", task.at, strict=True)}
+    return stated
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
@@ -401,6 +424,8 @@ class MeasuredFeatures(Result):
         `ANSWER` where a feature does not conform to its tolerances, or this cannot be decided.
     left_out : tuple of str
         What of a plan is not measured, and why.
+    nominals : mapping of (feature, quantity) to float
+        Nominal values that were stated. [mm or degrees]
     """
 
     task: Measure
@@ -409,6 +434,7 @@ class MeasuredFeatures(Result):
     together: tuple[Together, ...] = ()
     exit_code: int = 0
     left_out: tuple[str, ...] = ()
+    nominals: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
@@ -446,12 +472,19 @@ class MeasuredFeatures(Result):
         return features_summary(report, self.features, self.relations)
 
     def write(self, output: str, path: Path) -> None:
-        """Write the features, quantities as columns; or the residuals of their points."""
-        from pretravel.files.feature_results import features_table, residuals_table
+        """Write the features, quantities as columns or for statistics; or the residuals."""
+        from pretravel.files.feature_results import features_table, residuals_table, result_rows
+        from pretravel.files.qdas_results import write_qdas_results
+        from pretravel.files.qif_results import write_qif_results
         from pretravel.files.tables import write_table
 
+        ending = path.suffix.lower()
         if output == "residuals":
             write_table(path, residuals_table([each.feature for each in self.features]))
+        elif ending in (".dfq", ".qif"):
+            rows = result_rows(self.features, self.relations, self.together)
+            write = write_qdas_results if ending == ".dfq" else write_qif_results
+            write(path, rows, part=self.task.points.stem, nominals=self.nominals)
         else:
             write_table(path, features_table(self.features, self.relations, self.together))
 
