@@ -13,11 +13,13 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 
 def frozen(values: npt.ArrayLike) -> FloatArray:
-    """A read-only float64 copy.
+    """A read-only float64 copy; what a masked array hides is no number.
 
     >>> frozen([1, 2]).flags.writeable
     False
     """
+    if isinstance(values, np.ma.MaskedArray):  # a copy of its numbers has NetCDF's filling, 1e37
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     array = np.array(values, dtype=np.float64)
     array.setflags(write=False)
     return array

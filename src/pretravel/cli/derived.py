@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import MISSING, dataclass
@@ -56,8 +57,8 @@ def command_of(task: type[Task]) -> Any:
     alone.command(
         task.name.split()[-1],
         cls=Command,
-        help=inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0],
-        epilog=f"Example: {task.example}",
+        help=_shown(inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0]),
+        epilog=_shown(f"Example: {task.example}"),
         rich_help_panel=task.group,
     )(callback)
     return typer.main.get_command(alone)
@@ -116,7 +117,7 @@ def _type(setting: Setting) -> Any:
 
 def _information(setting: Setting) -> Any:
     field = setting.field
-    common: dict[str, Any] = {"help": field.help, "metavar": field.metavar or None}
+    common: dict[str, Any] = {"help": _shown(field.help), "metavar": field.metavar or None}
     if field.parse is not None or field.names is not None:
         common["parser"] = _parser(setting)
     elif setting.kind in (float, int) and field.range is not None:
@@ -125,6 +126,11 @@ def _information(setting: Setting) -> Any:
         return typer.Argument(**common)
     names = (setting.option, *filter(None, (field.short,)))
     return typer.Option(*names, **common)
+
+
+def _shown(text: str) -> str:
+    """A text in which words in square brackets are shown, where typer reads them as its markup."""
+    return re.sub(r"(\\*)(?=\[[a-z#/@])", r"\1\1\\", text)
 
 
 def _parser(setting: Setting) -> Callable[[str], Any]:

@@ -19,6 +19,11 @@ from pretravel.task import ANSWER, GROUPS, PLACES, SUBCOMMANDS, Task, task_named
 
 _OWN = {"Start": (App.name,)}
 """Tasks of the command line itself, by the group of the help."""
+_EVERY_DAY = (
+    *("demo", "app", "convert", "qualify", "export", "program"),
+    *("compensate", "align", "faces", "measure", "verify", "history"),
+)
+"""Commands of every day, in the order of the work; the help begins with them."""
 
 
 class Commands(TyperGroup):
@@ -41,11 +46,18 @@ class Commands(TyperGroup):
         self.format_epilog(ctx, formatter)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write what the commands do, by the groups of `tasks.GROUPS`."""
+        """Write what the commands do: those of every day, then the rest by `tasks.GROUPS`."""
         del ctx
-        for group, names in _groups().items():
-            with formatter.section(group):
+        for title, names in _sections().items():
+            with formatter.section(title):
                 formatter.write_dl([(name, _summary(name)) for name in names])
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words; without any, show the help (typer writes none that is plain text)."""
+        if not args and not ctx.resilient_parsing:
+            typer.echo(self.get_help(ctx))
+            ctx.exit(FAULT)
+        return super().parse_args(ctx, args)  # type: ignore[no-any-return]
 
 
 class _LazyCommands(dict[str, Any]):
@@ -75,6 +87,15 @@ def _groups() -> dict[str, tuple[str, ...]]:
     every = {group: (*tasks, *_OWN.get(group, ())) for group, tasks in GROUPS.items()}
     first_words = {group: (name.split()[0] for name in names) for group, names in every.items()}
     return {group: tuple(dict.fromkeys(names)) for group, names in first_words.items()}
+
+
+def _sections() -> dict[str, tuple[str, ...]]:
+    """The commands of the help below their titles, each once."""
+    rest = {
+        group: tuple(name for name in names if name not in _EVERY_DAY)
+        for group, names in _groups().items()
+    }
+    return {"Every day": _EVERY_DAY} | {group: names for group, names in rest.items() if names}
 
 
 def _tasks(name: str) -> list[type[Task]]:
@@ -109,7 +130,6 @@ app = typer.Typer(
     f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
     "must notice: the probe has changed (verify), a value is outside its limit or tolerance "
     f"(check, measure). {INTERRUPTED}: interrupted.",
-    no_args_is_help=True,
     context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
     pretty_exceptions_enable=False,

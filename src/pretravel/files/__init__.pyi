@@ -70,6 +70,8 @@ from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
+from .qdas_results import write_qdas_results as write_qdas_results
+from .qif_results import write_qif_results as write_qif_results
 from .readings import read_directions as read_directions
 from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings

@@ -49,8 +49,9 @@ def escaped(text: str) -> str:
 
 
 def plain_numbers(values: npt.ArrayLike) -> list[Any]:
-    """Numbers with six digits; null where there is none."""
-    array = np.asarray(values, dtype=np.float64)
+    """Numbers with six digits; null where there is none, as in masked places."""
+    # Plotly draws what a mask hides: NetCDF's fill value, 1e37.
+    array = np.ma.filled(np.ma.asarray(values, dtype=np.float64), np.nan)
     if array.ndim > 1:
         return [plain_numbers(row) for row in array]
     return [float(f"{v:.6g}") if math.isfinite(v) else None for v in array.tolist()]

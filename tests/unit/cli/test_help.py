@@ -8,7 +8,9 @@ import pytest
 import typer
 
 from pretravel.cli import main
-from tests.support.commands import run
+from pretravel.task.listed import GROUPS, PLACES, task_named
+from pretravel.task.task import settings_of
+from tests.support.commands import both_outputs, run
 from tests.support.examples import SPHERE
 
 
@@ -39,11 +41,42 @@ def test_h_is_help_everywhere(words: tuple[str, ...]) -> None:
 
 def test_help_is_in_groups_with_the_first_path_on_top() -> None:
     top: Any = typer.main.get_command(main.app)
-    assert all(command.rich_help_panel in main.GROUPS for command in top.commands.values())
+    assert all(command.rich_help_panel in GROUPS for command in top.commands.values())
     text = run("--help")
-    groups = ("Start", "Qualify", "Measure", "Control", "Predict", "Laboratory", "Files")
+    groups = ("Every day", "Qualify", "Measure", "Control", "Predict", "Laboratory", "Files")
     places = [text.index(f"\n{group}:\n") for group in groups]
     assert places == sorted(places)
     first = [text.index(f"\n  {name}  ") for name in ("demo", "qualify", "compensate", "measure")]
     assert first == sorted(first)
-    assert first[-1] < text.index("\n  export  ")
+    assert first[-1] < text.index("\n  plan-touches  ")
+
+
+def test_every_command_is_in_the_help_once() -> None:
+    top: Any = typer.main.get_command(main.app)
+    lines = run("--help").splitlines()
+    for name in top.commands:
+        assert sum(line.startswith(f"  {name}  ") for line in lines) == 1, name
+
+
+def test_without_words_the_help_is_shown() -> None:
+    # nothing was done, which a script must notice
+    assert both_outputs(code=2) == (run("--help"), "")
+    assert "sphere" in both_outputs("program", code=2)[0]
+
+
+@pytest.mark.parametrize("words", _commands(), ids=" ".join)
+def test_what_is_written_is_what_is_shown(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each text of a description is in the help, letter by letter, brackets too."""
+    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 10_000)  # no text is broken
+    name = " ".join(words)
+    if name not in PLACES:  # the list of commands; a group
+        return
+    task = task_named(name)
+    shown = " ".join(run(*words, "--help").split())
+    written = [task.example, (task.__doc__ or "").partition("\n\nAttributes\n")[0]]
+    written += [setting.field.help for setting in settings_of(task)]
+    for text in written:
+        for part in text.split("\n\n"):
+            assert " ".join(part.split()) in shown

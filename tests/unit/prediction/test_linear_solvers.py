@@ -86,6 +86,30 @@ def test_solutions_are_those_of_the_whole_matrix(solver: str, right: np.ndarray)
     assert WHOLE @ found == pytest.approx(right, abs=1e-12)
 
 
+def _springs(count: int, rng: np.random.Generator) -> sparse.csr_matrix:
+    """The stiffness of a chain of springs that nothing holds, its upper triangle."""
+    stiffness = rng.uniform(1.0, 2.0, count - 1)
+    diagonal = np.append(stiffness, 0.0) + np.append(0.0, stiffness)
+    return sparse.diags([diagonal, -stiffness], [0, 1]).tocsr()
+
+
+@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+def test_a_body_that_nothing_holds_is_refused(solver: str) -> None:
+    """Both libraries find a solution, of 1e14, since rounding leaves a pivot (Pardiso 2026)."""
+    rng = np.random.default_rng(0)
+    free = _springs(200, rng)
+    held = free + sparse.csr_matrix(([1.0], ([0], [0])), shape=free.shape)
+    factorise(held, solver)
+    for loose in (free, sparse.csr_matrix(sparse.block_diag([held, free]))):
+        with pytest.raises(PretravelError, match="can move without a force"):
+            factorise(loose, solver)
+
+
+def test_a_pivot_of_zero_is_refused() -> None:
+    with pytest.raises(PretravelError, match="can move without a force"):
+        factorise(sparse.csr_matrix(np.triu([[1.0, -1.0], [-1.0, 1.0]])), "superlu")
+
+
 def test_cholmod_reads_the_lower_triangle(monkeypatch: pytest.MonkeyPatch) -> None:
     def cholesky(lower: Any) -> Callable[[np.ndarray], np.ndarray]:
         assert lower.format == "csc"

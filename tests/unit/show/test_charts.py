@@ -220,3 +220,14 @@ def test_numbers_of_a_logarithmic_axis_suit_its_limits(
     texts = [label.get_text() for label in axes.get_yticklabels()]
     assert ("20" in texts) == plain
     assert any("10^" in text for text in texts) != plain
+
+
+def test_what_a_mask_hides_is_not_drawn() -> None:
+    """Plotly draws NetCDF's fill value, 1e37, of a masked reading."""
+    from pretravel.base.arrays import frozen
+    from pretravel.show.plotly_parts import plain_numbers
+
+    masked = np.ma.masked_greater([1.0, 9.96921e36, 3.0], 1e30)
+    assert plain_numbers(masked) == [1.0, None, 3.0]
+    assert plain_numbers(frozen(masked)) == [1.0, None, 3.0]
+    assert plain_numbers(frozen(np.ma.array([1, 2], mask=[True, False]))) == [None, 2.0]

@@ -38,7 +38,7 @@ def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
     Raises
     ------
     PretravelError
-        An unknown solver, or one that is not installed or does not load.
+        An unknown solver, or one that is not installed or does not load; a singular matrix.
     CapacityError
         Not enough memory for the factor.
 
@@ -91,6 +91,29 @@ def _too_large(matrix: sparse.csr_matrix, solver: str) -> CapacityError:
     )
 
 
+_WRONG = 1e-3
+"""Largest error of a solution that is known, 1 everywhere.
+
+Models that are held have less than 1e-6; Pardiso and SuperLU also "solve" a body that nothing
+holds, with errors of 1 and more, because rounding leaves a pivot of 1e-16.
+"""
+
+
+def _held(matrix: sparse.csr_matrix, solve: Solve) -> Solve:
+    """The solver, where it finds a rigid motion of the body again from its forces."""
+    known = np.ones((matrix.shape[0], 1))
+    forces = matrix @ known + matrix.T @ known - matrix.diagonal()[:, None]
+    if not np.abs(solve(forces) - known).max() < _WRONG:
+        raise PretravelError(_NOT_HELD)
+    return solve
+
+
+_NOT_HELD = (
+    "the body can move without a force (its stiffness is singular): a part of it is not joined to "
+    "the rest. Check that its solids touch each other"
+)
+
+
 def _cholmod(matrix: sparse.csr_matrix) -> Solve:
     from sksparse.cholmod import cholesky
 
@@ -99,7 +122,7 @@ def _cholmod(matrix: sparse.csr_matrix) -> Solve:
     def solve(right: FloatArray) -> FloatArray:
         return np.asarray(factor(np.asarray(right, dtype=np.float64)))
 
-    return solve
+    return _held(matrix, solve)
 
 
 _MKL = "PYPARDISO_MKL_RT"
@@ -140,7 +163,7 @@ def _pardiso(matrix: sparse.csr_matrix) -> Solve:
 
     # Pardiso keeps its factor, a gigabyte, until it is freed explicitly.
     weakref.finalize(solve, solver.free_memory, everything=True)
-    return solve
+    return _held(upper, solve)
 
 
 def _superlu(matrix: sparse.csr_matrix) -> Solve:
@@ -148,17 +171,20 @@ def _superlu(matrix: sparse.csr_matrix) -> Solve:
     from scipy.sparse.linalg import splu
 
     whole = matrix + sparse.triu(matrix, 1).T
-    factor = splu(
-        whole.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
+    try:
+        factor = splu(
+            whole.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError as error:  # a pivot that is exactly zero
+        raise PretravelError(_NOT_HELD) from error
 
     def solve(right: FloatArray) -> FloatArray:
         return np.asarray(factor.solve(np.asarray(right, dtype=np.float64)))
 
-    return solve
+    return _held(matrix, solve)
 
 
 SOLVERS: Mapping[str, Callable[[sparse.csr_matrix], Solve]] = {

@@ -9,6 +9,10 @@ import numpy as np
 from pretravel.base import FloatArray, IntArray, needed
 from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
 
+ELEMENT_DEGREE, FACE_DEGREE = 2, 6
+"""Degrees to which rules are exact. Those of 3, 4 and 8 on tetrahedra and 3 and 7 on triangles have
+negative weights in scikit-fem."""
+
 
 class Quadrature(NamedTuple):
     """Four points in every element, exact for straight quadratic elements."""
@@ -43,7 +47,7 @@ def element_basis(grid: Any, **selection: Any) -> Any:
     """Quadratic shape functions at four points of each element of a scikit-fem mesh."""
     from skfem import Basis, ElementTetP2
 
-    return Basis(grid, ElementTetP2(), intorder=2, **selection)
+    return Basis(grid, ElementTetP2(), intorder=ELEMENT_DEGREE, **selection)
 
 
 class FaceQuadrature(NamedTuple):
@@ -69,7 +73,7 @@ def face_quadrature(mesh: FiniteElementMesh, face: str) -> FaceQuadrature:
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefTri
 
-    (b, c), weights = get_quadrature(RefTri, 6)
+    (b, c), weights = get_quadrature(RefTri, FACE_DEGREE)
     shapes, by_b, by_c = triangle_shapes(b, c)
     nodes = mesh.faces[face]
     corners = mesh.points[nodes]

@@ -39,7 +39,11 @@ def feature_rows(inspected: InspectedFeature) -> list[dict[str, Any]]:
         "association": feature.association.criterion,
     }
     return [
-        {**about, **_values(q), **_decision(decisions.get(q.name), feature.errors.machine)}
+        {
+            **about,
+            **_values(q),
+            **_decision(decisions.get(q.name), feature.errors.machine, angle=q.angle),
+        }
         for q in inspected.stated
     ]
 
@@ -82,17 +86,20 @@ def _values(quantity: Quantity) -> dict[str, Any]:
     }
 
 
-def _decision(conformity: Conformity | None, u_machine: float) -> dict[str, Any]:
+def _decision(
+    conformity: Conformity | None, u_machine: float, *, angle: bool = False
+) -> dict[str, Any]:
     if conformity is None:
         return dict.fromkeys(
             ("lower", "upper", "guard_band", "rejection_band", "conformance_probability", "verdict")
         )
     lacks = "" if u_machine > 0.0 else f", {MACHINE_NOT_IN_U}"
+    scale = DEGREE if angle else 1.0
     return {
-        "lower": _finite(conformity.lower),
-        "upper": _finite(conformity.upper),
-        "guard_band": _finite(conformity.guard_band),
-        "rejection_band": _finite(conformity.rejection_band),
+        "lower": _finite(conformity.lower / scale),
+        "upper": _finite(conformity.upper / scale),
+        "guard_band": _finite(conformity.guard_band / scale),
+        "rejection_band": _finite(conformity.rejection_band / scale),
         "conformance_probability": _finite(conformity.probability),
         "verdict": conformity_words(conformity, u_machine) + lacks,
     }
@@ -114,20 +121,20 @@ def together_rows(
             "points": sum(len(known[label].points) for label in each.labels),
             "association": known[each.labels[0]].association.criterion,
             **_values(each.quantity),
-            **_decision(each.conformity, each.u_machine),
+            **_decision(each.conformity, each.u_machine, angle=each.quantity.angle),
         }
         for each in together
     ]
 
 
-def features_table(
+def result_rows(
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
     together: Sequence[Together] = (),
-) -> dict[str, npt.ArrayLike]:
-    """The quantities of features as columns of a table; a cell that does not apply is empty.
+) -> list[dict[str, Any]]:
+    """All quantities, each as values by column as `feature_rows`.
 
-    Columns: see `feature_rows`. Distances, angles and patterns of several features follow.
+    Those of features come first, then distances, angles and patterns of several features.
     """
     rows = [row for inspected in features for row in feature_rows(inspected)]
     decided = together_rows(together, features)
@@ -137,7 +144,19 @@ def features_table(
         for row in relation_rows(relations, features)
         if (row["feature"], row["quantity"]) not in known
     ]
-    rows += decided
+    return rows + decided
+
+
+def features_table(
+    features: Sequence[InspectedFeature],
+    relations: Sequence[FeatureRelation] = (),
+    together: Sequence[Together] = (),
+) -> dict[str, npt.ArrayLike]:
+    """The quantities of features as columns of a table; a cell that does not apply is empty.
+
+    Columns: see `feature_rows`; rows: see `result_rows`.
+    """
+    rows = result_rows(features, relations, together)
     return {name: _column([row[name] for row in rows]) for name in rows[0]}
 
 

@@ -154,8 +154,9 @@ def check_iso10360_5(
     smallest, largest = _SPHERE_DIAMETERS
     if not smallest <= sphere.diameter <= largest:
         notes.append(
-            f"the test sphere should have a diameter of {smallest:g} to {largest:g} mm; "
-            f"this one has {sphere.diameter:g} mm"
+            f"this sphere has {sphere.diameter:g} mm; remembered is a range of {smallest:g} to "
+            f"{largest:g} mm (others remember 51 mm, which contains a 2-inch sphere): compare it "
+            "with your edition of the standard"
         )
     notes.append(RANGE_AS_DEFINED)
     sets = tuple(

@@ -52,7 +52,7 @@ class RunStudy(Reported):
         int | None,
         Field(
             help="Processes of this computer; the default is one for each core, and 1 for short "
-            "studies. More than 1 needs pretravel\\[scale].",
+            "studies. More than 1 needs pretravel[scale].",
             range=(1, 1024),
             only=("output",),
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, cast
 
@@ -257,9 +257,12 @@ class Measure(LaboratoryReport):
     output: Annotated[
         Path | None,
         output(
-            "Quantities: .csv, .parquet; the report: .json, or a page, .html or .pdf.",
+            "Quantities: .csv, .parquet; for statistics programs .dfq (Q-DAS), .qif (QIF 3); the "
+            "report: .json, or a page, .html or .pdf.",
             ".csv",
             ".parquet",
+            ".dfq",
+            ".qif",
             ".json",
             *PAGES,
             report_json=True,
@@ -423,6 +426,7 @@ class Measure(LaboratoryReport):
 
         wanted = wanted or self.wanted()
         found: list[InspectedFeature] = []
+        nominals: dict[tuple[str, str], float] = {}
         left_out: list[str] = []
         misses: list[str] = []
         for name, task in wanted.tasks.items():
@@ -431,15 +435,22 @@ class Measure(LaboratoryReport):
             if by_label:
                 chosen, left_out = _with_names_of_features(chosen)
             _refuse_one_place_for_many(task, list(chosen))
+            inspected = []
             for label, mine in chosen.items():
                 kept, said = _without_far_heights(mine, str(task.feature))
-                found.append(_measured(name or label, kept, task))
+                inspected.append(_measured(name or label, kept, task))
                 misses += said
+            nominals |= _nominals(inspected, task)
+            found += inspected
         if wanted.drawing is None:
-            result = _result(self, tuple(found), ())
-            return replace(result, left_out=(*left_out, *misses))
-        inspected, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
-        return replace(_result(self, inspected, together), left_out=(*wanted.left_out, *misses))
+            result = replace(_result(self, tuple(found), ()), left_out=(*left_out, *misses))
+            return replace(result, nominals=nominals)
+        to_datums, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
+        for row in wanted.drawing.between:
+            if row.nominal is not None:
+                nominals[", ".join(row.features), row.quantity] = row.nominal
+        result = replace(_result(self, to_datums, together), left_out=(*wanted.left_out, *misses))
+        return replace(result, nominals=nominals)
 
 
 def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
@@ -462,6 +473,18 @@ def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
     said = f"{len(rows)} {which} far from the plane of the others, a miss or a gross error, and "
     said += f"left out: {named}"
     return points_at(points, np.flatnonzero(left == 0.0)), [said]
+
+
+def _nominals(found: Sequence[InspectedFeature], task: Measure) -> dict[tuple[str, str], float]:
+    """The nominal sizes and coordinates that a task states, by feature and quantity."""
+    stated = {}
+    for each in found:
+        label = each.feature.label
+        if task.nominal is not None:
+            stated[label, each.feature.size_name] = task.nominal
+        if task.at is not None:
+            stated |= {(label, axis): at for axis, at in zip("xyz", task.at, strict=True)}
+    return stated
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
@@ -502,6 +525,8 @@ class MeasuredFeatures(Result):
         `ANSWER` where a feature does not conform to its tolerances, or this cannot be decided.
     left_out : tuple of str
         What of a plan is not measured, and why.
+    nominals : mapping of (feature, quantity) to float
+        Nominal values that were stated. [mm or degrees]
     """
 
     task: Measure
@@ -510,6 +535,7 @@ class MeasuredFeatures(Result):
     together: tuple[Together, ...] = ()
     exit_code: int = 0
     left_out: tuple[str, ...] = ()
+    nominals: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
@@ -567,12 +593,21 @@ class MeasuredFeatures(Result):
         return replace(brief, tables=(*brief.tables, *by_trials))
 
     def write(self, output: str, path: Path) -> None:
-        """Write the features, quantities as columns; or the residuals of their points."""
-        from pretravel.drawing.features.feature_results import features_table, residuals_table
-        from pretravel.files import write_table
+        """Write the features, quantities as columns or for statistics; or the residuals."""
+        from pretravel.drawing.features.feature_results import (
+            features_table,
+            residuals_table,
+            result_rows,
+        )
+        from pretravel.files import write_qdas_results, write_qif_results, write_table
 
+        ending = path.suffix.lower()
         if output == "residuals":
             write_table(path, residuals_table([each.feature for each in self.features]))
+        elif ending in (".dfq", ".qif"):
+            rows = result_rows(self.features, self.relations, self.together)
+            write = write_qdas_results if ending == ".dfq" else write_qif_results
+            write(path, rows, part=self.task.points.stem, nominals=self.nominals)
         else:
             write_table(path, features_table(self.features, self.relations, self.together))
 
