@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, FEED_OR_NONE, TIP_BALL
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import TOOL_OF_SUBROUTINES, Units, refuse_no_folder
+from pretravel.tasks.fields import (
+    STYLUS_OF_SUBROUTINES,
+    TOOL_OF_SUBROUTINES,
+    Units,
+    refuse_no_folder,
+)
 from pretravel.tasks.task import FOLDER, SILENT, Field, Progress, Result, Task, TextResult, by_name
 
 if TYPE_CHECKING:
@@ -23,6 +28,7 @@ _OF_CONTROLS = {
     "base": "base",
     "program": "program",
     "tool": "tool",
+    "stylus_length": "stylus_length",
     "units": "units",
     "angles": "angles",
     "template": "template",
@@ -175,6 +181,16 @@ class Export(Task):
             metavar="NUMBER",
             label="Tool number of the probe",
             hint="Empty: no tool length",
+        ),
+    ] = None
+    stylus_length: Annotated[
+        float | None,
+        Field(
+            help=STYLUS_OF_SUBROUTINES,
+            range=(1.0, 1000.0),
+            unit="mm",
+            label="Length of the stylus",
+            hint="Empty: 50 mm",
         ),
     ] = None
     units: Annotated[

@@ -13,6 +13,7 @@ from pretravel.base.quantities import ANGLE
 from pretravel.base.units import DEGREE
 from pretravel.tasks.fields import (
     REFERENCE_SPHERE,
+    STYLUS_OF_SUBROUTINES,
     TOOL_OF_SUBROUTINES,
     Approach,
     Turn,
@@ -69,8 +70,8 @@ class ProgramTask(Task):
     log: Annotated[
         str | None,
         Field(
-            help="Log file on the machine, relative to its INI file; the default is the name of "
-            "the program with the ending .log."
+            help="Log file on the machine, beside its INI file: NAME_log.ngc, which the control "
+            "can read back; the default is the name of the program with this ending."
         ),
     ] = None
 
@@ -94,7 +95,9 @@ class ProgramTask(Task):
     @property
     def log_name(self) -> str:
         """Of the log file on the machine."""
-        return self.log or f"{self.output.stem}.log"
+        from pretravel.controls.program_log import LOG_ENDING
+
+        return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
 
 
 class ProgramSphere(ProgramTask):
@@ -377,6 +380,9 @@ class ProgramMdi(Task):
     tool: Annotated[
         int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
     ] = None
+    stylus_length: Annotated[
+        float, Field(help=STYLUS_OF_SUBROUTINES, range=(1.0, 1000.0), unit="mm")
+    ] = 50.0
 
     def run(self, progress: Progress = SILENT) -> Subroutines:
         """The subroutines."""
@@ -384,7 +390,7 @@ class ProgramMdi(Task):
         from pretravel.controls.linuxcnc_cycles import sphere_subroutines
 
         refuse_no_folder(self.output)
-        texts = sphere_subroutines(self.tool)
+        texts = sphere_subroutines(self.tool, self.stylus_length)
         return Subroutines(texts, f"{self.output}: {', '.join(sorted(texts))}\n")
 
 
