@@ -187,15 +187,6 @@ class TestStateAndTool:
         assert log.touches.labels == ("top",)
 
 
-def test_a_log_that_cannot_be_written_stops_before_the_first_move(sphere: Path) -> None:
-    """A folder in the way of the file stands for a full disk: the control says nothing."""
-    (sphere.parent / "pretravel_logged.ngc").mkdir()
-    (sphere.parent / "sphere_log.ngc").write_text("the log of yesterday\n")
-    said = run_program(sphere, code=1)
-    assert "pretravel_logged" in said
-    assert depth_of(said) < -50.0
-
-
 def test_a_preview_shows_all_touches(tmp_path: Path) -> None:
     """No probe trips in a preview, and no tool is in the spindle; it is no error."""
     machine = replace(QUICK, tool=1, tool_length=80.0, work=work_placement(1.0, 2.0, 3.0))
