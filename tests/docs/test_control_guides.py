@@ -72,9 +72,18 @@ def triggers(pretravel_map: PretravelMap) -> dict[str, float]:
 class Ring:
     """A ring around the origin, and the probe of a map in it: moves of a control."""
 
-    def __init__(self, pretravel_map: PretravelMap, *, present: bool = True) -> None:
+    def __init__(
+        self,
+        pretravel_map: PretravelMap,
+        *,
+        present: bool = True,
+        early: tuple[int, float] = (0, 0.0),
+    ) -> None:
         self.trigger = triggers(pretravel_map)
         self.present = present
+        self.early = early
+        self.touches = 0
+        self.feed_modes: set[float | None] = set()
 
     def __call__(self, control: MacroControl, words: list[tuple[str, float]]) -> None:
         motion = [value for letter, value in words if letter == "G" and value in (1.0, 31.0)]
@@ -85,8 +94,11 @@ class Ring:
             wall = ("+" if end > 0 else "-") + letter
             reached = end
             if motion == [31.0]:
+                self.touches += 1
+                self.feed_modes.add(control.variables[4005])
+                early = self.early[1] if self.touches == self.early[0] else 0.0
                 if self.present:
-                    reached = np.copysign(self.trigger[wall], end)
+                    reached = np.copysign(self.trigger[wall] - early, end)
                 control.variables[5061 + axis] = float(reached)
             control.variables[5041 + axis] = float(reached)
 
@@ -95,6 +107,28 @@ def measured(control: MacroControl) -> list[float]:
     control.variables |= {5041: 0.0, 5042: 0.0, 5061: 0.0, 5062: 0.0}
     control.run(7760, {"D": RING, "R": TIP, "F": 100.0})
     return [control.variables[number] or 0.0 for number in (110, 111, 112, 113)]
+
+
+STATES = {4001: 0.0, 4003: 91.0, 4005: 95.0, 4006: 20.0, 4109: 1.25}
+"""After a tapping cycle in inches; F100 would be 100 a revolution."""
+
+
+def check_alarms(control: MacroControl, pretravel_map: PretravelMap) -> None:
+    """A wall that is missing, a probe that trips early once, cutter compensation."""
+    missing = Ring(pretravel_map, present=False)
+    # Touches 5 to 8 are the second pass; 0.6 mm is within the clearance, 1.2 mm is not.
+    cases = [(missing, "105"), (Ring(pretravel_map, early=(2, 1.2)), "106")]
+    cases += [(Ring(pretravel_map, early=(touch, 0.6)), "108") for touch in (5, 6, 7, 8)]
+    for move, alarm in cases:
+        control.move = move
+        control.variables |= STATES
+        with pytest.raises(MacroAlarm, match=alarm):
+            measured(control)
+        assert {key: control.variables[key] for key in STATES} == STATES
+        assert move.feed_modes <= {94.0}
+    control.variables[4007] = 41.0
+    with pytest.raises(MacroAlarm, match="109"):
+        measured(control)
 
 
 @pytest.mark.parametrize("table", [False, True])
@@ -115,9 +149,9 @@ def test_macro_guide(
     errors = re.findall(r"AGAINST THE MAP ([\d.]+) UM", printed)
     error = float(errors[table]) * 1e-3
     # Two walls, each with the error that the head states.
-    control.variables |= {4003: 91.0, 4006: 20.0}
+    control.variables |= STATES
     diameter_x, diameter_y, *centre = measured(control)
-    assert (control.variables[4003], control.variables[4006]) == (91.0, 20.0)
+    assert {key: control.variables[key] for key in STATES} == STATES
     assert diameter_x == pytest.approx(RING, abs=2.0 * error)
     assert diameter_y == pytest.approx(RING, abs=2.0 * error)
     assert centre == pytest.approx([0.0, 0.0], abs=error)
@@ -129,12 +163,7 @@ def test_macro_guide(
     plain_x, plain_y, *_ = measured(control)
     assert f"larger by {1e3 * (plain_x - RING):.1f} µm" in text
     assert f"#111 by {1e3 * (plain_y - RING):.1f} µm" in text
-    # A wall that is missing, and a probe that is tripped.
-    control.move = Ring(pretravel_map, present=False)
-    control.variables |= {4003: 91.0, 4006: 20.0}
-    with pytest.raises(MacroAlarm, match="105"):
-        measured(control)
-    assert (control.variables[4003], control.variables[4006]) == (91.0, 20.0)
+    check_alarms(control, pretravel_map)
 
 
 @pytest.mark.parametrize("table", [False, True])

@@ -35,7 +35,7 @@ def _logs(folder: Path) -> list[Path]:
         assert trace.ended == "end", trace.messages
         assert violations(trace, judged.plan) == []
         path = folder / f"at_{turn / DEGREE:.0f}.log"
-        path.write_text("\n".join(trace.logs["sphere.log"]) + "\n")
+        path.write_text("\n".join(trace.logs["sphere_log.ngc"]) + "\n")
         paths.append(path)
     return paths
 
@@ -64,7 +64,7 @@ def test_run_out_is_found_from_the_logs_of_two_programs(tmp_path: Path) -> None:
 def test_the_spindle_turns_once_at_the_safe_height_and_the_log_says_where() -> None:
     up = Targets(np.array([[0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]]), labels=("top",))
     program = plan_program(up, MACHINE, title="one")
-    text = linuxcnc_program(program, "one.log", spindle=np.pi)
+    text = linuxcnc_program(program, "one_log.ngc", spindle=np.pi)
     lines = text.splitlines()
     (turns,) = (n for n, line in enumerate(lines) if line.startswith("M19"))
     assert lines[turns] == "M19 R180 Q10"  # without Q it would wait for ever
@@ -72,8 +72,8 @@ def test_the_spindle_turns_once_at_the_safe_height_and_the_log_says_where() -> N
     up_first = next(n for n, line in enumerate(lines) if line.startswith("o<pretravel_up> endif"))
     assert up_first < turns < first_way
     assert "(LOG,spindle,180,end)" in lines
-    assert "M19" not in linuxcnc_program(program, "one.log")
-    by_hand = linuxcnc_program(program, "one.log", spindle=np.pi, by_hand=True).splitlines()
+    assert "M19" not in linuxcnc_program(program, "one_log.ngc")
+    by_hand = linuxcnc_program(program, "one_log.ngc", spindle=np.pi, by_hand=True).splitlines()
     (waits,) = (n for n, line in enumerate(by_hand) if line == "M0")
     assert "turn the spindle to 180 degrees by hand" in by_hand[waits - 1]
     assert not any(line.startswith("M19") for line in by_hand)
@@ -84,13 +84,13 @@ def test_nothing_releases_the_oriented_spindle_before_the_end() -> None:
     program = plan_program(
         Targets(np.array([[0.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])), MACHINE, title="one"
     )
-    lines = linuxcnc_program(program, "one.log", spindle=np.pi).splitlines()
+    lines = linuxcnc_program(program, "one_log.ngc", spindle=np.pi).splitlines()
     starts_or_stops = [
         n for n, line in enumerate(lines) if line.split()[:1] in (["M3"], ["M4"], ["M5"])
     ]
     assert [lines[n] for n in starts_or_stops] == ["M5 M9"]
     assert starts_or_stops[0] < lines.index("M19 R180 Q10")
-    assert "M5" in linuxcnc_program(program, "one.log").splitlines()  # of each guarded move
+    assert "M5" in linuxcnc_program(program, "one_log.ngc").splitlines()  # of each guarded move
 
 
 def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

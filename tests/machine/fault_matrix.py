@@ -23,6 +23,10 @@ STATE_BEFORE = "G20 G91 G55 G64 P0.001 G17 G94"
 AS_BEFORE = re.compile(
     r"modes at the end: .*G20.*G55.*G64.*G91 .*, feed override on, tool length 0 0 0 mm"
 )
+AT_THE_END = re.compile(
+    r"modes at the end: .*G17.*G20.*G54.*G64.*G90 .*G94.*, feed override on, tool length 0 0 0 mm"
+)
+"""M2 selects G17, G54, G90 and G94; all else is as before."""
 AFTER = 4
 """The touch after this number has the fault."""
 
@@ -64,11 +68,13 @@ class FaultOutcome:
     message: str
     depth: float
     as_before: bool
+    ended: bool
 
     def row(self, case: FaultCase) -> str:
         """The row of the table."""
         depth = "nothing touched" if self.depth < -1.0 else f"{self.depth:.2f} mm"
-        state = "as before" if self.as_before else "NOT as before"
+        state = "as M2 leaves it" if self.ended and not case.varies else "as before"
+        state = state if self.as_before else "NOT as before"
         message = case.varies or self.message
         return f"| {case.words} | {case.did} | {message} | {depth} | {state} |"
 
@@ -91,8 +97,10 @@ def outcome_of(case: FaultCase, folder: Path) -> FaultOutcome:
     said = done.stdout + done.stderr
     messages = re.findall(r"^control: ((?:s\d+: |Probe ).*)$", said, re.M)
     ran = "the program ends normally" if done.returncode == 0 else "no message"
-    end = bool(AS_BEFORE.search(said)) if done.returncode else "feed override on" in said
-    return FaultOutcome(f"`{messages[-1]}`" if messages else ran, depth_of(said), end)
+    ended = done.returncode == 0
+    as_before = bool((AT_THE_END if ended else AS_BEFORE).search(said))
+    message = f"`{messages[-1]}`" if messages else ran
+    return FaultOutcome(message, depth_of(said), as_before, ended)
 
 
 def main() -> None:

@@ -3,8 +3,8 @@
 
 For each run in PRETRAVEL_ABORTS (JSON: a list of {"before": MDI lines, "how": …, "after_s": …},
 with "mdi": a line in place of the program) it sets modes, starts the program, aborts it (Esc),
-presses the emergency stop, or switches the machine off, and brings the machine back. The state
-before and after goes to PRETRAVEL_STATES (JSON).
+presses the emergency stop, switches the machine off, or lets a limit switch stop the control, and
+brings the machine back. The state before and after goes to PRETRAVEL_STATES (JSON).
 """
 
 import json
@@ -34,6 +34,11 @@ def state(status):
     motion = (0, 10, 20, 30, 800, 382, 383, 384, 385)
     return {
         "codes": sorted(code / 10 for code in codes - set(motion)),
+        # Where the screens say that the tip is.
+        "work_offset": status.g5x_index,
+        "work_origin": [*status.g5x_offset[:3], *status.g92_offset[:3]],
+        "turn": status.rotation_xy,
+        "units": status.program_units,
         "feed": status.settings[1],
         "tolerance": status.settings[3],
         "feed_override": bool(status.feed_override_enabled),
@@ -112,6 +117,11 @@ class Runs:
         measuring = not self.status.feed_override_enabled
         if run["how"] == "abort":
             self.command.abort()
+        elif run["how"] == "error":
+            for value in "10":
+                pin = ["halcmd", "setp", "joint.0.pos-lim-sw-in", value]
+                subprocess.run(pin, check=True)
+                time.sleep(0.05)
         else:
             off = run["how"] == "off"
             self.command.state(linuxcnc.STATE_OFF if off else linuxcnc.STATE_ESTOP)

@@ -40,7 +40,7 @@ DIAMETER = 24.9987
 # The last digit of a log is 1e-4 µm; three of them make a point.
 SAME = 5e-7
 QUICK = Machine(
-    measuring_feed=3000.0, positioning_feed=36000.0, acceleration=100000.0, safe_height=36.0
+    measuring_feed=3000.0, positioning_feed=24000.0, acceleration=100000.0, safe_height=36.0
 )
 OFFSETS = "G21\nG10 L2 P1 X100 Y50 Z-30 R0\nG10 L2 P2 X-80 Y20 Z-60 R{turn}\n"
 
@@ -97,20 +97,20 @@ class TestOtherProbes:
             sphere, QUICK, title="sphere", obstacles=[SphereObstacle(np.zeros(3), 12.5)]
         )
         (tmp_path / "sphere.ngc").write_text(
-            OFFSETS.format(turn=turn) + linuxcnc_program(program, "sphere.log")
+            OFFSETS.format(turn=turn) + linuxcnc_program(program, "sphere_log.ngc")
         )
         run_program(tmp_path / "sphere.ngc", probe)
-        readings = read_own_log(tmp_path / "sphere.log")
+        readings = read_own_log(tmp_path / "sphere_log.ngc")
         pretravel_map = qualify(readings.touches, DIAMETER, tip_diameter=6.0).pretravel_map
         form = exact_lookup(pretravel_map)
         for name, text in linuxcnc_subroutines(pretravel_map, form).items():
             (tmp_path / name).write_text(text)
         part_machine = replace(QUICK, work_offset="G55")
         part = plan_program(self.PART, part_machine, title="part")
-        text = linuxcnc_program(part, "part.log", compensated=pretravel_map)
+        text = linuxcnc_program(part, "part_log.ngc", compensated=pretravel_map)
         (tmp_path / "part.ngc").write_text(text)
         run_program(tmp_path / "part.ngc", probe)
-        log = read_own_log(tmp_path / "part.log")
+        log = read_own_log(tmp_path / "part_log.ngc")
         assert log.rotation == pytest.approx(turn * DEGREE, abs=1e-9)
         points = apply(log.touches, pretravel_map.seen_from(log.placement))
         for label, position in zip(points.labels, points.positions, strict=True):
@@ -335,10 +335,11 @@ class TestPoints:
         targets = Targets(12.5 * normals, normals, approaches)
         program = plan_program(targets, QUICK, title="oblique", feeds=[1200, 3000])
         (tmp_path / "o.ngc").write_text(
-            OFFSETS.format(turn=0) + linuxcnc_program(program, "o.log", compensated=pretravel_map)
+            OFFSETS.format(turn=0)
+            + linuxcnc_program(program, "o_log.ngc", compensated=pretravel_map)
         )
         run_program(tmp_path / "o.ngc")
-        log = read_own_log(tmp_path / "o.log")
+        log = read_own_log(tmp_path / "o_log.ngc")
         assert len(log.touches) == 2 * len(normals)
         points = apply(log.touches, pretravel_map)
         for label, position in zip(points.labels, points.positions, strict=True):
@@ -434,9 +435,9 @@ class TestLogs:
         program = plan_program(away, QUICK, title="one in the air")
         inside = Targets([[0.0, 0, 8.0]], [[0.0, 0, 1]], labels=("inside",))
         texts = {
-            "miss": linuxcnc_program(program, "miss.log"),
-            "allowed": linuxcnc_program(program, "allowed.log", allow_misses=True),
-            "in": linuxcnc_program(plan_program(inside, QUICK, title="inside"), "in.log"),
+            "miss": linuxcnc_program(program, "miss_log.ngc"),
+            "allowed": linuxcnc_program(program, "allowed_log.ngc", allow_misses=True),
+            "in": linuxcnc_program(plan_program(inside, QUICK, title="inside"), "in_log.ngc"),
         }
         for name, text in texts.items():
             (tmp_path / name).mkdir()
@@ -448,10 +449,10 @@ class TestLogs:
         )
         assert "air: stopped with cause 1, no contact" in missed
         assert "the probe stays tripped" not in missed
-        log = read_own_log(tmp_path / "miss" / "miss.log")
+        log = read_own_log(tmp_path / "miss" / "miss_log.ngc")
         assert log.touches.labels == ("hit",)
         assert "(stopped at air: no contact): 1 of its 3" in log.warnings[0]
-        log = read_own_log(tmp_path / "allowed" / "allowed.log")
+        log = read_own_log(tmp_path / "allowed" / "allowed_log.ngc")
         assert log.touches.labels == ("hit", "again")
         assert log.missed == ("air",)
         # On the way to its start the tip meets the sphere, and the program stops.

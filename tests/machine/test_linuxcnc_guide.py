@@ -24,7 +24,7 @@ def test_every_command_of_the_guide_in_order(tmp_path: Path) -> None:
         capture_output=True, text=True, check=False, env=environment(), timeout=900,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    log = read_own_log(tmp_path / "part.log")
+    log = read_own_log(tmp_path / "part_log.ngc")
     assert log.missed == ()
     assert len(log.touches) == len(rows(tmp_path / "plan.csv"))
     points = {row["label"]: row for row in rows(tmp_path / "points.csv")}

@@ -414,7 +414,7 @@ class TestCycles:
             assert position == pytest.approx(log.compensated[label], abs=5e-7)
 
     def test_qualify_reads_the_sphere(self, cycles_folder: Path) -> None:
-        log = read_own_log(cycles_folder / "pretravel_sphere.log")
+        log = read_own_log(cycles_folder / "pretravel_sphere_log.ngc")
         assert log.warnings == ()
         # The pole, and 12 on the equator: 5, 8, 11 on the rings at 22.5, 45, 67.5°.
         assert len(log.touches) == 1 + 5 + 8 + 11 + 12

@@ -36,7 +36,7 @@ PRETRAVEL = 0.008
 RADIUS = 12.5
 TOOL_LENGTH = 55.0
 MACHINE = Machine(
-    measuring_feed=60.0, positioning_feed=1200.0, travel_feed=2400.0, safe_height=45.0,
+    measuring_feed=60.0, positioning_feed=1200.0, travel_feed=2000.0, safe_height=45.0,
     acceleration=500.0,
     stem_diameter=2.0, tool=7, tool_length=TOOL_LENGTH,
 )  # fmt: skip
@@ -102,15 +102,13 @@ def judged_plan(program: ProbingProgram, offset: WorkOffset) -> Plan:
         segments += pairwise(places)
     leave = [_vector(program.starts[-1]), *(_vector(place) for place in program.leave)]
     segments += pairwise(leave)
-    speed = machine.positioning_feed / 60.0
     return Plan(
         touches=touches,
         segments=tuple(segments),
         safe_height=machine.safe_height,
         offset=offset,
         overtravel=machine.overtravel + float(np.linalg.norm(ERROR)),
-        # The reaction of LinuxCNC comes to the stopping distance.
-        stopping=machine.stopping_distance(machine.positioning_feed) + 0.003 * speed,
+        stopping=machine.stopping_distance(machine.positioning_feed),
         clearance=machine.clearance,
         positioning_feed=machine.positioning_feed,
     )
@@ -180,7 +178,9 @@ def touches_on_sphere(
     offset = WorkOffset((100.0, 50.0, -130.0))
     x, y, z = (-part for part in beside)
     things = World((Ball(_displaced(offset, (x, y, z)), RADIUS), Table(-180.0)), STYLUS)
-    return _on(offset, program, things, linuxcnc_program(program, "sphere.log", spindle=spindle))
+    return _on(
+        offset, program, things, linuxcnc_program(program, "sphere_log.ngc", spindle=spindle)
+    )
 
 
 PART_TARGETS = Targets(
@@ -213,7 +213,7 @@ def part_program(*, compensated: bool = False, allow_misses: bool = False) -> Ju
         assert form is not None
         texts = linuxcnc_subroutines(map_on_control, form, tool=7)
     text = linuxcnc_program(
-        program, "part.log", compensated=map_on_control, allow_misses=allow_misses
+        program, "part_log.ngc", compensated=map_on_control, allow_misses=allow_misses
     )
     return _on(offset, program, _part_things(offset), text, texts)
 

@@ -22,8 +22,18 @@ COMMENT = re.compile(r"\(([^()]*)\)")
 TOKEN = re.compile(
     r"(?P<number>\d+\.?\d*|\.\d+)|(?P<name>[A-Z]+)|(?P<sign>[#\[\]+\-*/=])|(?P<space> +)"
 )
-MODES = {4003: (90.0, 91.0), 4006: (20.0, 21.0)}
+Value = float | None
+MODES = {
+    4001: (0.0, 1.0, 2.0, 3.0, 33.0),
+    4003: (90.0, 91.0),
+    4005: (94.0, 95.0),
+    4006: (20.0, 21.0),
+    4007: (40.0, 41.0, 42.0),
+}
 """Variables that contain the active G code of a group."""
+_POWER_ON: Mapping[int, Value] = {
+    4001: 0.0, 4003: 90.0, 4005: 94.0, 4006: 21.0, 4007: 40.0, 4109: 0.0,
+}  # fmt: skip
 COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
     "EQ": lambda a, b: a == b,
     "NE": lambda a, b: a != b,
@@ -35,7 +45,6 @@ COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
 NGC_ALIASES = ((10_100, 10_199), (10_500, 10_999))
 """Of Haas's Next Generation Control, as public tables of its macro variables list them."""
 ARGUMENTS = {"I": 4, "J": 5, "K": 6, "D": 7, "F": 9, "R": 18}
-Value = float | None
 
 
 class MacroAlarm(Exception):  # noqa: N818, an alarm is what the control calls it
@@ -66,7 +75,7 @@ class MacroControl:
     """
 
     programs: dict[int, list[str]] = field(default_factory=dict)
-    variables: dict[int, Value] = field(default_factory=lambda: {4003: 90.0, 4006: 21.0})
+    variables: dict[int, Value] = field(default_factory=lambda: dict(_POWER_ON))
     two_value_atan: bool = True
     signed_atan: bool = False
     aliases: tuple[tuple[int, int], ...] = ()
@@ -181,6 +190,8 @@ class _Call:
             for modal, codes in MODES.items():
                 if code in codes:
                     self.control.variables[modal] = code
+        if ("G", 65.0) not in words:
+            self.control.variables |= {4109: v for letter, v in words if letter == "F"}
         if ("G", 65.0) in words:
             order = [letter for letter, _ in found if letter in "IJK"]
             assert order == sorted(order), code

@@ -17,7 +17,9 @@ from .machine import work_turn as work_turn
 from .program import ProbingProgram as ProbingProgram
 from .program import plan_program as plan_program
 from .program_log import FAULTS as FAULTS
+from .program_log import LOG_ENDING as LOG_ENDING
 from .program_log import LOG_HEAD as LOG_HEAD
+from .program_log import SUBROUTINE_LINE as SUBROUTINE_LINE
 from .program_log import SUBROUTINE_TOUCH_COLUMNS as SUBROUTINE_TOUCH_COLUMNS
 from .program_log import SURFACE_POINT_COLUMNS as SURFACE_POINT_COLUMNS
 from .program_log import TOUCH_COLUMNS as TOUCH_COLUMNS

@@ -31,6 +31,7 @@ from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subrouti
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table
+from pretravel.controls.machine import STYLUS_LENGTH
 from pretravel.controls.macro_b import (
     FANUC,
     MacroDialect,
@@ -89,6 +90,8 @@ class ExportSettings:
         Number of the first program; a default for each control.
     tool : int, optional
         For LinuxCNC: number of the probe in the tool table.
+    stylus_length : float, optional
+        For LinuxCNC: length of the stylus, which limits the overtravel of cycles. [mm]
     """
 
     base: int | None = None
@@ -104,6 +107,7 @@ class ExportSettings:
     angles: str = "normals"
     program: int | None = None
     tool: int | None = None
+    stylus_length: float | None = None
 
     @property
     def largest_deviation(self) -> float:
@@ -254,7 +258,11 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
             inputs=("base",),
         )
     subroutines = partial(
-        linuxcnc_subroutines, base=base, tool=settings.tool, written=settings.written
+        linuxcnc_subroutines,
+        base=base,
+        tool=settings.tool,
+        stylus_length=STYLUS_LENGTH if settings.stylus_length is None else settings.stylus_length,
+        written=settings.written,
     )
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)
     if exact is not None:
@@ -396,7 +404,10 @@ def _coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, .
 _OF_TABLES = frozenset({"units", "tolerance"})
 
 TO_LINUXCNC = Control(
-    _linuxcnc, folder=True, uses_feed=True, options=frozenset({"base", "form", "tolerance", "tool"})
+    _linuxcnc,
+    folder=True,
+    uses_feed=True,
+    options=frozenset({"base", "form", "tolerance", "tool", "stylus_length"}),
 )
 TO_RENISHAW = Control(
     _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})

@@ -8,7 +8,8 @@ from pretravel.base import INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.linuxcnc_state import state_subroutines
-from pretravel.controls.program_log import FAULTS, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
+from pretravel.controls.machine import STYLUS_LENGTH, largest_deflection
+from pretravel.controls.program_log import FAULTS, LOG_ENDING, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_bore": ("round.ngc", False),
@@ -45,13 +46,16 @@ def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
     }
 
 
-def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
+def sphere_subroutines(
+    tool: int | None = None, stylus_length: float = STYLUS_LENGTH
+) -> dict[str, str]:
     """The subroutine pretravel_sphere and those that it calls: they need no map.
 
     Parameters
     ----------
     tool : int, optional
-        See `pretravel.controls.linuxcnc_subroutines.linuxcnc_subroutines`.
+    stylus_length : float
+        See `pretravel.controls.linuxcnc_subroutines.linuxcnc_subroutines`. [mm]
 
     Returns
     -------
@@ -64,7 +68,7 @@ def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
         A line is too long for the control.
 
     >>> [name[10:-4] for name in sorted(sphere_subroutines())]
-    ['keep', 'log_check', 'move', 'restore', 'sphere', 'touch']
+    ['keep', 'limits', 'move', 'restore', 'sphere', 'touch']
     """
     files = {
         name: render(
@@ -72,11 +76,19 @@ def sphere_subroutines(tool: int | None = None) -> dict[str, str]:
             name="pretravel_sphere",
             inch=INCH,
             tool=tool,
+            bears=largest_deflection(stylus_length),
             causes=FAULTS,
             log_head=LOG_HEAD,
+            log=f"pretravel_sphere{LOG_ENDING}",
+            log_sub=f"pretravel_sphere{LOG_ENDING}".removesuffix(".ngc"),
             subroutine_touch_columns=SUBROUTINE_TOUCH_COLUMNS,
         )
-        for name in ("pretravel_sphere.ngc", "pretravel_move.ngc", "pretravel_touch.ngc")
+        for name in (
+            "pretravel_sphere.ngc",
+            "pretravel_move.ngc",
+            "pretravel_touch.ngc",
+            "pretravel_limits.ngc",
+        )
     }
     files |= state_subroutines()
     for text in files.values():

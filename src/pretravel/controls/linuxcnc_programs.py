@@ -10,13 +10,21 @@ from pretravel.controls.linuxcnc_state import HANDLER
 from pretravel.controls.machine import Machine, work_turn
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
-from pretravel.controls.program_log import FAULTS, LOG_HEAD, SURFACE_POINT_COLUMNS, TOUCH_COLUMNS
+from pretravel.controls.program_log import (
+    FAULTS,
+    LOG_ENDING,
+    LOG_HEAD,
+    SURFACE_POINT_COLUMNS,
+    TOUCH_COLUMNS,
+)
 from pretravel.maps import PretravelMap
 
 _ANY_FAULT = "#<_pretravel_fault> NE 0"
 _MISSES_ALLOWED = "#<_pretravel_fault> GT 1 OR [#<_pretravel_fault> EQ 1 AND #<misses> GE 1]"
 _LONGEST_LINE = 250
 """Characters of a line; the interpreter accepts 255."""
+_LOG_SIGNS = frozenset("abcdefghijklmnopqrstuvwxyz0123456789_-")
+"""The interpreter makes names of subroutines small."""
 
 
 def linuxcnc_program(
@@ -59,14 +67,14 @@ def linuxcnc_program(
     Raises
     ------
     PretravelError
-        The log's name contains characters that a G-code comment must not contain; a line is too
+        The log's name is none that the control can read back; a line is too
         long for the control; the map belongs to another tip or another feed.
 
     >>> from pretravel.controls.machine import Machine
     >>> from pretravel.controls.program import plan_program
     >>> from pretravel.touches.targets import Targets
     >>> up = Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], labels=("top",))
-    >>> text = linuxcnc_program(plan_program(up, Machine(), title="one"), "one.log")
+    >>> text = linuxcnc_program(plan_program(up, Machine(), title="one"), "one_log.ngc")
     >>> [line for line in text.splitlines() if "o<pretravel_touch> call" in line]
     ['o<pretravel_touch> call [0] [0] [5] [0] [0] [1] [50] [1000] [2] [1]']
     """
@@ -82,6 +90,7 @@ def linuxcnc_program(
         machine=machine,
         work_turn_deg=0.0 if machine.work is None else work_turn(machine.work) / DEGREE,
         log=log,
+        log_sub=log.removesuffix(".ngc"),
         identity=identity,
         allow_misses=allow_misses,
         spindle_deg=None if spindle is None else spindle / DEGREE % 360.0,
@@ -102,15 +111,13 @@ def linuxcnc_program(
 
 
 def _check_log(log: str) -> None:
-    if (
-        not log
-        or log.startswith(".")
-        or not all(c.isascii() and (c.isalnum() or c in "-_.") for c in log)
-    ):
+    stem = log.removesuffix(LOG_ENDING)
+    if stem == log or not all(c in _LOG_SIGNS for c in stem):
         raise PretravelError(
-            f"log file '{log}': the name may contain letters, digits and -_. only. It has no "
-            "folder: the control does not say when a folder is missing, and the touches would not "
-            "be logged; the log is written beside the INI file",
+            f"log file '{log}': its name has small letters, digits and - or _, and ends with "
+            f"{LOG_ENDING}. The control says nothing of a log that it cannot write; it can read a "
+            "file of such a name back, and the program stops where the touches are not in it. The "
+            "log has no folder, it is written beside the INI file",
             inputs=("log",),
         )
 

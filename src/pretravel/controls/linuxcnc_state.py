@@ -1,4 +1,4 @@
-"""Subroutines of LinuxCNC that keep the state of the control, and notice a log that is lost."""
+"""Subroutines of LinuxCNC that keep the state of the control."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ def state_subroutines() -> dict[str, str]:
     and feed, plane, work offset, tool length, overrides. The control calls pretravel_restore after
     an abort, where its INI file has the line `HANDLER`; a program stops before its first move where
     it does not.
-    pretravel_log_check: the control says nothing of a log that it cannot write.
 
     Returns
     -------
@@ -24,7 +23,7 @@ def state_subroutines() -> dict[str, str]:
         Text by file name, for the folder that SUBROUTINE_PATH states.
 
     >>> sorted(state_subroutines())
-    ['pretravel_keep.ngc', 'pretravel_log_check.ngc', 'pretravel_restore.ngc']
+    ['pretravel_keep.ngc', 'pretravel_restore.ngc']
     """
-    names = ("pretravel_keep.ngc", "pretravel_log_check.ngc", "pretravel_restore.ngc")
+    names = ("pretravel_keep.ngc", "pretravel_restore.ngc")
     return {name: render(f"linuxcnc/{name}", handler=HANDLER) for name in names}

@@ -7,6 +7,7 @@ from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
 from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
+from pretravel.controls.machine import STYLUS_LENGTH
 from pretravel.controls.map_identity import map_identity
 from pretravel.controls.program_log import (
     FAULTS,
@@ -31,6 +32,7 @@ def linuxcnc_subroutines(
     *,
     base: int = 1050,
     tool: int | None = None,
+    stylus_length: float = STYLUS_LENGTH,
     written: str = "",
 ) -> dict[str, str]:
     """Subroutines that evaluate a map, probe and compensate.
@@ -46,6 +48,8 @@ def linuxcnc_subroutines(
     tool : int, optional
         Number of the probe in the tool table: cycles stop where another tool is in the spindle, or
         another length is active. Without it they stop where any tool length is active.
+    stylus_length : float
+        Cycles stop where the tip could go deeper than a stylus of this length bears. [mm]
     written : str
         The day, for the heads of the files.
 
@@ -93,7 +97,7 @@ def linuxcnc_subroutines(
     if form.needs_table:
         texts["pretravel_table.ngc"] = {}
     files = {name: render(f"linuxcnc/{name}", **common, **values) for name, values in texts.items()}
-    files |= linuxcnc_cycles(common) | sphere_subroutines(tool)
+    files |= linuxcnc_cycles(common) | sphere_subroutines(tool, stylus_length)
     for text in files.values():
         check_line_lengths(text)
     return files

@@ -49,6 +49,10 @@ _LARGEST_OVERRIDE = 2.0
 """Of the feed, on usual controls."""
 _LARGEST_DEFLECTION = 10.0
 """No probe gives way further than this, however long its stylus is. [mm]"""
+_REACTION = 3e-3
+"""Between a contact and the first cycle that decelerates. [s]"""
+STYLUS_LENGTH = 50.0
+"""Of a probe that is not described. [mm]"""
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,7 @@ class Machine:
     change_height: float | None = None
     tip_diameter: float = 6.0
     stem_diameter: float = 4.5
-    stylus_length: float = 50.0
+    stylus_length: float = STYLUS_LENGTH
     body_diameter: float = 40.0
     measuring_feed: float = 50.0
     positioning_feed: float = 1000.0
@@ -200,20 +204,33 @@ class Machine:
     def stopping_distance(self, feed: float) -> float:
         """Travel between a contact at a feed [mm/min] and the standstill. [mm]
 
+        LinuxCNC up to 2.9 decelerates a probing move under G64 with half of the acceleration (its
+        issue 4220), and begins after up to three cycles of its servo.
+
         >>> round(Machine(acceleration=500.0).stopping_distance(3000.0), 6)
-        2.5
+        5.15
         """
-        return (feed / 60.0) ** 2 / (2.0 * self.acceleration)
+        speed = feed / 60.0
+        return speed**2 / self.acceleration + _REACTION * speed
 
     @property
     def largest_deflection(self) -> float:
         """The deflection of the stylus that the probe bears. [mm]"""
-        return min(_STYLUS_SHARE * self.stylus_length, _LARGEST_DEFLECTION)
+        return largest_deflection(self.stylus_length)
 
     @property
     def tip_radius(self) -> float:
         """[mm]"""
         return 0.5 * self.tip_diameter
+
+
+def largest_deflection(stylus_length: float) -> float:
+    """The deflection that a probe bears with a stylus of a length. [mm]
+
+    >>> largest_deflection(30.0)
+    6.0
+    """
+    return min(_STYLUS_SHARE * stylus_length, _LARGEST_DEFLECTION)
 
 
 def work_placement(x: float, y: float, z: float, rotation: float = 0.0) -> Placement:

@@ -9,6 +9,14 @@ from __future__ import annotations
 LOG_HEAD = "pretravel-log"
 """Kind of the first line."""
 
+SUBROUTINE_LINE = "o<"
+"""Beginning of the lines that make a log a subroutine: LinuxCNC says nothing of a log that it
+cannot write, and it can read only subroutines. The log is read back before the first move and at
+the end."""
+
+LOG_ENDING = "_log.ngc"
+"""Of the name of each log."""
+
 TOUCH_COLUMNS: tuple[str, ...] = (
     "label", "x_um", "y_um", "z_um", "nx", "ny", "nz", "ax", "ay", "az", "feed_mm_min",
     "nominal_x_mm", "nominal_y_mm", "nominal_z_mm", "touched",

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import FloatArray, InputError, PretravelError
+from pretravel.controls import LOG_ENDING
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant
@@ -51,7 +52,10 @@ def _can_have_touches(path: Path) -> bool:
     return (
         path.is_file()
         and not path.name.startswith(".")
-        and ending in endings.union(_TABLES).difference(_NO_TOUCHES)
+        and (
+            ending in endings.union(_TABLES).difference(_NO_TOUCHES)
+            or path.name.endswith(LOG_ENDING)
+        )
     )
 
 

@@ -14,6 +14,7 @@ from .fields import REFERENCE_SPHERE as REFERENCE_SPHERE
 from .fields import RING as RING
 from .fields import SPHERE_FORM as SPHERE_FORM
 from .fields import START_CLEARANCE as START_CLEARANCE
+from .fields import STYLUS_OF_SUBROUTINES as STYLUS_OF_SUBROUTINES
 from .fields import TIP_OF_MAP as TIP_OF_MAP
 from .fields import TOOL_OF_SUBROUTINES as TOOL_OF_SUBROUTINES
 from .fields import U_DIAMETER as U_DIAMETER

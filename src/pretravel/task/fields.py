@@ -123,6 +123,10 @@ TOOL_OF_SUBROUTINES = (
     "linuxcnc: number of the probe in the tool table. Cycles stop where another tool is in the "
     "spindle or another length is active; without a number, where any tool length is active."
 )
+STYLUS_OF_SUBROUTINES = (
+    "linuxcnc: length of the stylus from the tip's centre to the probe's body, in mm; 50 where "
+    "it is not given. Cycles stop where the tip could go deeper than a fifth of it."
+)
 REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
 SphereCenter: TypeAlias = Annotated[
     Vector,

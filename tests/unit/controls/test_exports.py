@@ -89,7 +89,7 @@ class TestControls:
         options that would change nothing are refused by the command."""
         tables = {"units", "tolerance"}
         expected = {
-            "linuxcnc": (True, True, {"base", "form", "tolerance", "tool"}),
+            "linuxcnc": (True, True, {"base", "form", "tolerance", "tool", "stylus_length"}),
             "renishaw": (False, False, {"base", "program", "units", "angles", "criterion"}),
             "fanuc": (True, False, tables | {"base", "program", "form"}),
             "haas": (True, False, tables | {"base", "program", "form"}),
@@ -463,7 +463,7 @@ class TestHeads:
                ("lookup", "compensate", "identity", "radius", "point", "head")}  # fmt: skip
         others = {
             f"pretravel_{name}.ngc"
-            for name in ("sphere", "move", "touch", "keep", "restore", "log_check")
+            for name in ("sphere", "move", "touch", "keep", "restore", "limits")
         }
         formula = linuxcnc_subroutines(mean_map(0.01), MEAN)
         assert set(formula) == cycles | own | others

@@ -62,22 +62,22 @@ def test_bounds_of_every_number(name: str) -> None:
             {"overtravel": 10.01, "stylus_length": 200.0},
             "stylus of 200 mm bears 10 mm at most",
         ),
-        # The distance to stop, v² / (2 · 50 mm/s²), is 10 mm from 31.62 mm/s, 1897.4 mm/min.
+        # The distance to stop, v² / 50 mm/s² + 3 ms · v, is 10 mm at 22.286 mm/s, 1337.2 mm/min.
         (
-            {"acceleration": 50.0, "positioning_feed": 900.0, "measuring_feed": 1897.0},
-            {"acceleration": 50.0, "positioning_feed": 900.0, "measuring_feed": 1898.0},
-            "measuring feed 1898 mm/min: after a contact.*override up to 100 %",
+            {"acceleration": 50.0, "positioning_feed": 600.0, "measuring_feed": 1337.0},
+            {"acceleration": 50.0, "positioning_feed": 600.0, "measuring_feed": 1338.0},
+            "measuring feed 1338 mm/min: after a contact.*override up to 100 %",
         ),
         # Other feeds can be doubled by the override.
         (
-            {"acceleration": 50.0, "positioning_feed": 948.0},
-            {"acceleration": 50.0, "positioning_feed": 949.0},
-            "positioning feed 949 mm/min: after a contact.*override up to 200 %",
+            {"acceleration": 50.0, "positioning_feed": 668.0},
+            {"acceleration": 50.0, "positioning_feed": 669.0},
+            "positioning feed 669 mm/min: after a contact.*override up to 200 %",
         ),
         (
-            {"acceleration": 50.0, "positioning_feed": 900.0, "travel_feed": 948.0},
-            {"acceleration": 50.0, "positioning_feed": 900.0, "travel_feed": 949.0},
-            "travel feed 949 mm/min: after a contact",
+            {"acceleration": 50.0, "positioning_feed": 600.0, "travel_feed": 668.0},
+            {"acceleration": 50.0, "positioning_feed": 600.0, "travel_feed": 669.0},
+            "travel feed 669 mm/min: after a contact",
         ),
         ({"tool": 1}, {"tool": 0}, "tool 0: the tool table numbers tools from 1"),
         ({"tool": 1, "tool_length": 80.0}, {"tool_length": 80.0}, "need the number of a tool"),

@@ -10,6 +10,7 @@ from pretravel.base import DEGREE, MICROMETRE, FloatArray
 from pretravel.controls import (
     FAULTS,
     LOG_HEAD,
+    SUBROUTINE_LINE,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
     TOUCH_COLUMNS,
@@ -50,7 +51,9 @@ def read_own_log(source: Source) -> FileReadings:
     file = opened(source)
     log = _Log(file)
     for number, text in enumerate(file.lines("a log of a probing program"), start=1):
-        if line := text.strip():
+        line = text.strip()
+        # The lines with which LinuxCNC reads the log back as a subroutine.
+        if line and not line.startswith(SUBROUTINE_LINE):
             log.take(line, number)
     return log.readings()
 
@@ -221,7 +224,8 @@ class _Log:
 
 
 def _is_own_log(lines: list[str]) -> bool:
-    return lines[0].startswith(f"{LOG_HEAD},") or any(
+    first = next((line for line in lines if not line.startswith(SUBROUTINE_LINE)), "")
+    return first.startswith(f"{LOG_HEAD},") or any(
         # A log that has lost its first line.
         line.startswith("touch,") and line.endswith(",end")
         for line in lines

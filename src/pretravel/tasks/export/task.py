@@ -11,6 +11,7 @@ from pretravel.base import ANGLE, DEGREE, FEED_OR_NONE, MICROMETRE, TIP_BALL, Pr
 from pretravel.task import (
     FOLDER,
     SILENT,
+    STYLUS_OF_SUBROUTINES,
     TOOL_OF_SUBROUTINES,
     Field,
     Progress,
@@ -172,6 +173,17 @@ class Export(Task):
             metavar="NUMBER",
             label="Tool number of the probe",
             hint="Empty: no tool length",
+        ),
+    ] = None
+    stylus_length: Annotated[
+        float | None,
+        Field(
+            help=STYLUS_OF_SUBROUTINES,
+            only=(_controls("stylus_length"),),
+            range=(1.0, 1000.0),
+            unit="mm",
+            label="Length of the stylus",
+            hint="Empty: 50 mm",
         ),
     ] = None
     units: Annotated[

@@ -14,6 +14,7 @@ from pretravel.task import (
     PROGRAMS,
     REFERENCE_SPHERE,
     SILENT,
+    STYLUS_OF_SUBROUTINES,
     TOOL_OF_SUBROUTINES,
     Angles,
     Approach,
@@ -80,8 +81,8 @@ class ProgramTask(Task):
     log: Annotated[
         str | None,
         Field(
-            help="Log file on the machine, relative to its INI file; the default is the name of "
-            "the program with the ending .log."
+            help="Log file on the machine, beside its INI file: NAME_log.ngc, which the control "
+            "can read back; the default is the name of the program with this ending."
         ),
     ] = None
 
@@ -106,7 +107,9 @@ class ProgramTask(Task):
     @property
     def log_name(self) -> str:
         """Of the log file on the machine."""
-        return self.log or f"{self.output.stem}.log"
+        from pretravel.controls import LOG_ENDING
+
+        return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
 
 
 class ProgramSphere(ProgramTask):
@@ -375,6 +378,9 @@ class ProgramMdi(Task):
     tool: Annotated[
         int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
     ] = None
+    stylus_length: Annotated[
+        float, Field(help=STYLUS_OF_SUBROUTINES, range=(1.0, 1000.0), unit="mm")
+    ] = 50.0
 
     def run(self, progress: Progress = SILENT) -> Subroutines:
         """The subroutines."""
@@ -382,7 +388,7 @@ class ProgramMdi(Task):
         from pretravel.controls import sphere_subroutines
 
         refuse_no_folder(self.output)
-        texts = sphere_subroutines(self.tool)
+        texts = sphere_subroutines(self.tool, self.stylus_length)
         return Subroutines(texts, f"{self.output}: {', '.join(sorted(texts))}\n")
 
 

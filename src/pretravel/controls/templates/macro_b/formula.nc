@@ -86,7 +86,7 @@ IF [#18 LT 0] THEN #18=0
 {% endif %}
 #100=[#10+{{ travel|plain }}]{{ "/25.4" if units == "inch" }}
 M99
-N91 #3000=101(PRETRAVEL TABLE IS IN {{ units|upper }})
+N91 #3000=101(PRETRAVEL IS IN {{ units|upper }})
 N93 #3000=103(NORMAL NOT A UNIT VECTOR)
 N94 #3000=104(OUTSIDE PRETRAVEL MAP)
 M99
