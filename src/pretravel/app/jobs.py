@@ -19,6 +19,7 @@ from typing import Any
 from pretravel.app.project import Inputs, Listener, ScreenState, SettingValue, StoredFile
 from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
 from pretravel.base.errors import PretravelError
+from pretravel.base.named_files import own_files_alone
 from pretravel.base.whole_file import temporary_folder
 
 LARGE = 2_000_000
@@ -438,7 +439,8 @@ def _run_job(
             with _lane:
                 if not told.wanted():
                     return None, "", ()
-                return job.compute(Inputs(settings, paths, results)), "", ()
+                with own_files_alone():
+                    return job.compute(Inputs(settings, paths, results)), "", ()
         except PretravelError as error:
             return None, without_folder(str(error), folder), error.inputs
         except MemoryError:

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from pretravel.base.errors import PretravelError
+from pretravel.base.named_files import own_files_alone
 from pretravel.base.own_process import module_folders
 
 _START = (
@@ -130,7 +131,8 @@ def _computed(module: str, name: str, inputs: list[Any]) -> tuple[str, Any]:
 
     try:
         compute = getattr(importlib.import_module(module), name)
-        result = compute(Inputs(*inputs))
+        with own_files_alone():
+            result = compute(Inputs(*inputs))
         pickle.dumps(result)
     except PretravelError as error:
         return _FAULT, (str(error), error.inputs)

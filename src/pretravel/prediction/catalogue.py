@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pretravel.base.errors import DescriptionError
+from pretravel.base.named_files import refuse_named_file
 from pretravel.base.toml_file import TomlDocument, TomlStructure, parse_toml, quoted, read_toml
 from pretravel.prediction.description import (
     Hub,
@@ -71,6 +72,7 @@ class _Geometry:
     materials: Mapping[str, Material] = field(default_factory=dict)
 
     def value(self, folder: Path) -> StepGeometry:
+        refuse_named_file("[geometry] takes the solids of the probe from a part, and", self.step)
         return StepGeometry(
             folder / self.step,
             tuple(self.tripod),

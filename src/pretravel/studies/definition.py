@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.named_files import refuse_named_file
 from pretravel.base.quantities import degrees_in
 from pretravel.base.shipped_texts import ShippedTexts
 from pretravel.base.toml_file import TomlDocument, TomlStructure, parse_toml, quoted
 from pretravel.base.units import DEGREE
 from pretravel.prediction.catalogue import catalogue_names, source_text
+from pretravel.surface.specification import is_shape
 
 PLANS: Mapping[str, str] = {
     "full-factorial": "every value of each factor with every value of all others",
@@ -405,6 +407,8 @@ def study_of_parts(
             settings,
             "probe",
         )
+    if not is_name:
+        refuse_named_file("the study", Path(table.probe).name)
     study = Study(
         name=table.name,
         probe=table.probe,
@@ -422,8 +426,19 @@ def study_of_parts(
         folder=(folder / table.probe).parent,
         touch_folder=folder,
     )
+    _refuse_named_files(study)
     _check_factors(study, document, factors)
     return study
+
+
+def _refuse_named_files(study: Study) -> None:
+    """Those of the table [touch], and of factors that change it or a part."""
+    named = [(f"touch.{key}", study.touch[key]) for key in study.touch]
+    named += [(factor.key, value) for factor in study.factors for value in factor.single_values]
+    for key, value in named:
+        shape = key == "touch.surface" and is_shape(str(value))
+        if key.startswith(("touch.", "geometry.")) and isinstance(value, str) and not shape:
+            refuse_named_file(f"{key} of the study", value)
 
 
 def _one_of(name: str, known: Mapping[str, str], key: str) -> None:

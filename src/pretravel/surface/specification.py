@@ -12,6 +12,7 @@ import numpy as np
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import InputError, PretravelError
+from pretravel.base.named_files import refuse_named_file
 from pretravel.base.quantities import NUMBER, checked
 from pretravel.base.units import DEGREE
 from pretravel.surface.cad.part import Part
@@ -203,6 +204,16 @@ def source_file(text: str) -> list[str]:
     return [file] if Path(file).suffix.lower() in (*CAD_ENDINGS, ".py") else []
 
 
+def is_shape(text: str) -> bool:
+    """Whether a specification is that of a shape: it reads no file.
+
+    >>> is_shape("plane:polar=40"), is_shape("part.step"), is_shape("plane:x=mine.py")
+    (True, False, False)
+    """
+    is_path = bool(source_file(text)) or not set(text).isdisjoint("/\\")
+    return text.partition(":")[0] in _SHAPES and not is_path
+
+
 def _part(path: Path, word: str) -> Part:
     part = read_part(path)
     if word:
@@ -221,6 +232,7 @@ def _part(path: Path, word: str) -> Part:
 def _python(path: Path, name: str) -> Surface:
     import runpy
 
+    refuse_named_file("a surface that is executed", path.name)
     if not path.is_file():
         raise InputError("cannot be opened: no such file", path=path)
     try:

@@ -12,6 +12,8 @@ from pretravel.tasks.fields import (
     TipOfMap,
     TouchFilesWithFeed,
     existing,
+    is_placement,
+    is_probe,
     output,
     placement_files,
     with_reading,
@@ -53,6 +55,7 @@ class Align(TouchFilesWithFeed, Reported):
             option="--map",
             label="Map",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     tip_diameter: TipOfMap = None
@@ -64,6 +67,7 @@ class Align(TouchFilesWithFeed, Reported):
             "plan, or searched for.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
+            word=is_placement,
         ),
     ] = None
     datum: Annotated[

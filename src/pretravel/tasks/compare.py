@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.tasks.export import ControlForm
-from pretravel.tasks.fields import ModelName, Reported, existing, output
+from pretravel.tasks.fields import ModelName, Reported, existing, is_probe, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ class Compare(Reported):
             positional=True,
             metavar="MAP",
             reads=existing,
+            word=is_probe,
         ),
     ]
     other: Annotated[
@@ -59,6 +60,7 @@ class Compare(Reported):
             positional=True,
             metavar="PROBE",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     part: Annotated[

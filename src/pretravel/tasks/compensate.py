@@ -15,6 +15,8 @@ from pretravel.tasks.fields import (
     TipOfMap,
     TouchFilesWithFeed,
     existing,
+    is_probe,
+    is_shape,
     output,
     surface_files,
     with_reading,
@@ -62,6 +64,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             option="--map",
             label="Map",
             reads=existing,
+            word=is_probe,
         ),
     ]
     output: Annotated[
@@ -80,6 +83,7 @@ class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
             "the contact is computed on it. Without it, the normals are those of the touches, and "
             "deviations refer to the columns nominal_x_mm…, where these exist.",
             reads=surface_files,
+            word=is_shape,
         ),
     ] = None
     machine: Annotated[

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import ANGLE, FEED_OR_NONE, TIP_BALL
@@ -238,6 +239,11 @@ class Export(Task):
         float | None,
         Field(help="Diameter of the tip, in mm; the default is that of the map.", range=TIP_BALL),
     ] = None
+
+    @classmethod
+    def needed_outputs(cls, stated: Mapping[str, Any]) -> tuple[str, ...]:
+        """The files, unless the template alone is shown."""
+        return () if stated.get("show_template") else ("output",)
 
     def endings(self, output: str) -> tuple[str, ...]:
         """One file has the ending that its control wants, which we do not know."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.tasks.fields import ModelName, Reported, existing, output
+from pretravel.tasks.fields import ModelName, Reported, existing, is_probe, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -28,7 +28,10 @@ class Identify(Reported):
         Field(help="Map from qualify: .json or .csv.", positional=True, metavar="MAP", reads=True),
     ]
     probe: Annotated[
-        str, Field(help="Initial description: catalogue name or TOML file.", reads=existing)
+        str,
+        Field(
+            help="Initial description: catalogue name or TOML file.", reads=existing, word=is_probe
+        ),
     ]
     free: Annotated[
         str,

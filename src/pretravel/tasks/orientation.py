@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.quantities import ANGLE
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import Reported, existing, models, output
+from pretravel.tasks.fields import Reported, existing, is_probe, models, output
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Vector, unit_vector
 
@@ -45,6 +45,7 @@ class MapInOrientation(Reported):
             help="Description of the probe with its moving mass: a catalogue name, or a file, as "
             "pretravel identify writes it, so that rods and lobes are in the same place.",
             reads=existing,
+            word=is_probe,
         ),
     ]
     axis: Annotated[

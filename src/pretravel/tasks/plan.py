@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.quantities import DISTANCE, STEP
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.tasks.fields import UPRIGHT, ProbeAxis, Reported, output, surface_files
+from pretravel.tasks.fields import UPRIGHT, ProbeAxis, Reported, is_shape, output, surface_files
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 from pretravel.tasks.values import Counts, Pair, counts, pair
 
@@ -32,6 +32,7 @@ class PlanTargets(Reported):
             help="part.step#face, part.step for all faces, sphere:…, convex, …",
             positional=True,
             reads=surface_files,
+            word=is_shape,
         ),
     ]
     output: Annotated[Path, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
-from pretravel.tasks.fields import existing, output
+from pretravel.tasks.fields import existing, is_probe, output
 from pretravel.tasks.task import PAGES, PICTURES, SILENT, Field, Progress, Result, Task
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ class Probes(Task):
             positional=True,
             metavar="NAME",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     plot: Annotated[

@@ -16,6 +16,7 @@ from pretravel.tasks.fields import (
     TOOL_OF_SUBROUTINES,
     Approach,
     Turn,
+    is_shape,
     output,
     refuse_no_folder,
     surface_files,
@@ -223,6 +224,7 @@ class ProgramPart(ProgramTask):
         Field(
             help="The part, part.step: moves are checked against all its faces.",
             reads=surface_files,
+            word=is_shape,
         ),
     ] = None
     compensated: Annotated[

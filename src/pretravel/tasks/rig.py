@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import TIP_BALL
-from pretravel.tasks.fields import LaboratoryReport, existing, output
+from pretravel.tasks.fields import LaboratoryReport, existing, is_probe, output
 from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import MovedMark, Pair, pair, trace_mark
 
@@ -148,6 +148,7 @@ class Rig(LaboratoryReport):
             help="Description of the probe, .toml or a name of the catalogue: trigger force of "
             "each touch from its pretravel (Ren 2020, equation 14), in the column force_N.",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     exclude: Annotated[

@@ -17,6 +17,8 @@ from pretravel.tasks.fields import (
     Reported,
     Workpiece,
     existing,
+    is_probe,
+    is_shape,
     output,
     surface_files,
 )
@@ -53,6 +55,7 @@ class Simulate(PlacedPart, Reported):
             help="Catalogue name, TOML description, or map (.json, .csv).",
             positional=True,
             reads=existing,
+            word=is_probe,
         ),
     ]
     surface: Annotated[
@@ -61,6 +64,7 @@ class Simulate(PlacedPart, Reported):
             help="plane:polar=40, sphere:radius=12.5, cylinder:…, cone:…, torus:…, ellipsoid:…, "
             "convex, part.step, part.step#face.",
             reads=surface_files,
+            word=is_shape,
         ),
     ]
     targets: Annotated[

@@ -12,6 +12,7 @@ from pretravel.tasks.fields import (
     ProbeName,
     Reported,
     Workpiece,
+    is_shape,
     output,
     surface_files,
 )
@@ -43,6 +44,7 @@ class Slide(Reported):
         Field(
             help="plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face, … (as in simulate).",
             reads=surface_files,
+            word=is_shape,
         ),
     ]
     at: Annotated[

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pretravel.base.errors import PretravelError
 from pretravel.tasks.fields import Reported, existing, output
@@ -16,6 +17,16 @@ if TYPE_CHECKING:
 
 PAGE = Field(help="A page, .html or .pdf.", writes=PAGES)
 """Of a task whose main output is no page."""
+
+
+def _is_results(study: str) -> bool:
+    return Path(study).suffix.lower() == ".nc"
+
+
+def _is_study(text: str) -> bool:
+    from pretravel.studies.definition import STUDIES
+
+    return text in STUDIES.names()
 
 
 class RunStudy(Reported):
@@ -35,6 +46,7 @@ class RunStudy(Reported):
             positional=True,
             metavar="STUDY",
             reads=existing,
+            word=_is_study,
         ),
     ]
     output: Annotated[Path | None, output("Results: .nc, which xarray opens.", ".nc")] = None
@@ -51,12 +63,18 @@ class RunStudy(Reported):
         Field(
             help="Address of a running Dask scheduler, as tcp://host:8786, whose workers compute.",
             metavar="ADDRESS",
+            connects=True,
         ),
     ] = None
     restart: Annotated[
         bool, Field(help="Begin anew, also where an earlier run was interrupted.")
     ] = False
     page: Annotated[Path | None, PAGE] = None
+
+    @classmethod
+    def needed_outputs(cls, stated: Mapping[str, Any]) -> tuple[str, ...]:
+        """The results, which are written while they come; none where they are shown again."""
+        return () if _is_results(stated.get("study") or "") else ("output",)
 
     def run(self, progress: Progress = SILENT) -> FinishedStudy:
         """Run the study and write its results; or read results that were written before."""
@@ -65,7 +83,7 @@ class RunStudy(Reported):
         from pretravel.studies.run import Workers, run_study
 
         if self.output is None:
-            if Path(self.study).suffix.lower() != ".nc":
+            if not _is_results(self.study):
                 raise PretravelError(
                     "a study needs a file for its results: -o study.nc", inputs=("output",)
                 )
