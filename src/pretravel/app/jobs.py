@@ -263,6 +263,10 @@ class Work:
             self.cancelled += "There is no new result."
         self._tell()
 
+    def stop(self) -> None:
+        """End the run, at the end of its project or of the server."""
+        self._stop()
+
     def _restore(
         self,
         settings: Mapping[str, SettingValue],
@@ -514,16 +518,16 @@ class Works:
             work.inputs_changed()
         return self._works[key]
 
-    def cancel_all(self) -> None:
-        """End all runs."""
+    def stop_all(self) -> None:
+        """End all runs; files and settings stay as they are."""
         for work in self._works.values():
-            work.cancel()
+            work.stop()
 
     def forget(self, states: Iterable[ScreenState]) -> None:
         """End the runs of screens and drop their results: their project is closed."""
         gone = {id(state) for state in states}
         for key in [key for key in self._works if key[0] in gone]:
-            self._works.pop(key).cancel()
+            self._works.pop(key).stop()
 
 
 WORKS = Works()
