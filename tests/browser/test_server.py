@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 import socket
 import subprocess
 import sys
@@ -155,3 +156,63 @@ def test_an_upload_that_breaks_off_prints_no_traceback(tmp_path: Path) -> None:
         assert answer(workbench.address)[0] == 200  # it goes on
         said = started_again(workbench)
     assert "Traceback" not in said
+
+
+PAGES = ("", "engineer", "task/repeat", "project", "help", "project/download", "nothing")
+
+
+def test_an_unknown_project_is_none_and_never_another_one(tmp_path: Path) -> None:
+    """Its page and its download would be those of the project that was opened last."""
+    sent = Project("Secret of another job", "0123456789abcdef")
+    with running_workbench(tmp_path) as workbench:
+        to = f"{workbench.address}project/open?name=p.pretravel"
+        assert answer(to, OURS, project_bytes(sent))[0] == 200
+        for page in PAGES:
+            code, text = answer(f"{workbench.address}{page}?project=fedcba9876543210")
+            assert code == 404, page
+            assert "There is no project at this address" in text
+            assert "Secret" not in text
+        assert answer(f"{workbench.address}engineer?project={sent.identity}")[0] == 200
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_every_end_saves_and_leaves_nothing_else(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What was dropped just before, which the pause of saving has not saved yet."""
+    for variable, folder in (("TMPDIR", "tmp"), ("PRETRAVEL_CACHE", "cache")):
+        (tmp_path / folder).mkdir(mode=0o700)
+        monkeypatch.setenv(variable, str(tmp_path / folder))
+    sent = Project("Last", "0123456789abcdef")
+    with running_workbench(tmp_path) as workbench:
+        to = f"{workbench.address}project/open?name=p.pretravel"
+        assert answer(to, OURS, project_bytes(sent))[0] == 200
+        workbench.process.send_signal(getattr(signal, name))
+        assert workbench.process.wait(timeout=PATIENCE) == 0
+        assert workbench.process.stdout is not None
+        assert "Traceback" not in workbench.process.stdout.read()
+    assert (tmp_path / "pretravel" / "projects" / "0123456789abcdef.pretravel").exists()
+    assert list((tmp_path / "tmp").iterdir()) == []
+    assert list((tmp_path / "cache").glob("*.lock")) == []
+
+
+def test_a_project_that_cannot_be_saved_is_kept_elsewhere_and_the_end_is_a_fault(
+    tmp_path: Path,
+) -> None:
+    stick = tmp_path / "stick"
+    stick.mkdir()
+    with running_workbench(tmp_path, str(stick / "a.pretravel")) as workbench:
+        code, page = answer(f"{workbench.address}task/repeat")
+        assert code == 200
+        identity = re.findall(r"project=([0-9a-f]{16})", page)[0]
+        stick.rmdir()
+        to = f"{workbench.address}upload/{identity}/task-repeat/log?name=log.csv"
+        assert answer(to, OURS, b"x_mm,y_mm,z_mm")[0] == 200
+        assert workbench.interrupt() == 2
+        assert workbench.process.stdout is not None
+        said = workbench.process.stdout.read()
+    assert "does not exist" in said
+    (kept,) = (tmp_path / "pretravel" / "projects").glob("unsaved-*.pretravel")
+    assert f"is kept in {kept}" in said.replace("\n", "").replace("  ", " ") or kept.name in said
+    (file,) = read_project(kept).screen("task-repeat").files["log"]
+    assert file.content == b"x_mm,y_mm,z_mm"

@@ -191,7 +191,8 @@ class _Call:
                 if code in codes:
                     self.control.variables[modal] = code
         if ("G", 65.0) not in words:
-            self.control.variables |= {4109: v for letter, v in words if letter == "F"}
+            for _, feed in (word for word in words if word[0] == "F"):
+                self.control.variables[4109] = feed
         if ("G", 65.0) in words:
             order = [letter for letter, _ in found if letter in "IJK"]
             assert order == sorted(order), code

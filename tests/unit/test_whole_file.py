@@ -195,3 +195,41 @@ class TestSeveralFiles:
             write_text(outer, "inner")
             assert len(list(tmp_path.iterdir())) == 1
         assert (tmp_path / "a.csv").read_text() == "inner"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links and owners")
+class TestFolderOfOthers:
+    def test_a_link_in_the_place_of_the_file_changes_nothing_elsewhere(
+        self, tmp_path: Path
+    ) -> None:
+        """In a folder that others can write to, the name can be a link at any moment."""
+        folder, elsewhere = tmp_path / "shared", tmp_path / "private.csv"
+        folder.mkdir()
+        folder.chmod(0o777)
+        elsewhere.write_text("mine")
+        elsewhere.chmod(0o600)
+        with whole_file(folder / "a.csv") as temporary:
+            for each in folder.iterdir():  # nothing is written there by its name
+                each.unlink()
+                each.symlink_to(elsewhere)
+            temporary.write_text("whole")
+        assert (folder / "a.csv").read_text() == "whole"
+        assert not (folder / "a.csv").is_symlink()
+        assert elsewhere.read_text() == "mine"
+        assert elsewhere.stat().st_mode & 0o777 == 0o600
+
+    def test_the_mode_is_set_through_what_was_opened(self, tmp_path: Path) -> None:
+        elsewhere = tmp_path / "private.csv"
+        elsewhere.write_text("mine")
+        elsewhere.chmod(0o600)
+
+        def write() -> None:
+            with whole_file(tmp_path / "a.csv") as temporary:
+                temporary.write_text("whole")
+                temporary.unlink()
+                temporary.symlink_to(elsewhere)
+
+        with pytest.raises(PretravelError, match="cannot write"):
+            write()
+        assert elsewhere.stat().st_mode & 0o777 == 0o600
+        assert not (tmp_path / "a.csv").exists()

@@ -18,7 +18,7 @@ from typing import Any
 
 from pretravel.app.project import Inputs, Listener, ScreenState, SettingValue, StoredFile
 from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
-from pretravel.base import PretravelError, temporary_folder
+from pretravel.base import PretravelError, own_files_alone, temporary_folder
 
 LARGE = 2_000_000
 """Bytes of files above which work is done in a process of its own: it can be ended, and its memory
@@ -261,6 +261,10 @@ class Work:
             self.cancelled += "There is no new result."
         self._tell()
 
+    def stop(self) -> None:
+        """End the run, at the end of its project or of the server."""
+        self._stop()
+
     def _restore(
         self,
         settings: Mapping[str, SettingValue],
@@ -437,7 +441,8 @@ def _run_job(
             with _lane:
                 if not told.wanted():
                     return None, "", ()
-                return job.compute(Inputs(settings, paths, results)), "", ()
+                with own_files_alone():
+                    return job.compute(Inputs(settings, paths, results)), "", ()
         except PretravelError as error:
             return None, without_folder(str(error), folder), error.inputs
         except MemoryError:
@@ -511,16 +516,16 @@ class Works:
             work.inputs_changed()
         return self._works[key]
 
-    def cancel_all(self) -> None:
-        """End all runs."""
+    def stop_all(self) -> None:
+        """End all runs; files and settings stay as they are."""
         for work in self._works.values():
-            work.cancel()
+            work.stop()
 
     def forget(self, states: Iterable[ScreenState]) -> None:
         """End the runs of screens and drop their results: their project is closed."""
         gone = {id(state) for state in states}
         for key in [key for key in self._works if key[0] in gone]:
-            self._works.pop(key).cancel()
+            self._works.pop(key).stop()
 
 
 WORKS = Works()

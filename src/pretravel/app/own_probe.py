@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pretravel.base import PretravelError
+from pretravel.base import own_files_alone
 from pretravel.files import FORMER_MAP_ENDINGS, MAP_ENDINGS
 from pretravel.maps import PretravelMap
 from pretravel.prediction import Probe, load_probe
@@ -24,14 +24,8 @@ def own_description(path: Path) -> Probe:
         It is no description, or it takes its solids from another file. A project can come from a
         stranger, and a path in it would be one on this computer.
     """
-    probe = load_probe(path)
-    if probe.step is not None:
-        raise PretravelError(
-            f"{path.name}: the description takes its solids from {probe.step.path.name}, and a "
-            "project has no file beside a description: leave out the table [geometry], or use "
-            "pretravel on the command line"
-        )
-    return probe
+    with own_files_alone():
+        return load_probe(path)
 
 
 def own_map(
@@ -53,6 +47,9 @@ def own_map(
     PretravelError
         As `map_or_prediction` and `own_description`.
     """
-    if path.suffix.lower() not in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
-        own_description(path)
-    return map_or_prediction(str(path), model, tip_diameter=tip_diameter)
+    if path.suffix.lower() in (*MAP_ENDINGS, *FORMER_MAP_ENDINGS):
+        return map_or_prediction(str(path), model, tip_diameter=tip_diameter)
+    # Whatever its name: an ending that no map has is that of a description.
+    with own_files_alone():
+        load_probe(path)
+        return map_or_prediction(str(path), model, tip_diameter=tip_diameter)

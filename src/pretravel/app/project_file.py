@@ -32,6 +32,8 @@ _FORMAT, _VERSION = "pretravel project", 1
 _JSON = "project.json"
 _LARGEST_JSON = 20_000_000
 _MOST_ENTRIES = 2000
+_LARGEST_END = 1100 * _MOST_ENTRIES
+"""Of an archive: its directory. [bytes]"""
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")
 """Names of screens and of purposes of files."""
 _DAMAGED = (
@@ -78,6 +80,37 @@ def write_project(path: str | Path, project: Project) -> None:
     content = project_bytes(project)
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
+
+
+def read_project_names(path: str | Path) -> tuple[str, tuple[str, ...]]:
+    """The name of a project and of its files, without their contents.
+
+    Raises
+    ------
+    InputError
+        As `read_project`, of what is read.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST_PROJECT:
+            raise InputError("it is larger than any project", path=path)
+        with path.open("rb") as content:
+            size = content.seek(0, io.SEEK_END)
+            content.seek(max(size - _LARGEST_END, 0))
+            _refuse_directory(content.read(), path)
+            with zipfile.ZipFile(content) as archive:
+                stated = _stated(_Entries(archive, path), path)
+        files = [
+            str(file["name"])
+            for screen in stated["screens"].values()
+            for listed in screen["files"].values()
+            for file in listed
+        ]
+        return str(stated["name"])[:100], tuple(dict.fromkeys(files))
+    except PretravelError:
+        raise
+    except (*_DAMAGED, TypeError, AttributeError) as error:
+        raise InputError(f"this project is damaged ({error})", path=path) from error
 
 
 def read_project(path: str | Path) -> Project:
@@ -182,7 +215,8 @@ class _Entries:
         return content
 
 
-def _project(entries: _Entries, path: str | Path) -> Project:
+def _stated(entries: _Entries, path: str | Path) -> dict[str, Any]:
+    """What the project says of itself, without its files."""
     try:
         stated = parsed_json(entries.content(_JSON, _LARGEST_JSON))
     except InputError:
@@ -199,6 +233,11 @@ def _project(entries: _Entries, path: str | Path) -> Project:
             f"reads version {_VERSION}: use a newer pretravel",
             path=path,
         )
+    return stated
+
+
+def _project(entries: _Entries, path: str | Path) -> Project:
+    stated = _stated(entries, path)
     try:
         return _checked(stated, entries)
     except PretravelError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from pretravel.base import PretravelError, add, cache_folder, locked_file, private
@@ -43,6 +43,7 @@ class ProjectLock:
                 f"another workbench that opens {path.name} is not noticed ({doubt})", stacklevel=2
             )
             return
+        _remove_left(folder)
         name = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:24]
         place = folder / f"project-{name}.lock"
         try:
@@ -60,3 +61,10 @@ class ProjectLock:
     def release(self) -> None:
         """Let another workbench open it."""
         self._held.close()
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove the locks of workbenches that were killed: no process holds them."""
+    for place in folder.glob("project-*.lock"):
+        with suppress(BlockingIOError, PretravelError, OSError), locked_file(place, 0.0):
+            place.unlink()

@@ -7,13 +7,14 @@ import logging
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from urllib.parse import quote
+from urllib.parse import parse_qs, quote
 
 from fastapi import Request
-from fastapi.responses import JSONResponse, Response
+from fastapi.responses import JSONResponse, PlainTextResponse, Response
 from nicegui import app, background_tasks, ui
 from nicegui.server import Server
 from starlette.requests import ClientDisconnect
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pretravel.app.access import Access, Guard
 from pretravel.app.jobs import WORKS, OneLine, listen_to_library
@@ -21,7 +22,7 @@ from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
 from pretravel.app.project_page import project_page
 from pretravel.app.screens import SCREENS, Screen
-from pretravel.app.session import SESSION, address_in
+from pretravel.app.session import NO_PROJECT, SESSION, address_in
 from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
 from pretravel.app.uploads import UPLOADS, limited_content
 from pretravel.base import PretravelError
@@ -38,7 +39,8 @@ def serve(access: Access, port: int, *, listening: Callable[[], None]) -> None:
         Called when the server answers.
     """
     _add_pages()
-    app.add_middleware(Guard, access=access)
+    app.add_middleware(_KnownProject)
+    app.add_middleware(Guard, access=access)  # the one that is added last is asked first
     # Its bar has no name for readers of a screen; uploads and work show their own progress.
     app.config.quasar_config["loadingBar"]["skipHijack"] = True
     listen_to_library()
@@ -74,8 +76,25 @@ def serve(access: Access, port: int, *, listening: Callable[[], None]) -> None:
 
 
 def _end() -> None:
-    WORKS.cancel_all()
-    SESSION.save_now()
+    SESSION.save_now()  # first: what was dropped while something was computed is not lost
+    WORKS.stop_all()
+
+
+class _KnownProject:
+    """Answers 404 where the project of an address is none, instead of showing another one."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve."""
+        if scope["type"] == "http":
+            query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
+            asked = query.get("project", [""])[-1]
+            if asked and SESSION.of(asked) is None:
+                await PlainTextResponse(NO_PROJECT, 404)(scope, receive, send)
+                return
+        await self._app(scope, receive, send)
 
 
 def _add_pages() -> None:
@@ -137,7 +156,9 @@ async def receive_project(name: str, request: Request) -> JSONResponse:
 
 async def send_project(project: str = "") -> Response:
     """A project, by its identity, as a file."""
-    session = SESSION.of(project) or SESSION.current
+    session = SESSION.of(project) if project else SESSION.current
+    if session is None:
+        return PlainTextResponse(NO_PROJECT, 404)
     snapshot = session.project.snapshot()
     content = await asyncio.to_thread(project_bytes, snapshot)
     name = quote("".join(c if c.isalnum() else "-" for c in snapshot.name) + PROJECT_ENDING)

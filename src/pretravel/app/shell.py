@@ -84,8 +84,9 @@ def _project_name() -> None:
 
     def show_saved() -> None:
         problem = session.problem
-        saved.text = f"Not saved: {problem}" if problem else "Saved"
-        saved.classes(add="problem" if problem else "", remove="" if problem else "problem")
+        said = f"Not saved: {problem}" if problem else session.notice
+        saved.text = said or "Saved"
+        saved.classes(add="problem" if said else "", remove="" if said else "problem")
 
     show_saved()
     here([session.listen], show_saved)

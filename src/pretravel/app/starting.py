@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import tempfile
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from html import escape
 from pathlib import Path
 
@@ -73,7 +75,37 @@ def start(
                 # A browser in the terminal, or one that was not running, can keep it waiting.
                 threading.Thread(target=webbrowser.open, args=(shown,), daemon=True).start()
 
-        serve(access, chosen, listening=listening)
+        try:
+            with ended_by_signals():
+                serve(access, chosen, listening=listening)
+        finally:
+            said = SESSION.end()
+        if said:
+            raise PretravelError("; ".join(said))
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """The end of a terminal and SIGTERM end the server as Ctrl-C does: projects are saved."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def ask(*_: object) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)  # the server has taken it over
+
+    ways = {"SIGTERM": interrupt, "SIGHUP": ask}
+    before = {
+        getattr(signal, name): signal.signal(getattr(signal, name), way)
+        for name, way in ways.items()
+        if hasattr(signal, name)  # not on Windows
+    }
+    try:
+        with suppress(KeyboardInterrupt):  # the server raises it again when it has ended
+            yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _forwarding(folder: Path, address: str) -> str:

@@ -74,7 +74,8 @@ class TaskForm:
             setting
             for name, setting in by_name(self.task).items()
             if name in self.shared or (name in own and name not in self.without)
-            if not (setting.field.reads or setting.field.writes)  # a project states no paths
+            # A project states no paths, and no addresses.
+            if not (setting.field.reads or setting.field.writes or setting.field.connects)
         )
 
     @property

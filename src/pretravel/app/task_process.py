@@ -18,7 +18,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from pretravel.base import PretravelError, module_folders
+from pretravel.base import PretravelError, module_folders, own_files_alone
 
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); "
@@ -129,7 +129,8 @@ def _computed(module: str, name: str, inputs: list[Any]) -> tuple[str, Any]:
 
     try:
         compute = getattr(importlib.import_module(module), name)
-        result = compute(Inputs(*inputs))
+        with own_files_alone():
+            result = compute(Inputs(*inputs))
         pickle.dumps(result)
     except PretravelError as error:
         return _FAULT, (str(error), error.inputs)

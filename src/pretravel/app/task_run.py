@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pretravel.app.components.statements import laboratory_file
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.base import PretravelError, temporary_folder
+from pretravel.base import PretravelError, own_files_alone, temporary_folder
 from pretravel.task import (
     FOLDER,
     GROUPS,
@@ -79,7 +79,45 @@ def file_settings(task: type[Task]) -> tuple[Setting, ...]:
 
 def typed_too(setting: Setting) -> bool:
     """Whether what names a file can also be a word, such as a probe of the catalogue."""
-    return setting.kind is not Path
+    return setting.field.word is not None
+
+
+def given_file(setting: Setting, files: tuple[Path, ...], typed: str) -> Any:
+    """The value of a setting that reads: files of the project, else a word, else nothing.
+
+    Parameters
+    ----------
+    setting : Setting
+    files : tuple of Path
+    typed : str
+        What the settings of the project state.
+
+    Raises
+    ------
+    PretravelError
+        The project states a path, which could be any of this computer; or a file has a name with
+        which the task does not read it.
+    """
+    if files:
+        values = tuple(files if setting.kind is Path else map(str, files))
+        reads = setting.field.reads
+        if callable(reads) and not setting.several and list(reads(values[0])) != [files[0]]:
+            raise PretravelError(
+                f"{setting.label}: {files[0].name} cannot be used here, by its name. "
+                f"{setting.field.help}",
+                inputs=(setting.name,),
+            )
+        return values if setting.several else values[0]
+    if not typed:
+        return None
+    if setting.field.word is None or not setting.field.word(typed):
+        word = "" if setting.field.word is None else ", or give a word that the help names"
+        raise PretravelError(
+            f"{setting.label}: '{typed[:80]}' is not taken from a project, which names no file of "
+            f"this computer: drop the file{word}",
+            inputs=(setting.name,),
+        )
+    return typed
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,21 +163,19 @@ def run_task(inputs: Inputs) -> TaskRun:
     kind = task_named(inputs.settings[NAME])
     stated: dict[str, Any] = {}
     for setting in file_settings(kind):
-        files = inputs.files.get(setting.name, ())
         typed = str(inputs.settings.get(setting.name) or "").strip()
-        if files:
-            stated[setting.name] = files if setting.several else files[0]
-        elif typed:
-            stated[setting.name] = (typed,) if setting.several else typed
+        value = given_file(setting, inputs.files.get(setting.name, ()), typed)
+        if value is not None:
+            stated[setting.name] = value
     stated = {**form_of(kind).given(inputs.settings, stated), **stated}
     _refuse_missing(kind, stated)
-    with temporary_folder() as folder:
+    with own_files_alone(), temporary_folder() as folder:
         if issubclass(kind, LaboratoryReport) and "lab" not in stated:
             stated["lab"] = laboratory_file(inputs.settings, folder)
         names = {
             setting.name: f"{kind.name.replace(' ', '-')}{ending}"
             for setting in settings_of(kind)
-            if setting.field.writes and setting.default is MISSING
+            if setting.name in kind.needed_outputs(stated)
             for ending in setting.field.writes[:1]
         }
         task = kind(**stated, **{name: folder / file for name, file in names.items()})

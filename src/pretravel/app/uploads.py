@@ -72,6 +72,10 @@ class Uploads:
         """Open a slot of a project, by its identity."""
         self._slots[project, slot.state.name, slot.purpose] = slot
 
+    def forget(self, project: str) -> None:
+        """Close the slots of a project, which would keep its files in memory."""
+        self._slots = {key: slot for key, slot in self._slots.items() if key[0] != project}
+
     def slot(self, project: str, screen: str, purpose: str) -> Slot:
         """The slot of a purpose of a screen.
 

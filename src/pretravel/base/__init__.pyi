@@ -50,6 +50,8 @@ from .frames import typed_placement as typed_placement
 from .json_text import MOST_MEMORY as MOST_MEMORY
 from .json_text import memory_of_json as memory_of_json
 from .json_text import parsed_json as parsed_json
+from .named_files import own_files_alone as own_files_alone
+from .named_files import refuse_named_file as refuse_named_file
 from .own_process import module_folders as module_folders
 from .plugins import Plugins as Plugins
 from .plugins import object_at as object_at

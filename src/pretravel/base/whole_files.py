@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
+from pretravel.base.caches import mistrust
 from pretravel.base.errors import PretravelError
 
 _MARK = ".pretravel-unfinished-"
@@ -28,6 +29,8 @@ def is_unfinished(path: Path) -> bool:
     return path.name.startswith(_MARK)
 
 
+_BINARY = getattr(os, "O_BINARY", 0)
+"""On Windows."""
 _being_written: set[Path] = set()
 """Temporary files of this process."""
 
@@ -82,6 +85,14 @@ def whole_file(path: str | Path) -> Iterator[Path]:
             raise PretravelError(f"cannot write {path}: it is a folder")
         if target.exists() and not os.access(target, os.W_OK):
             raise PretravelError(f"cannot write {path}: the file is write-protected")
+        if mistrust(target.parent):
+            # Others could put a link into the place of a file there while it is written by name.
+            with temporary_folder() as folder:
+                content = folder / f"content{target.suffix}"
+                yield content
+                with _locked_file(target.parent, target.suffix) as temporary:
+                    _finish(temporary, target, content)
+            return
         with _locked_file(target.parent, target.suffix) as temporary:
             yield temporary
             _finish(temporary, target)
@@ -166,36 +177,50 @@ def _locked_file(folder: Path, suffix: str) -> Iterator[Path]:
             os.close(lock)
 
 
-def _finish(temporary: Path, target: Path) -> None:
-    """Let a complete temporary file replace the target, with its owner and permissions."""
-    mode = _usual_permissions()
-    if target.exists():
-        mode = stat.S_IMODE(target.stat().st_mode)
-        _give_to_owner(temporary, target.stat())
-    temporary.chmod(mode)
-    with temporary.open("rb+") as file:
-        os.fsync(file.fileno())  # a full disk of another computer is noticed here
+def _finish(temporary: Path, target: Path, content: Path | None = None) -> None:
+    """Let a complete temporary file replace the target, with its owner and permissions.
+
+    All is done to the file that is opened here, and that is ours: where others can write to the
+    folder, its name could be a link to a file elsewhere by now.
+    """
+    former = target.stat() if target.exists() else None
+    handle = os.open(temporary, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | _BINARY)
+    with os.fdopen(handle, "rb+") as file:
+        _refuse_changed(os.fstat(handle), temporary)
+        if content is not None:
+            with content.open("rb") as source:
+                shutil.copyfileobj(source, file)
+            file.flush()
+        if former is not None:
+            _give_to_owner(handle, former)
+        mode = _usual_permissions() if former is None else stat.S_IMODE(former.st_mode)
+        if sys.platform == "win32":
+            temporary.chmod(mode)
+        else:
+            os.fchmod(handle, mode)
+        os.fsync(handle)  # a full disk of another computer is noticed here
     temporary.replace(target)
 
 
-def _give_to_owner(path: Path, former: os.stat_result) -> None:
-    """Give a new file the group of the former one, and as administrator its owner.
-
-    Where others can write to the folder, `path` could be a link to a file elsewhere by now.
-    """
+def _refuse_changed(found: os.stat_result, path: Path) -> None:
+    """Refuse a file that is not the one that was made: another user put it there."""
     if sys.platform == "win32":
         return
-    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
-    try:
-        found = os.fstat(handle)
-        if found.st_nlink == 1 and found.st_gid != former.st_gid:
-            with suppress(OSError):  # a group of others
-                os.fchown(handle, -1, former.st_gid)
-        if found.st_nlink == 1 and found.st_uid != former.st_uid:
-            with suppress(OSError):  # not the administrator
-                os.fchown(handle, former.st_uid, -1)
-    finally:
-        os.close(handle)
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink != 1 or found.st_uid != os.geteuid():
+        raise PretravelError(f"cannot write {path}: another user changed the file meanwhile")
+
+
+def _give_to_owner(handle: int, former: os.stat_result) -> None:
+    """Give a new file the group of the former one, and as administrator its owner."""
+    if sys.platform == "win32":
+        return
+    found = os.fstat(handle)
+    if found.st_gid != former.st_gid:
+        with suppress(OSError):  # a group of others
+            os.fchown(handle, -1, former.st_gid)
+    if found.st_uid != former.st_uid:
+        with suppress(OSError):  # not the administrator
+            os.fchown(handle, former.st_uid, -1)
 
 
 def _locked(make: Callable[[], str]) -> tuple[Path, int | None]:

@@ -16,6 +16,7 @@ from pretravel.base import (
     parse_toml,
     quoted,
     read_toml,
+    refuse_named_file,
 )
 from pretravel.prediction.description import (
     Hub,
@@ -83,6 +84,7 @@ class _Geometry:
     materials: Mapping[str, Material] = field(default_factory=dict)
 
     def value(self, folder: Path) -> StepGeometry:
+        refuse_named_file("[geometry] takes the solids of the probe from a part, and", self.step)
         return StepGeometry(
             folder / self.step,
             tuple(self.tripod),

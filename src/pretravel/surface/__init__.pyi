@@ -30,6 +30,7 @@ from .search import feet_on_faces as feet_on_faces
 from .search import normals_near as normals_near
 from .shapes import Sphere as Sphere
 from .specification import face_of as face_of
+from .specification import is_shape as is_shape
 from .specification import parse_surface as parse_surface
 from .specification import source_file as source_file
 from .specification import surface_of as surface_of

@@ -17,6 +17,7 @@ from pretravel.base import (
     PretravelError,
     checked,
     from_angles,
+    refuse_named_file,
 )
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import CAD_ENDINGS, read_part
@@ -207,6 +208,16 @@ def source_file(text: str) -> list[str]:
     return [file] if Path(file).suffix.lower() in (*CAD_ENDINGS, ".py") else []
 
 
+def is_shape(text: str) -> bool:
+    """Whether a specification is that of a shape: it reads no file.
+
+    >>> is_shape("plane:polar=40"), is_shape("part.step"), is_shape("plane:x=mine.py")
+    (True, False, False)
+    """
+    is_path = bool(source_file(text)) or not set(text).isdisjoint("/\\")
+    return text.partition(":")[0] in _SHAPES and not is_path
+
+
 def _part(path: Path, word: str) -> Part:
     part = read_part(path)
     if word:
@@ -225,6 +236,7 @@ def _part(path: Path, word: str) -> Part:
 def _python(path: Path, name: str) -> Surface:
     import runpy
 
+    refuse_named_file("a surface that is executed", path.name)
     if not path.is_file():
         raise InputError("cannot be opened: no such file", path=path)
     try:

@@ -53,6 +53,9 @@ from .fields import Workpiece as Workpiece
 from .fields import existing as existing
 from .fields import files_meant as files_meant
 from .fields import is_map as is_map
+from .fields import is_placement as is_placement
+from .fields import is_probe as is_probe
+from .fields import is_shape as is_shape
 from .fields import models as models
 from .fields import output as output
 from .fields import placement_files as placement_files

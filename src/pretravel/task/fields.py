@@ -83,6 +83,31 @@ def surface_files(specification: str) -> list[Path]:
     return [Path(name) for name in source_file(specification)]
 
 
+def is_probe(text: str) -> bool:
+    """Whether a text is the name of a probe of the catalogue."""
+    from pretravel.prediction import catalogue_names
+
+    return text in catalogue_names()
+
+
+def is_placement(text: str) -> bool:
+    """Whether a text is a placement as it is typed, ``x,y,z,a,b,c``."""
+    from pretravel.base import parse_placement
+
+    try:
+        parse_placement(text)
+    except PretravelError:
+        return False
+    return not placement_files(text)
+
+
+def is_shape(text: str) -> bool:
+    """Whether a text is a shape, ``plane:polar=40``."""
+    from pretravel.surface import is_shape as shape
+
+    return shape(text)
+
+
 def files_meant(places: Sequence[Path]) -> list[Path]:
     """The files of an argument that takes files, a folder or a name with ``*``."""
     from pretravel.files import files_of
@@ -149,7 +174,12 @@ QualifiedMap: TypeAlias = Annotated[
 ]
 ProbeName: TypeAlias = Annotated[
     str,
-    Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
+    Field(
+        help="Catalogue name, or path of a TOML description.",
+        positional=True,
+        reads=existing,
+        word=is_probe,
+    ),
 ]
 WORKPIECE = Field(
     help="Material of the part: of the package, or of the probe's description.",
@@ -245,6 +275,7 @@ class PlacedPart(Task):
             "rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
+            word=is_placement,
         ),
     ] = None
     frame: Annotated[

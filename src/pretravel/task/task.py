@@ -156,6 +156,11 @@ class Field:
         Returns the names that are allowed, from a registry of the library.
     reads : callable, bool
         The value names files that are read; a callable gives the paths.
+    word : callable or None
+        Where the value can also be a word, such as a probe of the catalogue: whether a text is
+        one. Of a project that somebody sent, nothing else that is typed is taken.
+    connects : bool
+        The value is an address to which a connection is opened; a project states none.
     writes : tuple of str
         The value is a file that is written, with one of these endings.
     report_json : bool
@@ -182,6 +187,8 @@ class Field:
     parse: Callable[[str], Any] | None = None
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
+    word: Callable[[str], bool] | None = None
+    connects: bool = False
     writes: tuple[str, ...] = ()
     report_json: bool = False
     in_run: bool = False
@@ -474,6 +481,13 @@ class Task:
             Settings or files that cannot be used.
         """
         raise NotImplementedError
+
+    @classmethod
+    def needed_outputs(cls, stated: Mapping[str, Any]) -> tuple[str, ...]:
+        """Outputs without which a task with these settings does not run."""
+        del stated
+        found = (s for s in settings_of(cls) if s.field.writes and s.default is MISSING)
+        return tuple(setting.name for setting in found)
 
     def further_files(self) -> Sequence[Path]:
         """Files that are read beside those that the settings name one by one."""

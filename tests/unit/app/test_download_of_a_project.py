@@ -15,7 +15,7 @@ from pretravel.app.project import Project
 def test_the_name_of_a_project_adds_no_header(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     session = SimpleNamespace(project=Project(name))
     monkeypatch.setattr(server, "SESSION", SimpleNamespace(of=lambda identity: session))
-    answer = asyncio.run(server.send_project())
+    answer = asyncio.run(server.send_project("0" * 16))
     stated = answer.headers["content-disposition"]
     assert stated.startswith("attachment; filename*=UTF-8''")
     kept = stated.partition("''")[2]

@@ -51,3 +51,16 @@ def test_without_a_private_folder_there_is_no_lock_and_it_is_said(
     monkeypatch.setenv("PRETRAVEL_CACHE", str(tmp_path / "shared" / "cache"))
     with pytest.warns(UserWarning, match=r"is not noticed \(.*/shared, which contains"):
         ProjectLock(tmp_path / "p.pretravel", "http://127.0.0.1:1/").release()
+
+
+def test_locks_of_killed_workbenches_do_not_pile_up(tmp_path: Path) -> None:
+    held = ProjectLock(tmp_path / "a.pretravel", "http://127.0.0.1:1/")
+    (kept,) = (tmp_path / "cache").iterdir()
+    left = tmp_path / "cache" / "project-0123456789abcdef01234567.lock"
+    left.write_text("http://127.0.0.1:9/")
+    other = ProjectLock(tmp_path / "b.pretravel", "http://127.0.0.1:1/")
+    assert not left.exists()
+    assert kept.exists()
+    for lock in (held, other):
+        lock.release()
+    assert list((tmp_path / "cache").iterdir()) == []

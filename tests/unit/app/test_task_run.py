@@ -35,13 +35,14 @@ def test_every_task_has_a_screen_or_a_reason() -> None:
 
 @pytest.mark.parametrize("name", ON_SCREENS)
 def test_every_setting_has_a_place(name: str) -> None:
-    """A field, a place for a file, or an output; a field shows its default."""
+    """A field, a place for a file, an output or an address; a field shows its default."""
     kind = task_named(name)
     fields = set(form_of(kind).names)
     files = {setting.name for setting in file_settings(kind)}
     outputs = {n for n, setting in by_name(kind).items() if setting.field.writes}
-    assert fields | files | outputs == set(by_name(kind))
-    assert not fields & files
+    addresses = {n for n, setting in by_name(kind).items() if setting.field.connects}
+    assert fields | files | outputs | addresses == set(by_name(kind))
+    assert not fields & (files | addresses)
     for setting in form_of(kind).settings:
         json.dumps(stored_default(setting))
 

@@ -19,8 +19,10 @@ from pretravel.base import (
     degrees_in,
     parse_toml,
     quoted,
+    refuse_named_file,
 )
 from pretravel.prediction import catalogue_names, source_text
+from pretravel.surface import is_shape
 
 PLANS: Mapping[str, str] = {
     "full-factorial": "every value of each factor with every value of all others",
@@ -412,6 +414,8 @@ def study_of_parts(
             settings,
             "probe",
         )
+    if not is_name:
+        refuse_named_file("the study", Path(table.probe).name)
     study = Study(
         name=table.name,
         probe=table.probe,
@@ -429,8 +433,19 @@ def study_of_parts(
         folder=(folder / table.probe).parent,
         touch_folder=folder,
     )
+    _refuse_named_files(study)
     _check_factors(study, document, factors)
     return study
+
+
+def _refuse_named_files(study: Study) -> None:
+    """Those of the table [touch], and of factors that change it or a part."""
+    named = [(f"touch.{key}", study.touch[key]) for key in study.touch]
+    named += [(factor.key, value) for factor in study.factors for value in factor.single_values]
+    for key, value in named:
+        shape = key == "touch.surface" and is_shape(str(value))
+        if key.startswith(("touch.", "geometry.")) and isinstance(value, str) and not shape:
+            refuse_named_file(f"{key} of the study", value)
 
 
 def _one_of(name: str, known: Mapping[str, str], key: str) -> None:

@@ -104,6 +104,8 @@ def compensate_part(inputs: Inputs) -> PartResult:
     settings = inputs.settings
     map_file, part = inputs.optional_file("map"), inputs.optional_file("part")
     probe = str(settings.get("probe", ""))
+    if map_file is None and probe not in catalogue_names():  # not a path on this computer
+        raise PretravelError("choose a probe of the catalogue", inputs=("probe",))
     task = Compensate(
         touches=(inputs.file("touches"),),
         map_file=str(map_file or probe),

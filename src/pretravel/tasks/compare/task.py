@@ -16,6 +16,7 @@ from pretravel.task import (
     Reported,
     Result,
     existing,
+    is_probe,
     output,
 )
 from pretravel.tasks.export import CONTROL_FORM, FormOnControl
@@ -58,6 +59,7 @@ class Compare(Reported):
             positional=True,
             metavar="MAP",
             reads=existing,
+            word=is_probe,
         ),
     ]
     other: Annotated[
@@ -69,6 +71,7 @@ class Compare(Reported):
             metavar="PROBE",
             reads=existing,
             states="two descriptions are compared, not a map",
+            word=is_probe,
         ),
     ] = None
     part: Annotated[

@@ -23,6 +23,8 @@ from pretravel.task import (
     TouchFilesWithFeed,
     When,
     existing,
+    is_probe,
+    is_shape,
     output,
     surface_files,
     with_reading,
@@ -74,6 +76,7 @@ class Compensate(
             option="--map",
             label="Map",
             reads=existing,
+            word=is_probe,
         ),
     ]
     output: Annotated[
@@ -92,6 +95,7 @@ class Compensate(
             "the contact is computed on it. Without it, the normals are those of the touches, and "
             "deviations refer to the columns nominal_x_mm…, where these exist.",
             reads=surface_files,
+            word=is_shape,
         ),
     ] = None
     machine: Annotated[

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pretravel.base import ANGLE, DEGREE, FEED_OR_NONE, MICROMETRE, TIP_BALL, PretravelError
 from pretravel.task import (
@@ -266,6 +267,11 @@ class Export(Task):
         ),
     ] = None
 
+    @classmethod
+    def needed_outputs(cls, stated: Mapping[str, Any]) -> tuple[str, ...]:
+        """The files, unless the template alone is shown."""
+        return () if stated.get("show_template") else ("output",)
+
     def endings(self, output: str) -> tuple[str, ...]:
         """One file has the ending that its control wants, which we do not know."""
         if makes_folder(self.to):
@@ -329,7 +335,7 @@ class Export(Task):
         from pretravel.controls import ExportSettings, table_travel
 
         tolerance, azimuth = self.tolerance_um, self.azimuth_deg
-        names = ("form", "base", "program", "tool", "units", "angles", "criterion")
+        names = ("form", "base", "program", "tool", "stylus_length", "units", "angles", "criterion")
         given = {name: getattr(self, name) for name in names}
         given |= {
             "tolerance": None if tolerance is None else tolerance * MICROMETRE,

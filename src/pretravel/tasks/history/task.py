@@ -52,6 +52,11 @@ def _kinds() -> tuple[str, ...]:
     return "auto", "harmonic", "physical"
 
 
+def _by_further_files(_: object) -> list[Path]:
+    """The files, without outputs in the same folder, are those of `History.further_files`."""
+    return []
+
+
 class History(TouchTables, OfOneTip, Reported):
     """Show how a probe drifts over time, and when its next qualification is due.
 
@@ -72,6 +77,7 @@ class History(TouchTables, OfOneTip, Reported):
             label="History",
             positional=True,
             metavar="HISTORY",
+            reads=_by_further_files,
         ),
     ]
     diameter: Annotated[

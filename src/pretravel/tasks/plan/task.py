@@ -19,6 +19,7 @@ from pretravel.task import (
     Reported,
     Result,
     counts,
+    is_shape,
     output,
     pair,
     surface_files,
@@ -43,6 +44,7 @@ class PlanTargets(Reported):
             help="part.step#face, part.step for all faces, sphere:…, convex, …",
             positional=True,
             reads=surface_files,
+            word=is_shape,
         ),
     ]
     output: Annotated[Path, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]

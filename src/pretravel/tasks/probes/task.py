@@ -6,7 +6,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.task import PAGES, PICTURES, SILENT, Field, Progress, Result, Task, existing, output
+from pretravel.task import (
+    PAGES,
+    PICTURES,
+    SILENT,
+    Field,
+    Progress,
+    Result,
+    Task,
+    existing,
+    is_probe,
+    output,
+)
 
 if TYPE_CHECKING:
     from pretravel.prediction import Probe
@@ -27,6 +38,7 @@ class Probes(Task):
             positional=True,
             metavar="NAME",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     plot: Annotated[

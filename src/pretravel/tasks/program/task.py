@@ -27,6 +27,7 @@ from pretravel.task import (
     Vector,
     When,
     feeds_list,
+    is_shape,
     output,
     polar_angles,
     refuse_no_folder,
@@ -233,6 +234,7 @@ class ProgramPart(ProgramTask):
         Field(
             help="The part, part.step: moves are checked against all its faces.",
             reads=surface_files,
+            word=is_shape,
         ),
     ] = None
     compensated: Annotated[

@@ -23,6 +23,8 @@ from pretravel.task import (
     When,
     existing,
     is_map,
+    is_probe,
+    is_shape,
     output,
     surface_files,
 )
@@ -56,6 +58,7 @@ class Simulate(PlacedPart, Reported):
             help="Catalogue name, TOML description, or map (.json, .csv).",
             positional=True,
             reads=existing,
+            word=is_probe,
         ),
     ]
     surface: Annotated[
@@ -64,6 +67,7 @@ class Simulate(PlacedPart, Reported):
             help="plane:polar=40, sphere:radius=12.5, cylinder:…, cone:…, torus:…, ellipsoid:…, "
             "convex, part.step, part.step#face.",
             reads=surface_files,
+            word=is_shape,
         ),
     ]
     targets: Annotated[

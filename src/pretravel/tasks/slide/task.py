@@ -18,6 +18,7 @@ from pretravel.task import (
     Reported,
     Result,
     Workpiece,
+    is_shape,
     output,
     pair,
     surface_files,
@@ -47,6 +48,7 @@ class Slide(Reported):
         Field(
             help="plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face, … (as in simulate).",
             reads=surface_files,
+            word=is_shape,
         ),
     ]
     at: Annotated[

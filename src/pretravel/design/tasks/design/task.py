@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from pretravel.show import Document
 
 
+def _is_wish(text: str) -> bool:
+    from pretravel.design.studies.wish import WISHES
+
+    return text in WISHES.names()
+
+
 class Design(Reported):
     """Search the probe that fits a wish best, within ranges and limits."""
 
@@ -38,6 +44,7 @@ class Design(Reported):
             positional=True,
             metavar="WISH",
             reads=existing,
+            word=_is_wish,
         ),
     ]
     output: Annotated[Path, output("Description of the best probe: .toml.", ".toml")]

@@ -15,6 +15,7 @@ from pretravel.task import (
     Reported,
     Result,
     existing,
+    is_probe,
     output,
 )
 
@@ -37,7 +38,10 @@ class Identify(Reported):
         Field(help="Map from qualify: .json or .csv.", positional=True, metavar="MAP", reads=True),
     ]
     probe: Annotated[
-        str, Field(help="Initial description: catalogue name or TOML file.", reads=existing)
+        str,
+        Field(
+            help="Initial description: catalogue name or TOML file.", reads=existing, word=is_probe
+        ),
     ]
     free: Annotated[
         str,

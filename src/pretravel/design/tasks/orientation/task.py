@@ -17,6 +17,7 @@ from pretravel.task import (
     Result,
     Vector,
     existing,
+    is_probe,
     models,
     output,
     unit_vector,
@@ -54,6 +55,7 @@ class MapInOrientation(Reported):
             help="Description of the probe with its moving mass: a catalogue name, or a file, as "
             "pretravel identify writes it, so that rods and lobes are in the same place.",
             reads=existing,
+            word=is_probe,
         ),
     ]
     axis: Annotated[

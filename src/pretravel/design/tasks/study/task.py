@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pretravel.base import PretravelError
 from pretravel.task import (
@@ -28,6 +29,16 @@ PAGE = Field(help="A page, .html or .pdf.", writes=PAGES)
 """Of a task whose main output is no page."""
 
 
+def _is_results(study: str) -> bool:
+    return Path(study).suffix.lower() == ".nc"
+
+
+def _is_study(text: str) -> bool:
+    from pretravel.design.studies.definition import STUDIES
+
+    return text in STUDIES.names()
+
+
 class RunStudy(Reported):
     """Predict many designs of a probe: what varies, and what decides it.
 
@@ -45,6 +56,7 @@ class RunStudy(Reported):
             positional=True,
             metavar="STUDY",
             reads=existing,
+            word=_is_study,
         ),
     ]
     output: Annotated[Path | None, output("Results: .nc, which xarray opens.", ".nc")] = None
@@ -63,6 +75,7 @@ class RunStudy(Reported):
             help="Address of a running Dask scheduler, as tcp://host:8786, whose workers compute.",
             metavar="ADDRESS",
             only=("output",),
+            connects=True,
         ),
     ] = None
     restart: Annotated[
@@ -71,6 +84,11 @@ class RunStudy(Reported):
     ] = False
     page: Annotated[Path | None, PAGE] = None
 
+    @classmethod
+    def needed_outputs(cls, stated: Mapping[str, Any]) -> tuple[str, ...]:
+        """The results, which are written while they come; none where they are shown again."""
+        return () if _is_results(stated.get("study") or "") else ("output",)
+
     def run(self, progress: Progress = SILENT) -> FinishedStudy:
         """Run the study and write its results; or read results that were written before."""
         from pretravel.design.studies.definition import load_study
@@ -78,7 +96,7 @@ class RunStudy(Reported):
         from pretravel.design.studies.run import Workers, run_study
 
         if self.output is None:
-            if Path(self.study).suffix.lower() != ".nc":
+            if not _is_results(self.study):
                 raise PretravelError(
                     "a study needs a file for its results: -o study.nc", inputs=("output",)
                 )

@@ -18,6 +18,8 @@ from pretravel.task import (
     TipOfMap,
     TouchFilesWithFeed,
     existing,
+    is_placement,
+    is_probe,
     output,
     placement_files,
     with_reading,
@@ -58,6 +60,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             option="--map",
             label="Map",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     tip_diameter: TipOfMap = None
@@ -69,6 +72,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             "plan, or searched for.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
+            word=is_placement,
         ),
     ] = None
     datum: Annotated[

@@ -21,6 +21,7 @@ from pretravel.task import (
     Result,
     by_name,
     existing,
+    is_probe,
     output,
     pair,
     trace_mark,
@@ -162,6 +163,7 @@ class Rig(LaboratoryReport):
             help="Description of the probe, .toml or a name of the catalogue: trigger force of "
             "each touch from its pretravel (Ren 2020, equation 14), in the column force_N.",
             reads=existing,
+            word=is_probe,
         ),
     ] = None
     exclude: Annotated[
