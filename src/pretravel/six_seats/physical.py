@@ -35,6 +35,7 @@ from pretravel.six_seats.scale_weights import (
     WELL_KNOWN_NOISE,
     WeightedScales,
     averaged_unknowns,
+    coarse_scales,
     usual_scales,
     weighted_scales,
 )
@@ -43,6 +44,9 @@ from pretravel.six_seats.six_seat_fit import (
     SEARCHED,
     PriorScales,
     SixSeatProblem,
+    beside,
+    different,
+    modes,
     most_probable,
     oriented_starts,
     promised_gain,
@@ -59,6 +63,10 @@ MISFIT_LEVEL = 0.01
 _WEIGHT_IF_MISFIT = 0.5
 """A probe that six seats do not explain has no more in advance for this kind than for another."""
 _ROUNDS = 4
+_SETTLED = 3
+_STEPS, _NEARLY = 40, 1e-3
+_BEHIND = 8.0
+"""Of modes: how many are settled, and how much less evident than the best they may be."""
 _SURELY_APART = 1.5
 """Mean square difference from a harmonic map over the variances of both, from which this is a
 misfit: of 56 drawn six-seat probes two had more; lobes of other shapes have 1.5 to 4."""
@@ -115,7 +123,7 @@ class PhysicalKind(KindOfMap):
 
     def fit_near(self, fit: MapFit, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
         assert isinstance(fit, PhysicalMapFit)
-        return fit_physical(observation, repeats, fit.unknowns)
+        return fit_physical(observation, repeats, fit.unknowns, fit.scales.scales[0])
 
     def weight_in_advance(self, fit: MapFit) -> float:
         assert isinstance(fit, PhysicalMapFit)
@@ -150,7 +158,10 @@ class PhysicalKind(KindOfMap):
 
 
 def fit_physical(
-    observation: Observation, repeats: Scatter, start: FloatArray | None = None
+    observation: Observation,
+    repeats: Scatter,
+    start: FloatArray | None = None,
+    scales: PriorScales | None = None,
 ) -> PhysicalMapFit:
     """The six-seat probe that explains touches on a sphere or in a ring best.
 
@@ -161,6 +172,8 @@ def fit_physical(
         Of repeated touches.
     start : (u,) float, optional
         Unknowns of a fit to similar touches; the orientation is then not searched for.
+    scales : PriorScales, optional
+        The most probable ones of that fit.
 
     Returns
     -------
@@ -194,22 +207,45 @@ def fit_physical(
             f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
         )
     problem = SixSeatProblem(observation)
-    scales = usual_scales(repeats)
+    usual = usual_scales(repeats)
     if start is not None:
-        x, weighted = _settled(problem, start, scales, repeats, rounds=2)
+        near = usual if scales is None else replace(scales, noise=usual.noise)
+        x, weighted = _settled(problem, start, near, repeats, rounds=2)
         return _concluded(problem, x, weighted, math.nan, repeats)
     part = SixSeatProblem(observation.drawn(SEARCHED))
-    starts = oriented_starts(part, scales)
-    settled = [_settled(part, x, scales, repeats) for x in starts]
-    # The usual asymmetry can lead the best start into another mode: from its own scales too.
-    own = weighted_scales(part, starts[0], repeats).scales[0]
-    settled.append(_settled(part, starts[0], own, repeats))
-    x, weighted = max(settled, key=lambda found: _reached_evidence(part, *found))
+    x, weighted = _most_evident(part, usual, repeats)
     misfit = _misfit(part, x, weighted, repeats)
     if part.observation is not observation:
         x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=2)
     found = _concluded(problem, x, weighted, misfit, repeats)
     return found if repeats.dof >= WELL_KNOWN_NOISE else _with_disagreement(found, part)
+
+
+def _most_evident(
+    problem: SixSeatProblem, usual: PriorScales, repeats: Scatter
+) -> tuple[FloatArray, WeightedScales]:
+    """The mode with the largest evidence, of those that the starts lead to.
+
+    Each is sought at several scales: the usual asymmetry can lead into another mode.
+    """
+    starts = oriented_starts(problem, usual)
+    grid, log_priors = coarse_scales(usual)
+    tried = list(grid) * len(starts)
+    found = modes(problem, tried, np.repeat(starts, len(grid), axis=0), _STEPS, _NEARLY)
+    evidence = found.evidence + np.tile(log_priors, len(starts))
+    order = np.argsort(-evidence)
+    order = order[evidence[order] > evidence.max() - _BEHIND]
+    kept = different(problem, found.x[order])
+    settled = [
+        _settled(problem, found.x[place], tried[place], repeats) for place in order[kept[:_SETTLED]]
+    ]
+    x, weighted = max(settled, key=lambda found: _reached_evidence(problem, *found))
+    best = weighted.scales[0]
+    places = np.vstack([x, beside(problem, best, x)])
+    around = modes(problem, [best] * len(places), places, _STEPS, _NEARLY)
+    if around.cost.min() > around.cost[0] - _NEARLY:
+        return x, weighted
+    return _settled(problem, around.x[around.cost.argmin()], best, repeats)
 
 
 def _settled(

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray
+from pretravel.base import MICROMETRE, FloatArray, frozen
 from pretravel.maps import Scatter
 from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem
 from pretravel.uncertainty import ReducedRows, SharedCovariance, classes_of, reduced_rows
@@ -70,6 +71,13 @@ def usual_scales(repeats: Scatter) -> PriorScales:
     return PriorScales(0.3, 0.3 * MICROMETRE, 0.1 * MICROMETRE, noise[len(noise) // 2])
 
 
+def coarse_scales(usual: PriorScales) -> tuple[list[PriorScales], FloatArray]:
+    """Some sizes of asymmetry and correction, and logarithms of their probabilities."""
+    pairs = itertools.product(ASYMMETRY_SCALES[1:], CORRECTIONS[::2])
+    scales = [replace(usual, asymmetry=asymmetry, correction=size) for asymmetry, size in pairs]
+    return scales, frozen([_log_prior(each) for each in scales])
+
+
 def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) -> WeightedScales:
     """Posterior probabilities of the scales, with the model linearised at x.
 
@@ -93,14 +101,20 @@ def weighted_scales(problem: SixSeatProblem, x: FloatArray, repeats: Scatter) ->
     """
     misses, slopes = problem.misses(x)
     expected = misses + slopes @ _to_prior(problem, x)
-    grid = _grid(repeats)
-    pairs = itertools.product(ASYMMETRY_SCALES, CORRECTIONS)
-    variances = np.array([_prior_variances(problem, *pair) for pair in pairs])
+    grid, log_priors = _grid(repeats)
+    unknowns = np.array([_unknown_variances(problem, size) for size in ASYMMETRY_SCALES])
+    corrections = np.array([problem.correction_variances(size) for size in CORRECTIONS])
+    variances = np.hstack(
+        [
+            np.repeat(unknowns, len(corrections), axis=0),
+            np.tile(corrections, (len(unknowns), 1)),
+        ]
+    )
     columns = np.hstack([slopes, problem.harmonics])
     likelihood = log_likelihoods(
         columns, variances, expected, problem.count, np.array(_own_scatters(repeats)) ** 2
     )
-    posterior = likelihood + np.array([_log_prior(scales) for scales in grid])
+    posterior = likelihood + log_priors
     largest = float(posterior.max())
     weights = np.exp(posterior - largest)
     order = np.argsort(-weights)
@@ -190,10 +204,12 @@ def _own_scatters(repeats: Scatter) -> list[tuple[float, float]]:
     return list(itertools.product(fixed, _noises(repeats)))
 
 
-def _grid(repeats: Scatter) -> list[PriorScales]:
-    own = _own_scatters(repeats)
-    sizes = itertools.product(ASYMMETRY_SCALES, CORRECTIONS, own)
-    return [PriorScales(asymmetry, size, *scatter) for asymmetry, size, scatter in sizes]
+@lru_cache(maxsize=32)
+def _grid(repeats: Scatter) -> tuple[tuple[PriorScales, ...], FloatArray]:
+    """All scales that are considered, and the logarithms of their probabilities in advance."""
+    sizes = itertools.product(ASYMMETRY_SCALES, CORRECTIONS, _own_scatters(repeats))
+    grid = tuple(PriorScales(asymmetry, size, *own) for asymmetry, size, own in sizes)
+    return grid, frozen([_log_prior(scales) for scales in grid])
 
 
 def _log_prior(scales: PriorScales) -> float:
@@ -283,7 +299,8 @@ def _of_all_pairs(
     parts = []
     for start in range(0, len(variances), _TOGETHER):
         prior = variances[start : start + _TOGETHER]
-        shared = np.einsum("gk,vk,hk->vgh", columns, prior, columns, optimize=True)
+        half = columns * np.sqrt(prior)[:, None, :]
+        shared = half @ np.swapaxes(half, -1, -2)
         parts.append(_log_likelihood(shared, own, values))
     return np.concatenate(parts)
 

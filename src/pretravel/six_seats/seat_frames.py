@@ -85,25 +85,25 @@ def seat_wrenches(azimuths: FloatArray, radii: FloatArray, angles: FloatArray) -
 
     Parameters
     ----------
-    azimuths, radii : (3,) float
+    azimuths, radii : (..., 3) float
         Of the rods. [rad], [mm]
-    angles : (6,) float
+    angles : (..., 6) float
         Of the seats' normals from the horizontal. [rad]
 
     Returns
     -------
-    (6, 6) float
+    (..., 6, 6) float
         Columns: force and moment about the origin of a unit reaction.
 
     >>> places = np.radians([0.0, 120.0, 240.0]), np.ones(3), np.full(6, 0.6)
     >>> bool(np.allclose(seat_wrenches(*places), seat_triads(*places).wrenches, atol=1e-15))
     True
     """
-    azimuth, radius = np.repeat(azimuths, 2), np.repeat(radii, 2)
+    azimuth, radius = np.repeat(azimuths, 2, axis=-1), np.repeat(radii, 2, axis=-1)
     cosine, sine = np.cos(azimuth), np.sin(azimuth)
     flat, steep = SEAT_SIDES * np.cos(angles), np.sin(angles)
     # The normal is flat t + steep z, t tangential; its moment is radius (flat z - steep t).
     lever = radius * steep
-    return np.array(
-        [-flat * sine, flat * cosine, steep, lever * sine, -lever * cosine, radius * flat]
+    return np.stack(
+        [-flat * sine, flat * cosine, steep, lever * sine, -lever * cosine, radius * flat], axis=-2
     )

@@ -7,12 +7,11 @@ a kink, and the derivatives are those of one side.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from pretravel.base import FloatArray
+from pretravel.base import BoolArray, FloatArray
 from pretravel.six_seats.event import trigger_force
 from pretravel.six_seats.response import hertz_power, hertz_slope
 from pretravel.six_seats.seat_frames import SEAT_SIDES
@@ -64,135 +63,127 @@ def six_seat_pretravel(
     >>> slopes.shape
     (1, 18)
     """
-    seats = six_seats(values)
-    change = directions @ seats.per_force.T
-    force, opening = trigger_force(seats.at_rest, change)
-    reactions = seats.at_rest + force[:, None] * change
-    # Rounding must not leave the seat that opens a little above or below zero.
-    reactions[np.arange(len(force)), opening] = 0.0
-    with np.errstate(invalid="ignore"):  # infinite forces: directions that never trigger
-        return _pretravel_and_slopes(
-            seats, _AtTrigger(directions, change, force, opening, reactions), compression
+    return pretravel_of_seats(six_seats(values), directions, compression)
+
+
+def pretravel_of_seats(
+    seats: SixSeats, directions: FloatArray, compression: float = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """As `six_seat_pretravel`, of several probes at once.
+
+    Parameters
+    ----------
+    seats : SixSeats
+        Of probes (...); what is found for one whose seats do not hold it has no meaning.
+    directions : (..., n, 3) float
+        Of each probe.
+    compression : float
+
+    Returns
+    -------
+    pretravel : (..., n) float
+    slopes : (..., n, 18) float
+
+    Notes
+    -----
+    Pretravel is a function of the reactions at rest and of those per force along n, twelve numbers
+    in each direction. Its derivatives by these are followed by those of the reactions by the
+    parameters, which are the same in all directions: one product of matrices.
+    """
+    change = directions @ np.swapaxes(seats.per_force, -1, -2)
+    at_rest = np.broadcast_to(seats.at_rest[..., None, :], change.shape)
+    force, opening = trigger_force(at_rest.reshape(-1, 6), change.reshape(-1, 6))
+    opens = (opening[:, None] == np.arange(6)).reshape(change.shape)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # that never trigger
+        trigger = _AtTrigger(
+            directions, change, np.asarray(force.reshape(change.shape[:-1])), opens, at_rest
         )
+        return _pretravel_and_slopes(seats, trigger, compression)
 
 
 class _AtTrigger(NamedTuple):
     directions: FloatArray
     change: FloatArray
-    """Of the reactions per unit of force, (n, 6)."""
+    """Of the reactions per unit of force, (..., n, 6)."""
     force: FloatArray
-    opening: np.ndarray
-    reactions: FloatArray
-
-
-class _Change(NamedTuple):
-    """Derivatives by the parameters of what a trigger consists of."""
-
+    opens: BoolArray
+    """Whether a seat is the one that opens, (..., n, 6)."""
     at_rest: FloatArray
-    """(6, 18)"""
-    change: FloatArray
-    """(n, 6, 18)"""
-    force: FloatArray
-    """(n, 18)"""
-    reactions: FloatArray
-    """(n, 6, 18)"""
+    """(..., n, 6)"""
 
 
 def _pretravel_and_slopes(
     seats: SixSeats, trigger: _AtTrigger, compression: float
 ) -> tuple[FloatArray, FloatArray]:
-    slopes = _slopes(seats, trigger)
-    stem, stem_slopes = _stem(seats, trigger, slopes)
-    sunk, sunk_slopes = _seats(seats, trigger, slopes)
-    power = np.cbrt(trigger.force**2)
-    approach = compression * seats.tip_coefficient * power
-    relative = 2.0 / 3.0 * slopes.force / trigger.force[:, None]
-    relative[:, _COLUMN["tip_approach"]] += 1.0
-    relative[:, _COLUMN["lever_ratio"]] += 2.0 / 3.0
-    return stem + sunk + approach, stem_slopes + sunk_slopes + approach[:, None] * relative
-
-
-def _stem(seats: SixSeats, trigger: _AtTrigger, slopes: _Change) -> tuple[FloatArray, FloatArray]:
-    """Linear deflection along the normal and its derivatives."""
-    squares = trigger.directions**2
-    lateral = seats.lateral_compliance * (squares[:, 0] + squares[:, 1])
-    axial = seats.named["axial_deflection"] * squares[:, 2]
-    found = slopes.force * (lateral + axial)[:, None]
-    found[:, _COLUMN["lateral_deflection"]] += trigger.force * lateral
-    found[:, _COLUMN["lever_ratio"]] += trigger.force * lateral
-    found[:, _COLUMN["axial_deflection"]] += trigger.force * axial
-    return trigger.force * (lateral + axial), found
-
-
-def _seats(seats: SixSeats, trigger: _AtTrigger, slopes: _Change) -> tuple[FloatArray, FloatArray]:
-    """Motion of the tip along the normal by the seats' indentations, and its derivatives."""
-    pressed = np.maximum(trigger.reactions, 0.0)
-    sunk = hertz_power(pressed) - np.cbrt(seats.at_rest**2)
-    coefficient = seats.seat_coefficient
-    moved = coefficient * np.sum(sunk * trigger.change, axis=1)
-    by_reaction = (hertz_slope(pressed) * trigger.change)[:, :, None]
-    at_rest = 2.0 / 3.0 / np.cbrt(seats.at_rest)[:, None] * slopes.at_rest
-    found = coefficient * (
-        np.sum(by_reaction * slopes.reactions + sunk[:, :, None] * slopes.change, axis=1)
-        - trigger.change @ at_rest
+    n, change, force, opens, at_rest = trigger
+    squares = n**2
+    lateral = seats.lateral_compliance[..., None] * (squares[..., 0] + squares[..., 1])
+    axial = seats.named["axial_deflection"][..., None] * squares[..., 2]
+    # Hertz's law at the seats; rounding must not leave the one that opens above or below zero.
+    pressed = np.where(opens, 0.0, np.maximum(at_rest + force[..., None] * change, 0.0))
+    hertz = seats.seat_coefficient[..., None, None]
+    root = np.cbrt(at_rest)
+    sunk = hertz * (hertz_power(pressed) - root**2)
+    steep = hertz * np.where(opens, 0.0, hertz_slope(pressed) * change)
+    moved = np.sum(sunk * change, axis=-1)
+    approach = compression * seats.tip_coefficient[..., None] * np.cbrt(force**2)
+    pretravel = force * (lateral + axial) + moved + approach
+    by_force = lateral + axial + np.sum(steep * change, axis=-1) + 2.0 / 3.0 * approach / force
+    # By the reactions at rest and per force; those of the seat that opens determine the force.
+    of_opening = np.where(opens, -by_force[..., None] / change, 0.0)
+    by_rest = steep - hertz * (2.0 / 3.0) / root * change + of_opening
+    by_change = sunk + force[..., None] * (steep + of_opening)
+    rows = [by_rest, *(by_change * n[..., axis, None] for axis in range(3))]
+    at_rest_slopes = _reaction_slopes(seats)
+    slopes = np.concatenate(rows, axis=-1) @ at_rest_slopes.reshape(
+        *at_rest_slopes.shape[:-3], 24, -1
     )
-    found[:, _COLUMN["seat_indentation"]] += moved
-    angle = seats.named["support_angle"]
-    found[:, _COLUMN["support_angle"]] += moved * 2.0 / 3.0 / math.tan(angle)
-    return moved, np.asarray(found)
+    slopes[..., _COLUMN["lateral_deflection"]] += force * lateral
+    slopes[..., _COLUMN["axial_deflection"]] += force * axial
+    slopes[..., _COLUMN["seat_indentation"]] += moved
+    slopes[..., _COLUMN["tip_approach"]] += approach
+    slopes[..., _COLUMN["lever_ratio"]] += force * lateral + 2.0 / 3.0 * approach
+    angle = seats.named["support_angle"][..., None]
+    slopes[..., _COLUMN["support_angle"]] += moved * 2.0 / 3.0 / np.tan(angle)
+    return np.asarray(pretravel), np.asarray(slopes)
 
 
-def _slopes(seats: SixSeats, trigger: _AtTrigger) -> _Change:
-    """Derivatives of reactions and force; that of the seat that opens stays zero."""
-    at_rest, per_force = _reaction_slopes(seats)
-    change = (trigger.directions @ per_force.reshape(3, -1)).reshape(-1, *at_rest.shape)
-    row, seat = np.arange(len(trigger.force)), trigger.opening
-    force = -(at_rest[seat] + trigger.force[:, None] * change[row, seat])
-    force /= trigger.change[row, seat][:, None]
-    reactions = (
-        at_rest
-        + trigger.force[:, None, None] * change
-        + trigger.change[:, :, None] * force[:, None, :]
-    )
-    reactions[row, seat] = 0.0
-    return _Change(at_rest, change, force, reactions)
-
-
-def _reaction_slopes(seats: SixSeats) -> tuple[FloatArray, FloatArray]:
-    """Derivatives of the reactions at rest, (6, 18), and per force on the tip, (3, 6, 18).
+def _reaction_slopes(seats: SixSeats) -> FloatArray:
+    """Derivatives of the reactions at rest and per force along x, y, z, (..., 4, 6, 18).
 
     For W r = -w the derivative is W r' = -w' - W' r; each column of W depends on the azimuth and
     the radius of one rod and on the angle of one seat.
     """
-    moved = np.zeros((6, len(PARAMETERS)))
-    moved[:, _COLUMN["spring_y"]] = seats.inverse[:, 3]
-    moved[:, _COLUMN["spring_x"]] = -seats.inverse[:, 4]
-    per_force = np.zeros((3, 6, len(PARAMETERS)))
-    lever = seats.named["lever_ratio"]
-    per_force[0, :, _COLUMN["lever_ratio"]] = lever * seats.inverse[:, 4]
-    per_force[1, :, _COLUMN["lever_ratio"]] = -lever * seats.inverse[:, 3]
-    turned = seats.inverse @ _column_slopes(seats)
-    loads = np.concatenate([seats.at_rest[None], seats.per_force.T])
-    carried = ((turned[:, None] * loads[:, None, :]) @ _GEOMETRY[:, None]).sum(axis=0)
-    return moved - carried[0], per_force - carried[1:]
+    turned = seats.inverse[..., None, :, :] @ _column_slopes(seats)  # (..., 3, 6, 6)
+    wide = np.concatenate([turned[..., kind, :, :] for kind in range(3)], axis=-1)
+    loads = np.concatenate(
+        [seats.at_rest[..., None, :], np.swapaxes(seats.per_force, -1, -2)], axis=-2
+    )
+    loads = np.concatenate([loads, loads, loads], axis=-1)
+    found = -((wide[..., None, :, :] * loads[..., :, None, :]) @ _GEOMETRY)
+    found[..., 0, :, _COLUMN["spring_y"]] += seats.inverse[..., 3]
+    found[..., 0, :, _COLUMN["spring_x"]] -= seats.inverse[..., 4]
+    lever = seats.named["lever_ratio"][..., None]
+    found[..., 1, :, _COLUMN["lever_ratio"]] += lever * seats.inverse[..., 4]
+    found[..., 2, :, _COLUMN["lever_ratio"]] -= lever * seats.inverse[..., 3]
+    return np.asarray(found)
 
 
 def _column_slopes(seats: SixSeats) -> FloatArray:
-    """Derivatives of the wrenches of the seats by azimuth, radius and angle, (3, 6, 6)."""
-    azimuth, radius = np.repeat(seats.azimuths, 2), np.repeat(seats.radii, 2)
+    """Derivatives of the wrenches of the seats by azimuth, radius and angle, (..., 3, 6, 6)."""
+    azimuth, radius = np.repeat(seats.azimuths, 2, axis=-1), np.repeat(seats.radii, 2, axis=-1)
     cosine, sine = np.cos(azimuth), np.sin(azimuth)
-    side, nothing = SEAT_SIDES, np.zeros(6)
+    side, nothing = SEAT_SIDES, np.zeros_like(azimuth)
     upright, steep = np.cos(seats.angles), np.sin(seats.angles)
     flat, level = side * upright, side * steep
     # Normal: flat t + steep z; moment: radius (flat z - steep t), as in `seat_wrenches`.
     lift, push = radius * steep, radius * upright
-    return np.array(
-        [
-            [-flat * cosine, -flat * sine, nothing, lift * cosine, lift * sine, nothing],
-            [nothing, nothing, nothing, steep * sine, -steep * cosine, flat],
-            [level * sine, -level * cosine, upright, push * sine, -push * cosine, -radius * level],
-        ]
-    )
+    rows = [
+        *(-flat * cosine, -flat * sine, nothing, lift * cosine, lift * sine, nothing),
+        *(nothing, nothing, nothing, steep * sine, -steep * cosine, flat),
+        *(level * sine, -level * cosine, upright, push * sine, -push * cosine, -radius * level),
+    ]
+    return np.stack(rows, axis=-2).reshape(*azimuth.shape[:-1], 3, 6, 6)
 
 
 def _geometry_slopes() -> FloatArray:
@@ -210,4 +201,4 @@ def _geometry_slopes() -> FloatArray:
     return found
 
 
-_GEOMETRY = _geometry_slopes()
+_GEOMETRY = _geometry_slopes().reshape(18, -1)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError
+from pretravel.base import DEGREE, MICROMETRE, BoolArray, FloatArray, PretravelError
 from pretravel.six_seats.response import ProbeResponse
 from pretravel.six_seats.seat_frames import seat_wrenches
 
@@ -69,10 +69,11 @@ PARAMETERS = IDEAL + ASYMMETRIES
 
 
 def _contrasts(count: int) -> FloatArray:
-    """Orthonormal contrasts of some numbers, (count - 1, count): rows add up to zero."""
-    from scipy.linalg import helmert
-
-    return np.asarray(helmert(count))
+    """Orthonormal contrasts of some numbers, (count - 1, count): rows add up to zero (Helmert)."""
+    found = np.tril(np.ones((count - 1, count)))
+    row = np.arange(1, count)
+    found[row - 1, row] = -row
+    return np.asarray(found / np.sqrt(row * (row + 1.0))[:, None])
 
 
 OF_RODS, OF_SEATS = _contrasts(3), _contrasts(6)
@@ -80,38 +81,53 @@ OF_RODS, OF_SEATS = _contrasts(3), _contrasts(6)
 
 
 class SixSeats(NamedTuple):
-    """Geometry and reactions of the six seats, in units of the tripod's radius and the preload."""
+    """Geometry and reactions of the six seats, in units of the tripod's radius and the preload.
+
+    Of one probe, or of several, whose number is then the first axis of each array (...).
+    """
 
     azimuths: FloatArray
-    """Of the rods, (3,). [rad]"""
+    """Of the rods, (..., 3). [rad]"""
     radii: FloatArray
-    """Of the points where the rods rest, (3,)."""
+    """Of the points where the rods rest, (..., 3)."""
     angles: FloatArray
-    """Of the seats' normals from the horizontal, (6,). [rad]"""
+    """Of the seats' normals from the horizontal, (..., 6). [rad]"""
     inverse: FloatArray
-    """Of the wrenches of the six seats, (6, 6)."""
+    """Of the wrenches of the six seats, (..., 6, 6)."""
     at_rest: FloatArray
-    """Reactions under the spring alone, (6,)."""
+    """Reactions under the spring alone, (..., 6)."""
     per_force: FloatArray
-    """Change of the reactions for a unit force on the tip along x, y, z, (6, 3)."""
-    named: dict[str, float]
-    """The parameters by name."""
+    """Change of the reactions for a unit force on the tip along x, y, z, (..., 6, 3)."""
+    named: dict[str, FloatArray]
+    """The parameters by name, (...,)."""
 
     @property
-    def lateral_compliance(self) -> float:
-        """Displacement of the tip per unit of lateral force. [mm]"""
-        return self.named["lateral_deflection"] * self.named["lever_ratio"]
+    def hold(self) -> BoolArray:
+        """Whether all six seats carry a load at rest, (...,)."""
+        return np.asarray(self.at_rest.min(axis=-1) > 0.0)
 
     @property
-    def seat_coefficient(self) -> float:
-        """Indentation of a seat per force^(2/3). [mm]"""
-        at_rest = 1.0 / (6.0 * math.sin(self.named["support_angle"]))
-        return float(self.named["seat_indentation"] / at_rest ** (2.0 / 3.0))
+    def lateral_compliance(self) -> FloatArray:
+        """Displacement of the tip per unit of lateral force, (...,). [mm]"""
+        return np.asarray(self.named["lateral_deflection"] * self.named["lever_ratio"])
 
     @property
-    def tip_coefficient(self) -> float:
-        """Approach of the tip and a flat part per force^(2/3). [mm]"""
-        return float(self.named["tip_approach"] * self.named["lever_ratio"] ** (2.0 / 3.0))
+    def seat_coefficient(self) -> FloatArray:
+        """Indentation of a seat per force^(2/3), (...,). [mm]"""
+        at_rest = 1.0 / (6.0 * np.sin(self.named["support_angle"]))
+        return np.asarray(self.named["seat_indentation"] / at_rest ** (2.0 / 3.0))
+
+    @property
+    def tip_coefficient(self) -> FloatArray:
+        """Approach of the tip and a flat part per force^(2/3), (...,). [mm]"""
+        return np.asarray(self.named["tip_approach"] * self.named["lever_ratio"] ** (2.0 / 3.0))
+
+
+_LOGARITHMIC = np.array([parameter.logarithmic for parameter in PARAMETERS])
+_COLUMN = {parameter.name: column for column, parameter in enumerate(PARAMETERS)}
+_OF_RODS = [[_COLUMN[f"{name}_{i}"] for i in (1, 2)] for name in ("rod_azimuth", "rod_radius")]
+_OF_SEATS = [_COLUMN[f"support_angle_{i}"] for i in (1, 2, 3, 4, 5)]
+_THIRDS = np.arange(3) * 2.0 * np.pi / 3.0
 
 
 def six_seats(values: FloatArray) -> SixSeats:
@@ -135,24 +151,29 @@ def six_seats(values: FloatArray) -> SixSeats:
     >>> float((seats.at_rest @ np.sin(seats.angles)).round(12))  # they carry the preload
     1.0
     """
-    named = {p.name: p.physical(float(v)) for p, v in zip(PARAMETERS, values, strict=True)}
-    turned = OF_RODS.T @ np.array([named["rod_azimuth_1"], named["rod_azimuth_2"]])
-    azimuths = named["rod_azimuth"] + turned + np.arange(3) * 2.0 * np.pi / 3.0
-    radii = 1.0 + OF_RODS.T @ np.array([named["rod_radius_1"], named["rod_radius_2"]])
-    tilted = OF_SEATS.T @ np.array([named[f"support_angle_{i}"] for i in range(1, 6)])
-    angles = named["support_angle"] + tilted
-    spring = np.array([0.0, 0.0, -1.0, -named["spring_y"], named["spring_x"], 0.0])
-    lever = named["lever_ratio"]
-    at_tip = np.zeros((6, 3))
-    at_tip[:3] = np.eye(3)
-    at_tip[3, 1], at_tip[4, 0] = lever, -lever  # the tip is below the tripod by the lever
+    seats = seats_of_probes(values)
+    if not seats.hold:
+        raise PretravelError("these seats do not hold the tripod: one reaction would be a tension")
+    return seats
+
+
+def seats_of_probes(values: FloatArray) -> SixSeats:
+    """As `six_seats`, of several probes (..., 18); `SixSeats.hold` says which of them are one."""
+    physical = np.where(_LOGARITHMIC, np.exp(np.where(_LOGARITHMIC, values, 0.0)), values)
+    named = {name: physical[..., column] for name, column in _COLUMN.items()}
+    azimuths = values[..., _OF_RODS[0]] @ OF_RODS + _THIRDS + named["rod_azimuth"][..., None]
+    radii = 1.0 + values[..., _OF_RODS[1]] @ OF_RODS
+    angles = named["support_angle"][..., None] + values[..., _OF_SEATS] @ OF_SEATS
     # One factorisation serves the reactions to the spring and to forces on the tip and, transposed,
     # the rigid motion that follows from the seats' indentations.
     inverse = np.asarray(np.linalg.inv(seat_wrenches(azimuths, radii, angles)), dtype=np.float64)
-    rest = -inverse @ spring
-    if not rest.min() > 0.0:
-        raise PretravelError("these seats do not hold the tripod: one reaction would be a tension")
-    return SixSeats(azimuths, radii, angles, inverse, rest, -inverse @ at_tip, named)
+    across, along = named["spring_x"][..., None], named["spring_y"][..., None]
+    rest = inverse[..., 2] + along * inverse[..., 3] - across * inverse[..., 4]
+    # The tip is below the tripod by the lever: forces along x and y have moments.
+    per_force = -inverse[..., :3]
+    per_force[..., 0] += named["lever_ratio"][..., None] * inverse[..., 4]
+    per_force[..., 1] -= named["lever_ratio"][..., None] * inverse[..., 3]
+    return SixSeats(azimuths, radii, angles, inverse, rest, per_force, named)
 
 
 def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
@@ -192,7 +213,7 @@ def six_seat_response(values: FloatArray, tip_radius: float) -> ProbeResponse:
         threshold=0.0,
         compliance=np.diag([*2 * [seats.lateral_compliance], seats.named["axial_deflection"]]),
         seat_motion=seats.per_force.T,
-        seat_coefficient=seats.seat_coefficient,
-        tip_coefficient=seats.tip_coefficient,
+        seat_coefficient=float(seats.seat_coefficient),
+        tip_coefficient=float(seats.tip_coefficient),
         tip_radius=tip_radius,
     )

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.observation import Observation
@@ -18,7 +19,9 @@ from pretravel.six_seats.six_seat_fit import (
     PriorScales,
     SixSeatProblem,
     _Weighted,
+    modes,
     most_probable,
+    promised_gain,
 )
 from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response
 
@@ -138,78 +141,88 @@ def test_terms_of_the_correction() -> None:
         assert abs(np.corrcoef(wave, values)[0, 1]) > 1.0 - 1e-9
 
 
+def _squares(case: str, x: np.ndarray, inverse: np.ndarray) -> float:
+    """Of the misses by their covariance, and of the parameters by their priors."""
+    misses = _by_hand(case, x)
+    own = (x[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
+    return float(misses @ inverse @ misses + own @ own)
+
+
 @pytest.mark.parametrize("case", CASES)
-def test_residuals_have_the_covariance_of_touches_and_priors(case: str) -> None:
-    """Their squares add up to m' C⁻¹ m and the squares of the priors, at each place anew; the
-    Jacobian is the derivative of the residuals."""
+def test_the_cost_has_the_covariance_of_touches_and_the_priors(case: str) -> None:
+    """Half of m' C⁻¹ m and of the squares of the priors; the gradient by differences, the matrix
+    from the slopes; of several places at a time what they have alone."""
     problem, x = SixSeatProblem(_observation(case)), _place(case)
     inverse = np.linalg.inv(_dense(problem, SCALES))
-    weighted = _Weighted(problem, SCALES)
-
-    def squares(x: np.ndarray) -> float:
-        misses = _by_hand(case, x)
-        own = (x[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
-        return float(misses @ inverse @ misses + own @ own)
-
-    turned = x.copy()
-    for angle in (0.0, 0.2, -0.1, 0.0):
-        turned[:] = x
-        turned[problem.azimuth] += angle  # in place: what was found before is not of this x
-        found = weighted.residuals(turned)
-        assert found @ found == pytest.approx(squares(turned), rel=1e-7)
-    jacobian = weighted.jacobian(x)
-    assert jacobian.shape == (13 + 18, problem.size)
-    gradient = 2.0 * jacobian.T @ weighted.residuals(x)
+    places = np.tile(x, (4, 1))
+    places[:, problem.azimuth] += [0.0, 0.2, -0.1, 0.0]
+    weighted = _Weighted(
+        problem, [SCALES, SCALES, PriorScales(0.4, 0.7e-3, 0.1e-3, 0.9e-3), SCALES]
+    )
+    cost, gradient, matrix = weighted.evaluated(places, np.arange(4))
+    for number in (0, 1, 3):
+        assert cost[number] == pytest.approx(
+            0.5 * _squares(case, places[number], inverse), rel=1e-7
+        )
+    assert cost[2] != pytest.approx(0.5 * _squares(case, places[2], inverse), rel=1e-2)
     for column, unit in enumerate(np.eye(len(x))):
-        change = (squares(x + 1e-6 * unit) - squares(x - 1e-6 * unit)) / 2e-6
+        change = _squares(case, x + 1e-6 * unit, inverse) - _squares(case, x - 1e-6 * unit, inverse)
         turning = 1e-2 if column < problem.axes else 1e-4  # of the direction with the centre
-        assert gradient[column] == pytest.approx(change, rel=turning, abs=1e-3 * abs(change))
-    assert jacobian[13:, problem.extra :] == pytest.approx(np.diag(1.0 / _spread(0.4)))
-    assert np.all(jacobian[13:, : problem.extra] == 0.0)
+        assert gradient[0, column] == pytest.approx(change / 4e-6, rel=turning)
+    slopes = problem.misses(x)[1]
+    priors = np.zeros(problem.size)
+    priors[problem.extra :] = 1.0 / _spread(0.4) ** 2
+    expected = slopes.T @ inverse @ slopes + np.diag(priors)
+    assert matrix[0] == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
+    alone = weighted.evaluated(places[2:3], np.array([2]))
+    for together, one in zip((cost, gradient, matrix), alone, strict=True):
+        assert one[0] == pytest.approx(together[2], rel=1e-10)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_slopes_are_those_of_the_place_that_is_asked_for(case: str) -> None:
-    problem, x = SixSeatProblem(_observation(case)), _place(case)
-    whitening = np.linalg.inv(np.linalg.cholesky(_dense(problem, SCALES)))
-    weighted = _Weighted(problem, SCALES)
-    weighted.residuals(problem.prior)
-    jacobian = weighted.jacobian(x)[:13]
-    expected = whitening @ problem.misses(x)[1]
-    assert jacobian.T @ jacobian == pytest.approx(expected.T @ expected, rel=1e-6)
-
-
-def test_numbers_that_are_no_probe_are_a_millimetre_away() -> None:
-    """A spring 1.5 radii beside the axis lifts a rod: every miss is 1 mm, without slopes."""
+def test_numbers_that_are_no_probe_are_infinitely_far() -> None:
+    """A spring 1.5 radii beside the axis lifts a rod; seats that push down; never a trigger."""
     problem, x = SixSeatProblem(_observation("sphere")), _place("sphere")
-    x[problem.extra + 7] = 1.5
-    weighted = _Weighted(problem, SCALES)
-    inverse = np.linalg.inv(_dense(problem, SCALES))
-    own = (x[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
-    found = weighted.residuals(x)
-    assert found @ found == pytest.approx(float(inverse.sum() + own @ own), rel=1e-7)
-    assert np.all(weighted.jacobian(x)[:13] == 0.0)
+    wrong = np.tile(x, (4, 1))
+    wrong[0, problem.extra + 7] = 1.5
+    wrong[1, problem.extra + 1] = -0.6
+    wrong[2, problem.extra] = 1e9
+    with np.errstate(all="raise", under="ignore"):
+        cost, _, matrix = _Weighted(problem, [SCALES] * 4).evaluated(wrong, np.arange(4))
+    assert np.isinf(cost).tolist() == [True, True, True, False]
+    assert np.all(np.isfinite(matrix))
+    found = modes(problem, [SCALES] * 4, wrong)
+    assert np.array_equal(found.x[:3], wrong[:3])
+    assert np.isneginf(found.evidence).tolist() == [True, True, True, False]
 
 
-def test_directions_that_never_trigger_are_a_millimetre_away(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Without slopes; the other directions keep theirs."""
-    problem, x = SixSeatProblem(_observation("sphere")), _place("sphere")
-    misses, slopes = problem.misses(x)
-    never = np.arange(13) % 5 == 1
-    infinite = np.where(np.arange(13) == 1, np.nan, -np.inf)
-    told = np.where(never, infinite, misses), np.where(never[:, None], np.nan, slopes)
-    monkeypatch.setattr(problem, "misses", lambda _: told)
-    inverse = np.linalg.inv(_dense(problem, SCALES))
-    weighted = _Weighted(problem, SCALES)
-    expected = np.where(never, 1.0, misses)
-    own = (x[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
-    found = weighted.residuals(x)
-    assert found @ found == pytest.approx(float(expected @ inverse @ expected + own @ own))
-    jacobian = weighted.jacobian(x)[:13]
-    kept = np.where(never[:, None], 0.0, slopes)
-    assert jacobian.T @ jacobian == pytest.approx(kept.T @ inverse @ kept, rel=1e-6)
+def test_the_evidence_is_that_of_a_normal_distribution() -> None:
+    """Of the linear model about the mode: touches are normal about the prior's mean, with the
+    covariance of touches and priors together, and unknowns without a prior have a wide one."""
+    problem = SixSeatProblem(_observation("sphere"))
+    other = PriorScales(1.0, 0.2e-3, 0.1e-3, 0.5e-3)
+    found = modes(problem, [SCALES, other], np.tile(_place("sphere"), (2, 1)))
+    expected = []
+    for x, scales in zip(found.x, (SCALES, other), strict=True):
+        misses, slopes = problem.misses(x)
+        spread = np.array(
+            [p.spread * (scales.asymmetry if i >= 7 else 1.0) for i, p in enumerate(PARAMETERS)]
+        )
+        spread = np.concatenate([np.full(3, 10.0), spread])
+        before = np.concatenate([np.zeros(3), [p.prior for p in PARAMETERS] - x[3:]])
+        degree = np.maximum(problem.terms[:, 0], 2)
+        variances = scales.correction**2 / degree**3.0 / np.sum(1.0 / degree**3.0)
+        variances[0] += 3e-4**2
+        functions = real_spherical_harmonics(_group_directions(problem), problem.terms)
+        total = (functions * variances) @ functions.T + (slopes * spread**2) @ slopes.T
+        total += np.diag(scales.fixed_scatter**2 + scales.noise**2 / REPEATS)
+        expected.append(multivariate_normal(cov=total).logpdf(misses + slopes @ before))
+    # A prior of 10 mm is wide as none; it is the same at both scales. At an edge the linear model
+    # promises more than was reached.
+    reached = found.evidence + [
+        promised_gain(problem, scales, x)
+        for x, scales in zip(found.x, (SCALES, other), strict=True)
+    ]
+    assert np.diff(reached) == pytest.approx(np.diff(expected), abs=1e-3)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -222,8 +235,7 @@ def test_the_cost_is_that_of_the_place_that_is_found(case: str) -> None:
     misses = _by_hand(case, best)
     own = (best[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
     assert cost == pytest.approx(0.5 * float(misses @ inverse @ misses + own @ own), rel=1e-7)
-    start = _Weighted(problem, SCALES).residuals(_place(case))
-    assert cost < 0.5 * float(start @ start)
+    assert cost < 0.5 * _squares(case, _place(case), inverse)
 
 
 def test_a_search_ends_after_its_evaluations() -> None:
