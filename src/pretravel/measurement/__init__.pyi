@@ -18,8 +18,6 @@ from .compensation import distances_from_reference as distances_from_reference
 from .compensation import embed as embed
 from .compensation import feed_note as feed_note
 from .contact_slides import contact_slide as contact_slide
-from .feature_trials import QuantityByTrials as QuantityByTrials
-from .feature_trials import feature_by_trials as feature_by_trials
 from .measured_spheres import MeasuredSphere as MeasuredSphere
 from .measured_spheres import measured_sphere as measured_sphere
 from .normals_from_neighbours import neighbour_normals as neighbour_normals

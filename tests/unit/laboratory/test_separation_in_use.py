@@ -10,6 +10,7 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
+from pretravel.drawing.features.feature_trials import feature_by_trials
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.drawing.tasks.check_budget.budget_check import ActingErrors, check_budget
 from pretravel.files.csv_table import write_csv_table
@@ -20,7 +21,6 @@ from pretravel.laboratory.separation.multi_step_readings import MultiStepReading
 from pretravel.laboratory.separation.separation import separate
 from pretravel.laboratory.separation_map import separation_map
 from pretravel.laboratory.separation_ranges import ranges_of_variances
-from pretravel.measurement.feature_trials import feature_by_trials
 from pretravel.measurement.points import Points
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification.qualification import Qualification

@@ -21,12 +21,12 @@ from pretravel.drawing.features.conformity import (
 from pretravel.drawing.features.extreme_association import MINIMUM_ZONE
 from pretravel.drawing.features.feature_budget import feature_budgets
 from pretravel.drawing.features.feature_results import features_table, residuals_table
+from pretravel.drawing.features.feature_trials import QuantityByTrials
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
 from pretravel.drawing.tasks.measure.picture import features_view
 from pretravel.drawing.tolerances.tolerances import InspectedFeature, Together, side_of_failure
 from pretravel.files import LaboratoryStatements, comparison_sentence
-from pretravel.measurement import QuantityByTrials
 from pretravel.show import (
     Column,
     Document,

@@ -571,8 +571,8 @@ class MeasuredFeatures(Result):
 
     def _by_trials(self) -> tuple[Table, ...]:
         """The quantities by Monte Carlo, where that is wanted."""
+        from pretravel.drawing.features.feature_trials import feature_by_trials
         from pretravel.drawing.tasks.measure.report import trials_table
-        from pretravel.measurement import feature_by_trials
 
         if self.task.trials is None:
             return ()
