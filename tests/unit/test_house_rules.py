@@ -21,6 +21,7 @@ Function = ast.FunctionDef | ast.AsyncFunctionDef
 # Names that two homes have, each with the reason.
 SHARED_NAMES = {
     "MODEL": "the object of a compliance model: the registry finds it under this name",
+    "STATEMENTS": "each format has its table of statements",
     "laboratory/outliers": "of rig traces and of readings, each beside its evaluation",
 }
 

@@ -31,7 +31,7 @@ from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subrouti
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table
-from pretravel.controls.machine import STYLUS_LENGTH
+from pretravel.controls.machine import USUAL_STYLUS_LENGTH
 from pretravel.controls.macro_b import (
     FANUC,
     MacroDialect,
@@ -261,7 +261,9 @@ def _linuxcnc(pretravel_map: PretravelMap, settings: ExportSettings) -> Exported
         linuxcnc_subroutines,
         base=base,
         tool=settings.tool,
-        stylus_length=STYLUS_LENGTH if settings.stylus_length is None else settings.stylus_length,
+        stylus_length=USUAL_STYLUS_LENGTH
+        if settings.stylus_length is None
+        else settings.stylus_length,
         written=settings.written,
     )
     exact = None if settings.form == "table" else exact_lookup(pretravel_map)

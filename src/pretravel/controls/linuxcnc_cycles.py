@@ -8,7 +8,7 @@ from pretravel.base import INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.linuxcnc_state import state_subroutines
-from pretravel.controls.machine import STYLUS_LENGTH, largest_deflection
+from pretravel.controls.machine import USUAL_STYLUS_LENGTH, largest_deflection
 from pretravel.controls.program_log import FAULTS, LOG_ENDING, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
 
 _TEMPLATES: Mapping[str, tuple[str, bool]] = {
@@ -47,7 +47,7 @@ def linuxcnc_cycles(common: Mapping[str, object]) -> dict[str, str]:
 
 
 def sphere_subroutines(
-    tool: int | None = None, stylus_length: float = STYLUS_LENGTH
+    tool: int | None = None, stylus_length: float = USUAL_STYLUS_LENGTH
 ) -> dict[str, str]:
     """The subroutine pretravel_sphere and those that it calls: they need no map.
 

@@ -7,7 +7,7 @@ from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
 from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
-from pretravel.controls.machine import STYLUS_LENGTH
+from pretravel.controls.machine import USUAL_STYLUS_LENGTH
 from pretravel.controls.map_identity import map_identity
 from pretravel.controls.program_log import (
     FAULTS,
@@ -32,7 +32,7 @@ def linuxcnc_subroutines(
     *,
     base: int = 1050,
     tool: int | None = None,
-    stylus_length: float = STYLUS_LENGTH,
+    stylus_length: float = USUAL_STYLUS_LENGTH,
     written: str = "",
 ) -> dict[str, str]:
     """Subroutines that evaluate a map, probe and compensate.

@@ -51,7 +51,7 @@ _LARGEST_DEFLECTION = 10.0
 """No probe gives way further than this, however long its stylus is. [mm]"""
 _REACTION = 3e-3
 """Between a contact and the first cycle that decelerates. [s]"""
-STYLUS_LENGTH = 50.0
+USUAL_STYLUS_LENGTH = 50.0
 """Of a probe that is not described. [mm]"""
 
 
@@ -118,7 +118,7 @@ class Machine:
     change_height: float | None = None
     tip_diameter: float = 6.0
     stem_diameter: float = 4.5
-    stylus_length: float = STYLUS_LENGTH
+    stylus_length: float = USUAL_STYLUS_LENGTH
     body_diameter: float = 40.0
     measuring_feed: float = 50.0
     positioning_feed: float = 1000.0

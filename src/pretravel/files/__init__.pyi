@@ -27,8 +27,8 @@ from .history_drift import drift_of_history as drift_of_history
 from .laboratory_file import laboratory_template as laboratory_template
 from .laboratory_file import read_laboratory as read_laboratory
 from .laboratory_statements import REPORT_TABLES as REPORT_TABLES
+from .laboratory_statements import LaboratoryStatement as LaboratoryStatement
 from .laboratory_statements import LaboratoryStatements as LaboratoryStatements
-from .laboratory_statements import Statement as Statement
 from .laboratory_statements import comparison_sentence as comparison_sentence
 from .linuxcnc_files import read_tool as read_tool
 from .linuxcnc_files import read_work_offset as read_work_offset

@@ -153,11 +153,11 @@ class LaboratoryStatements:
         """Number of statements that a certificate needs and that are open."""
         return sum(not statement.text for statement in self.of_certificate())
 
-    def of_certificate(self) -> Iterator[Statement]:
+    def of_certificate(self) -> Iterator[LaboratoryStatement]:
         """What a certificate needs, and everything else that is stated."""
         return (s for s in self.statements() if s.table in CERTIFICATE_TABLES or s.text)
 
-    def of_report(self) -> Iterator[Statement]:
+    def of_report(self) -> Iterator[LaboratoryStatement]:
         """What any report needs, and everything else that is stated.
 
         >>> [statement.key for statement in LaboratoryStatements().of_report()][:4]
@@ -189,12 +189,12 @@ class LaboratoryStatements:
                 return str(getattr(self.standards, key.name))
         return ""
 
-    def statements(self) -> Iterator[Statement]:
+    def statements(self) -> Iterator[LaboratoryStatement]:
         """All statements in the order of the file."""
         for table in fields(self):
             part = getattr(self, table.name)
             for key in fields(part):
-                yield Statement(
+                yield LaboratoryStatement(
                     table.name, key.name, key.metadata["meaning"], getattr(part, key.name)
                 )
 
@@ -250,14 +250,14 @@ def comparison_sentence(standard: str, statements: LaboratoryStatements | None) 
     )
 
 
-def _place_in_report(statement: Statement) -> int:
+def _place_in_report(statement: LaboratoryStatement) -> int:
     """Tables of every report first, in their order."""
     known = statement.table in REPORT_TABLES
     return REPORT_TABLES.index(statement.table) if known else len(REPORT_TABLES)
 
 
 @dataclass(frozen=True)
-class Statement:
+class LaboratoryStatement:
     """One statement of a laboratory.
 
     Attributes

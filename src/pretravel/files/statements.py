@@ -13,7 +13,7 @@ Meaning: TypeAlias = Literal[
     "nothing", "tip", "frame", "unit", "radius", "part", "pass", "orientation"
 ]
 """What a statement changes for the rows after it; radius: what was taken off the points."""
-Outcome: TypeAlias = Literal["harmless", "carried", "refused"]
+Treatment: TypeAlias = Literal["harmless", "carried", "refused"]
 _SHOWN = 3
 """Most unknown lines that a warning quotes."""
 
@@ -41,7 +41,7 @@ class Statement:
     words: str
     pattern: str
     means: Meaning = "nothing"
-    then: Outcome = "harmless"
+    then: Treatment = "harmless"
     example: str = ""
 
 

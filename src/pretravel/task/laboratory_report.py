@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from pretravel.files import (
     REPORT_TABLES,
+    LaboratoryStatement,
     LaboratoryStatements,
-    Statement,
 )
 from pretravel.show import Document, KeyFigure, Section
 
@@ -64,7 +64,7 @@ def laboratory_section(statements: LaboratoryStatements) -> Section:
     )
 
 
-def stated_figure(statement: Statement) -> KeyFigure:
+def stated_figure(statement: LaboratoryStatement) -> KeyFigure:
     """One statement; an open one is shown as not stated."""
     return KeyFigure(
         statement.meaning,

@@ -122,7 +122,7 @@ def _either(words: Sequence[str]) -> str:
     return " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
-Modes: TypeAlias = Mapping[str, tuple[str | When, ...]] | None
+SettingsOfModes: TypeAlias = Mapping[str, tuple[str | When, ...]] | None
 """Modes by the names of settings."""
 
 
@@ -443,7 +443,7 @@ class Task:
     example: ClassVar[str] = ""
     inherited_without: ClassVar[Mapping[str, tuple[str | When, ...]]] = {}
 
-    def __init_subclass__(cls, without: Modes = None, **options: Any) -> None:
+    def __init_subclass__(cls, without: SettingsOfModes = None, **options: Any) -> None:
         """Make the type a frozen dataclass.
 
         Parameters

@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.base import FloatArray, PretravelError, frozen
 from pretravel.drawing import FeatureErrors, MeasuredFeature, Quantity
-from pretravel.measurement.association import associate
+from pretravel.measurement import associate
 
 _COVERAGE = (0.025, 0.975)
 
@@ -132,8 +132,8 @@ def _reference(measured: MeasuredFeature) -> FloatArray:
 def _moved(errors: FeatureErrors, generator: np.random.Generator) -> FloatArray:
     """Errors of the points along the outward normals of the feature, with the part's form."""
     count = len(errors.own)
-    form = generator.choice(errors.form_sizes, p=errors.form_weights)
-    moved = np.hypot(errors.own, form) * generator.standard_normal(count)
+    moved = errors.own * generator.standard_normal(count)
+    moved = moved + errors.form.drawn(1, generator, count)[0]
     for factors in errors.shared.values():
         moved = moved + generator.standard_normal(len(factors)) @ factors
     if errors.fixed.any():

@@ -57,9 +57,9 @@ def kind_names() -> list[str]:
 
 
 def _with_axial_pretravel() -> list[str]:
-    from pretravel.maps.kinds import AUTO, kinds
+    from pretravel.maps import AUTO, KINDS
 
-    return [*(name for name, kind in kinds().items() if kind.takes_axial_pretravel), AUTO]
+    return [*(name for name, kind in KINDS.items() if kind.takes_axial_pretravel), AUTO]
 
 
 _WOZNIAK = When("kind", ("wozniak", "auto"))

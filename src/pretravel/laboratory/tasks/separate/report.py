@@ -9,9 +9,9 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.laboratory.separation.plan import SeparationPlan
+from pretravel.laboratory.separation.ranges import ranges_of_variances
 from pretravel.laboratory.separation.separation import Separation
 from pretravel.laboratory.separation.separation_csv import separation_table
-from pretravel.laboratory.separation_ranges import ranges_of_variances
 from pretravel.show import (
     Axis,
     Colour,

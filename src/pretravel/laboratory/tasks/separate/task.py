@@ -251,8 +251,8 @@ class SeparatedErrors(Result):
     def write(self, output: str, path: Path) -> None:
         """Write the errors and variances, or the map of the probe."""
         from pretravel.files import write_csv_table, write_map
+        from pretravel.laboratory.separation.map import separation_map
         from pretravel.laboratory.separation.separation_csv import separation_table
-        from pretravel.laboratory.separation_map import separation_map
 
         if output == "map_file":
             assert self.task.tip_diameter is not None  # the run refuses it

@@ -17,7 +17,7 @@ from pretravel.laboratory.separation.multi_step_readings import (
 from pretravel.laboratory.separation.noise import TAILS
 from pretravel.laboratory.separation.variances import likelihood_information, noise_of_readings
 
-CHANCE = 0.05
+_CHANCE = 0.05
 """Probability of a range by chance below which the variances are said to differ."""
 _TRIALS = 2000
 _BLOCK = 200
@@ -44,7 +44,7 @@ class RangeOfVariances:
     @property
     def differs(self) -> bool:
         """Whether the variances differ by more than chance."""
-        return self.probability < CHANCE
+        return self.probability < _CHANCE
 
 
 def ranges_of_variances(
@@ -99,7 +99,7 @@ def ranges_of_variances(
     machine, probe = (
         RangeOfVariances(
             float(value),
-            float(np.quantile(chance, 1.0 - CHANCE)),
+            float(np.quantile(chance, 1.0 - _CHANCE)),
             float((1 + np.sum(chance >= value)) / (1 + len(chance))),
         )
         for value, chance in zip(observed, simulated, strict=True)
