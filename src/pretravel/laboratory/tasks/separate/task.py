@@ -251,7 +251,7 @@ class SeparatedErrors(Result):
     def write(self, output: str, path: Path) -> None:
         """Write the errors and variances, or the map of the probe."""
         from pretravel.files import write_csv_table, write_map
-        from pretravel.laboratory.separation.map import separation_map
+        from pretravel.laboratory.separation.probe_map import separation_map
         from pretravel.laboratory.separation.separation_csv import separation_table
 
         if output == "map_file":
