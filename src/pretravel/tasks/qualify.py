@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import ANGLE, TIP_BALL
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base.quantities import TIP_BALL
+from pretravel.base.units import MICROMETRE
 from pretravel.tasks.fields import (
     DIAMETER,
     PROBE_AXIS,
@@ -31,13 +31,13 @@ from pretravel.tasks.qualify_references import (
     references_of,
     size_warnings,
 )
+from pretravel.tasks.settings_of_kinds import SettingsOfKinds, kinds_where
 from pretravel.tasks.several_tips import TIP_ENDINGS, OfSeveralTips, QualifiedTips
-from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, When, by_name
+from pretravel.tasks.task import MAPS, PAGES, SILENT, Field, Progress, Result, by_name
 from pretravel.tasks.values import Length, Vector, length_or_none
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import FileReadings
-    from pretravel.maps.kinds.wozniak import WozniakKind
     from pretravel.maps.pretravel_map import PretravelMap
     from pretravel.maps.provenance import QualificationSetup, SetupOptions
     from pretravel.qualification.prior_update import MapUpdate
@@ -52,16 +52,7 @@ def kind_names() -> list[str]:
     return [*kinds(), AUTO]
 
 
-def _with_axial_pretravel() -> list[str]:
-    from pretravel.maps.kinds import AUTO, kinds
-
-    return [*(name for name, kind in kinds().items() if kind.takes_axial_pretravel), AUTO]
-
-
-_WOZNIAK = When("kind", ("wozniak", "auto"))
-
-
-class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
+class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips, SettingsOfKinds):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
@@ -121,7 +112,7 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         Field(
             help="Assumed pretravel along the probe axis, in µm: touches on a sphere do not "
             "determine it; none: least-squares centre.",
-            only=(When("kind", _with_axial_pretravel),),
+            only=(kinds_where(lambda kind: kind.takes_axial_pretravel),),
             without=("prior",),
             parse=length_or_none,
             metavar="UM",
@@ -129,27 +120,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             hint="For kind harmonic: touches on a sphere do not determine it",
         ),
     ] = Length(1.0)
-    lobe_azimuth_deg: Annotated[
-        float | None,
-        Field(
-            help="Azimuth of the largest pretravel, opposite a rod, in degrees; the "
-            "default is determined from 8 directions or more.",
-            range=ANGLE,
-            label="Azimuth of the largest pretravel",
-            hint="Empty: determined from the touches",
-            only=(_WOZNIAK,),
-            without=("prior", "block", "reference"),
-        ),
-    ] = None
-    transducer: Annotated[
-        Literal["contact", "piezo"],
-        Field(
-            help="contact (the map has lobes) or piezo (it has none).",
-            words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
-            only=(_WOZNIAK,),
-            without=("prior", "block", "reference"),
-        ),
-    ] = "contact"
     axis: Annotated[Vector, replace(PROBE_AXIS, without=("prior", "block", "reference", "tip"))] = (
         UPRIGHT
     )
@@ -191,7 +161,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
             return self._of_several_tips(progress)
         if self.prior is not None:
             return self._update(self.prior, progress)
-        self.wozniak()
         readings = self.read(progress)
         with progress.working(f"qualifying on {len(readings.touches)} touches"):
             return self.qualified(readings)
@@ -252,14 +221,13 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.maps.kinds import AUTO, kind_named, kinds
+        from pretravel.maps.kinds import AUTO, kinds
         from pretravel.qualification.qualify import qualified
 
-        wozniak = self.wozniak()
-        every = {**kinds(), wozniak.name: wozniak}
-        wished = list(every.values()) if self.kind == AUTO else every.get(self.kind)
+        names = list(kinds()) if self.kind == AUTO else [self.kind]
+        wished = [self.kind_of_map(name) for name in names]
         setup = self.setup(readings)
-        found = qualified(readings.touches, setup, wished or kind_named(self.kind))
+        found = qualified(readings.touches, setup, wished if self.kind == AUTO else wished[0])
         return QualifiedProbe(self, readings, found)
 
     def _on_references(self, progress: Progress) -> QualifiedReferences:
@@ -297,7 +265,8 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
         parts = [one.parts for one in self.tip]
         readings = self.read(progress)
         rows = rows_of_tips(readings.touches, [one.name for one in parts])
-        kind = "harmonic" if self.kind == AUTO else self.kind
+        name = "harmonic" if self.kind == AUTO else self.kind
+        kind = replace(self, kind=name).kind_of_map(name)
         made: dict[str, Qualification] = {}
         for one in parts:
             if one.name not in rows:
@@ -307,24 +276,6 @@ class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips)
                 made[one.name] = qualified(readings.touches.take(rows[one.name]), own.setup(), kind)
         with progress.working("offsets of the tips"):
             return QualifiedTips(self, self.touches_name, readings, made, star_stylus(made))
-
-    def wozniak(self) -> WozniakKind:
-        """The kind wozniak with its settings, which no other kind has.
-
-        Raises
-        ------
-        PretravelError
-            Lobes of a probe that has none.
-        """
-        from pretravel.maps.kinds.wozniak import WozniakKind
-
-        lobe = None if self.lobe_azimuth_deg is None else self.lobe_azimuth_deg * DEGREE
-        if lobe is not None and self.transducer == "piezo":
-            raise PretravelError(
-                "a piezo probe has no lobes: leave the azimuth of the lobe out",
-                inputs=("lobe_azimuth",),
-            )
-        return WozniakKind(lobe, self.transducer)
 
     def setup(self, readings: FileReadings | None = None) -> QualificationSetup:
         """Reference, tip and conventions."""

@@ -12,13 +12,14 @@ from pretravel.app.task_form import TaskForm
 from pretravel.tasks.compare import Compare
 from pretravel.tasks.export import Export
 from pretravel.tasks.qualify import Qualify
+from pretravel.tasks.settings_of_kinds import SettingsOfKinds
 from pretravel.tasks.task import Task
 from pretravel.tasks.values import StatedColumns
 
 if TYPE_CHECKING:
     from pretravel.files.file_format import ReadingOptions
 
-QUALIFICATION = TaskForm(Qualify, shared=("pin",))
+QUALIFICATION = TaskForm(Qualify, shared=("pin", *SettingsOfKinds.__annotations__))
 CONTROL = TaskForm(Export, prefix="export_", without=("tip_diameter", "show_template"))
 """The map is not read from a file here, and no template is printed."""
 OF_FILE: Mapping[str, Any] = {"units": None, "decimal": None, "columns": {}, "left_out": []}
