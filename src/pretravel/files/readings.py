@@ -69,6 +69,7 @@ def read_readings(
             "pretravel convert makes touches of it and asks for what is missing"
         )
     options = options or ReadingOptions()
+    known.refuse_unused(file, options)
     found = known.parse(file, options)
     if options.double_touches == "last":
         found = without_searches(found)

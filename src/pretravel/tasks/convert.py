@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import DISTANCE, TIP_BALL
-from pretravel.tasks.fields import TouchFilesWithFeed, output
+from pretravel.tasks.fields import FEED_OF_TOUCHES, TouchFilesWithFeed, output
 from pretravel.tasks.task import (
     PAGES,
     SILENT,
@@ -18,6 +18,7 @@ from pretravel.tasks.task import (
     Result,
     Task,
     TextResult,
+    When,
     by_name,
 )
 from pretravel.tasks.values import Vector, vector
@@ -49,6 +50,13 @@ _OF_TOUCHES = (
     "plan", "double_touches", "normal",
 )  # fmt: skip
 """Settings that the results of features do not have."""
+
+
+def _is_no_page(path: object) -> bool:
+    return Path(str(path)).suffix.lower() not in PAGES
+
+
+_WRITTEN = When("output", is_so=_is_no_page, what="an output that is no page")
 
 
 class Convert(TouchFilesWithFeed, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
@@ -125,13 +133,17 @@ class Convert(TouchFilesWithFeed, without=dict.fromkeys(_OF_TOUCHES, ("features"
     ] = ()
     features: Annotated[
         bool,
-        Field(help="Write the results of features that the file states, not its touches."),
+        Field(
+            help="Write the results of features that the file states, not its touches.",
+            only=(_WRITTEN,),
+        ),
     ] = False
+    feed: Annotated[float | None, replace(FEED_OF_TOUCHES, only=(_WRITTEN,))] = None
     frame: Annotated[
         Literal["work", "machine"] | None,
         Field(
             help="Axes of the touches, where the work coordinates were rotated.",
-            only=("output",),
+            only=(_WRITTEN,),
         ),
     ] = None
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.quantities import REFERENCE_DIAMETER, TIP_BALL
 from pretravel.base.units import MICROMETRE
-from pretravel.tasks.fields import Reported, Ring, TouchTables, files_meant, output
+from pretravel.tasks.fields import RING, Reported, TouchTables, files_meant, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, When
 
 if TYPE_CHECKING:
@@ -46,7 +46,9 @@ def _kinds() -> tuple[str, ...]:
     return "auto", "harmonic", "physical"
 
 
-class History(TouchTables, Reported):
+class History(
+    TouchTables, Reported, without=dict.fromkeys(TouchTables.__annotations__, (_VERIFICATIONS,))
+):
     """Show how a probe drifts over time, and when its next qualification is due.
 
     From a folder of touches, one file a day; or from the verifications of pretravel verify
@@ -103,7 +105,7 @@ class History(TouchTables, Reported):
             metavar="KIND",
         ),
     ] = None
-    ring: Ring = False
+    ring: Annotated[bool, replace(RING, without=(_VERIFICATIONS,))] = False
     limit_um: Annotated[
         float | None,
         Field(

@@ -104,11 +104,12 @@ class QualifiedTips(Result):
     star: StarStylus
 
     def document(self) -> Document:
-        """The report."""
+        """The report, with what the laboratory states."""
         import numpy as np
 
         from pretravel.show.document import Column, Digits, Document, KeyFigure, Table
         from pretravel.show.formatting import decimals
+        from pretravel.tasks.reports.laboratory_report import with_laboratory
 
         star, made = self.star, list(self.qualifications.values())
         offsets = np.array([star.offset(name) for name in star.names])
@@ -133,7 +134,7 @@ class QualifiedTips(Result):
             "a place, with the doubt that parts a centre from its map.",
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
-        return Document(
+        report = Document(
             title=f"{self.touches_name}: {len(made)} tips on one sphere",
             verdict=f"{len(made)} tips have a map each, and their offsets from {star.names[0]}",
             figures=tuple(
@@ -144,6 +145,7 @@ class QualifiedTips(Result):
             tables=(table,),
             warnings=(*self.readings.notes(), *warnings, *self.task.statements_left_out()),
         )  # fmt: skip
+        return with_laboratory(report, self.task.statements())
 
     def page(self) -> Document:
         """The report, with how the files were understood."""

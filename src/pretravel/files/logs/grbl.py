@@ -277,6 +277,7 @@ GRBL = FileFormat(
     what="log of a sender for grbl, grblHAL, FluidNC, Carvera: [PRB:…], <Probe,MPos:…>",
     reads="positions",
     needs="plan; units without $13; offset without WCO or WPos",
+    takes=("offset",),
     verified="public logs of seven senders: their form",
     recognises=lambda lines: any(_PROBE_BEGINS.search(line) for line in lines),
     parse=lambda file, options: read_grbl_log(file, options.units, options.offset),
