@@ -12,8 +12,8 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.derived import command_of, task_of
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks.task import Task, by_name, command_line, settings_of, unused
+from pretravel.task.listed import PLACES, task_named
+from pretravel.task.task import Task, by_name, command_line, settings_of, unused
 from tests.support.task_samples import samples
 
 TASKS = {**{name: task_named(name) for name in PLACES}, App.name: App}

@@ -18,12 +18,12 @@ from typing import Any
 
 import pytest
 
-from pretravel.app.screens.metrologist_work import example_touches
 from pretravel.base.errors import PretravelError
 from pretravel.cli.derived import command_of, task_of
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks import task as machinery
-from pretravel.tasks.task import Setting, Task, settings_of, unused, written_files
+from pretravel.laboratory.tasks.check.screen_work import example_touches
+from pretravel.task import task as machinery
+from pretravel.task.listed import PLACES, task_named
+from pretravel.task.task import Setting, Task, settings_of, unused, written_files
 from tests.support.commands import follow
 from tests.support.examples import EXAMPLES
 from tests.support.task_samples import samples

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from pretravel.tasks import values as texts
-from pretravel.tasks.qualify_references import block_lengths, stated_reference
-from pretravel.tasks.several_tips import stated_tip
-from pretravel.tasks.task import Setting
+from pretravel.task import values as texts
+from pretravel.task.task import Setting
+from pretravel.tasks.qualify.references import block_lengths, stated_reference
+from pretravel.tasks.qualify.several_tips import stated_tip
 
 SAMPLES: dict[Callable[[str], Any], str] = {
     texts.angles: "0:30:10", texts.polar_angles: "10,20.5", texts.pair: "0.5,-0.25",

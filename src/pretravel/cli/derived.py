@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 from pretravel.cli.command import TYPED, Command
 from pretravel.cli.files import check_files
 from pretravel.cli.running import input_files, record_of
-from pretravel.tasks.task import (
+from pretravel.task import (
     FOLDER,
     PAGES,
     PICTURES,
@@ -30,7 +30,7 @@ from pretravel.tasks.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.show.work_record import InputFile, WorkRecord
+    from pretravel.show import InputFile, WorkRecord
 
 
 def command_of(task: type[Task]) -> Any:
@@ -213,7 +213,7 @@ def deliver(task: Task, typed: Sequence[str] = ()) -> int:
         The exit code.
     """
     from pretravel.cli.showing import show
-    from pretravel.show.terminal import printable
+    from pretravel.show import printable
 
     inputs = read_files(task)
     outputs = list(written_files(task))

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pretravel.tasks.task import Setting, Task, read_files, settings_of
+from pretravel.task import Setting, Task, read_files, settings_of
 
 if TYPE_CHECKING:
-    from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
+    from pretravel.show import InputFile, StatedSetting, WorkRecord
 
 
 def input_files(task: Task) -> list[InputFile]:
@@ -18,7 +18,7 @@ def input_files(task: Task) -> list[InputFile]:
 
     Names that are no files (of a catalogue) are left out; a stream cannot be read twice.
     """
-    from pretravel.show.work_record import input_file
+    from pretravel.show import input_file
 
     files = {path.resolve(): path for path in reversed(read_files(task)) if path.is_file()}
     return [input_file(path, _role(task, path)) for path in reversed(files.values())]
@@ -34,7 +34,7 @@ def record_of(task: Task, typed: Sequence[str], inputs: Sequence[InputFile]) -> 
         The arguments of its command.
     inputs : sequence of InputFile
     """
-    from pretravel.show.work_record import record_now
+    from pretravel.show import record_now
 
     command = shlex.join(["pretravel", *task.name.split(), *typed])
     return record_now(command, inputs, _settings(task))
@@ -42,7 +42,7 @@ def record_of(task: Task, typed: Sequence[str], inputs: Sequence[InputFile]) -> 
 
 def _settings(task: Task) -> Iterator[StatedSetting]:
     """All options and arguments with their values."""
-    from pretravel.show.work_record import StatedSetting
+    from pretravel.show import StatedSetting
 
     for setting in settings_of(type(task)):
         yield StatedSetting(
