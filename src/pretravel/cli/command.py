@@ -9,14 +9,13 @@ import typer
 from typer.core import TyperCommand, TyperOption
 
 from pretravel.base import PretravelError, decimal_point_advice
-from pretravel.cli.running import running, typed_name
 from pretravel.task import ANSWER as ANSWER
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
 INTERRUPTED = 130
 """Exit code after an interruption from the keyboard."""
-_TYPED = "pretravel.typed"
+TYPED = "pretravel.typed"
 """Where the context keeps the arguments as they were typed."""
 
 
@@ -30,7 +29,7 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
-        ctx.meta[_TYPED] = tuple(args)
+        ctx.meta[TYPED] = tuple(args)
         try:
             rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
@@ -50,8 +49,7 @@ class Command(TyperCommand):
 
         ignore_settings_of_folder()
         try:
-            with running(ctx, ctx.meta[_TYPED]):
-                return super().invoke(ctx)
+            return super().invoke(ctx)
         except PretravelError as error:
             options = ", ".join(filter(None, (self.option(name) for name in error.inputs)))
             if not options:
@@ -68,6 +66,14 @@ class Command(TyperCommand):
                 if name in (parameter.name, longest.lstrip("-").replace("-", "_")):
                     return longest
         return ""
+
+
+def typed_name(parameter: Any) -> str:
+    """An option as it is typed; an argument as the help shows it."""
+    longest: str = max(parameter.opts, key=len)
+    if longest.startswith("-"):
+        return longest
+    return str(parameter.metavar or longest).upper()
 
 
 def _reason(error: typer.BadParameter) -> str:

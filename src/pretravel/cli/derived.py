@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pretravel.base import PretravelError
-from pretravel.cli.command import Command
+from pretravel.cli.command import TYPED, Command
 from pretravel.cli.files import check_files
-from pretravel.cli.running import note_inputs, record_of_command
+from pretravel.cli.running import input_files, record_of
 from pretravel.task import (
     FOLDER,
     PAGES,
@@ -31,7 +31,7 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.show import WorkRecord
+    from pretravel.show import InputFile, WorkRecord
 
 
 def command_of(task: type[Task]) -> Any:
@@ -46,12 +46,14 @@ def command_of(task: type[Task]) -> Any:
     click.Command
     """
 
-    def callback(**values: Any) -> None:
-        code = deliver(task_of(task, values))
+    def callback(context: typer.Context, **values: Any) -> None:
+        code = deliver(task_of(task, values), context.meta[TYPED])
         if code:
             raise typer.Exit(code)
 
-    callback.__signature__ = inspect.Signature(list(_parameters(task)))  # type: ignore[attr-defined]
+    context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+    signature = inspect.Signature([context, *_parameters(task)])
+    callback.__signature__ = signature  # type: ignore[attr-defined]
     callback.__annotations__ = {}
     alone = typer.Typer(add_completion=False)
     alone.command(
@@ -168,11 +170,16 @@ class ShownProgress(Progress):
 
     Attributes
     ----------
-    inputs : sequence of Path
-        Files that the task reads.
+    task : Task
+    typed : sequence of str
+        The arguments of its command.
+    inputs : list of InputFile, or None
+        Files that the task reads, noted before it runs, where a record is needed.
     """
 
-    inputs: Sequence[Path]
+    task: Task
+    typed: Sequence[str]
+    inputs: list[InputFile] | None = None
 
     def say(self, text: str) -> None:
         """Print a statement."""
@@ -186,8 +193,8 @@ class ShownProgress(Progress):
 
     def record(self) -> WorkRecord:
         """The record of the command, with the files that it reads."""
-        note_inputs(self.inputs)
-        return record_of_command()
+        inputs = input_files(self.task) if self.inputs is None else self.inputs
+        return record_of(self.task, self.typed, inputs)
 
 
 def _endings(task: Task, setting: Setting, path: Path) -> tuple[str, ...]:
@@ -197,8 +204,14 @@ def _endings(task: Task, setting: Setting, path: Path) -> tuple[str, ...]:
     return (*allowed, ".json") if pages and setting.is_report(path) else allowed
 
 
-def deliver(task: Task) -> int:
+def deliver(task: Task, typed: Sequence[str] = ()) -> int:
     """Do a task as a command does: check its files, run it, write and show what it made.
+
+    Parameters
+    ----------
+    task : Task
+    typed : sequence of str
+        The arguments of its command.
 
     Returns
     -------
@@ -209,7 +222,6 @@ def deliver(task: Task) -> int:
     from pretravel.show import printable
 
     inputs = read_files(task)
-    progress = ShownProgress(inputs)
     outputs = list(written_files(task))
     named = [(path, _endings(task, setting, path)) for setting, path in outputs]
     check_files(
@@ -217,8 +229,8 @@ def deliver(task: Task) -> int:
         inputs,
         programs=all(setting.field.writes in (PROGRAMS, FOLDER) for setting, _ in outputs),
     )
-    if any(setting.is_report(path) for setting, path in outputs):
-        note_inputs(inputs)
+    has_page = any(setting.is_report(path) for setting, path in outputs)
+    progress = ShownProgress(task, typed, input_files(task) if has_page else None)
     result: Result = task.run(progress)
     report = result.document()
     for setting, path in outputs:
@@ -229,7 +241,7 @@ def deliver(task: Task) -> int:
                 result.picture(report, path)
         elif setting.is_report(path):
             with progress.working(f"writing {path.name}"):
-                result.write_report(path, record_of_command())
+                result.write_report(path, progress.record())
         else:
             result.write(setting.name, path)
     if result.text:

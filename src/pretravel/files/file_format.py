@@ -399,6 +399,8 @@ class FileFormat:
         What is read from and written to its files; empty where nothing is.
     needs : str
         What the files do not state and the user must.
+    takes : tuple of str
+        Which of the options offset, radius_taken_off and bores the reader uses.
     verified : str
         What reading and writing were verified against.
     endings : tuple of str
@@ -436,6 +438,7 @@ class FileFormat:
     reads: str = ""
     writes: str = ""
     needs: str = ""
+    takes: tuple[str, ...] = ()
     verified: str = ""
     endings: tuple[str, ...] = ()
     binary: bool = False
@@ -451,3 +454,18 @@ class FileFormat:
     refusal: str = ""
     statements: tuple[Statement, ...] = ()
     other_lines: str = ""
+
+    def refuse_unused(self, file: SourceFile, options: ReadingOptions) -> None:
+        """Refuse what is stated of a file and its reader does not use.
+
+        Raises
+        ------
+        InputError
+        """
+        for name in ("offset", "radius_taken_off", "bores"):
+            if getattr(options, name) is not None and name not in self.takes:
+                raise file.error(
+                    f"{name.replace('_', ' ')} is not used for a file of format {self.name}; "
+                    "leave it out",
+                    inputs=(name,),
+                )

@@ -45,6 +45,7 @@ def look_at(
     """
     file = opened(source)
     looking = replace(options, look_only=True)
+    known.refuse_unused(file, options)
     if known in (CSV, PARQUET):
         found = with_passes(named_misses(read_table_of_touches(file, looking)))
         return found, read_touch_columns(file, looking).unit_known

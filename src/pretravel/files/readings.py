@@ -76,6 +76,7 @@ def read_readings(
             "pretravel convert makes touches of it and asks for what is missing"
         )
     options = options or ReadingOptions()
+    known.refuse_unused(file, options)
     found = known.parse(file, options)
     found = chosen(with_passes(named_misses(found)), options)
     if options.double_touches == "last":

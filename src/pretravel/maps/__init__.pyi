@@ -56,8 +56,6 @@ from .sector_tables import equator as equator
 from .sector_tables import resampled_sectors as resampled_sectors
 from .sector_tables import taken_opposite as taken_opposite
 from .sector_tables import touched_sectors as touched_sectors
-from .setup_keywords import check_keywords as check_keywords
-from .setup_keywords import with_setup_keywords as with_setup_keywords
 from .spherical_harmonics import checked_terms as checked_terms
 from .spherical_harmonics import degrees_and_orders as degrees_and_orders
 from .spherical_harmonics import real_spherical_harmonics as real_spherical_harmonics

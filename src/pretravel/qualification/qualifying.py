@@ -12,9 +12,9 @@ import logging
 import math
 from collections.abc import Collection
 from dataclasses import replace
-from typing import Unpack
 
 import numpy as np
+import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from pretravel.base import FloatArray, PretravelError, frozen, probe_rotation
@@ -36,14 +36,11 @@ from pretravel.maps import (
     Provenance,
     QualificationSetup,
     Scatter,
-    SetupOptions,
     TouchedMeans,
     as_map,
-    check_keywords,
     fit_harmonic,
     kind_named,
     values_in_blocks,
-    with_setup_keywords,
 )
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
 from pretravel.qualification.kind_weights import averaged, compare_kinds
@@ -62,13 +59,19 @@ from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_
 _LOG = logging.getLogger(__name__)
 
 
-@with_setup_keywords
-def qualify(
+def qualify(  # noqa: PLR0913  # the setup by its keywords
     touches: TouchesLike,
     diameter: float,
     *,
     kind: str | KindOfMap = AUTO,
-    **options: Unpack[SetupOptions],
+    tip_diameter: float | None = QualificationSetup.tip_diameter,
+    ring: bool = QualificationSetup.ring,
+    u_diameter: float | None = QualificationSetup.u_diameter,
+    u_temperature: float = QualificationSetup.u_temperature,
+    sphere_form: float = QualificationSetup.sphere_form,
+    axial_pretravel: float | None = QualificationSetup.axial_pretravel,
+    axis: npt.ArrayLike = QualificationSetup.axis,
+    search_outliers: bool = QualificationSetup.search_outliers,
 ) -> Qualification:
     """Qualify a probe on a reference sphere or ring, with any kind of map.
 
@@ -95,9 +98,9 @@ def qualify(
     kind : str or KindOfMap
         auto: the average of the kinds that predict directions left out of their fits; or one kind:
         mean, sectors, wozniak, harmonic, physical.
-    **options
-        ring, tip_diameter, u_diameter, u_temperature, sphere_form, axial_pretravel, axis,
-        search_outliers: see `QualificationSetup`. Lengths are in mm, also small ones.
+    tip_diameter, ring, u_diameter, u_temperature, sphere_form, axial_pretravel, axis, \
+search_outliers
+        See `QualificationSetup`. Lengths are in mm, also small ones.
 
     Returns
     -------
@@ -120,8 +123,17 @@ def qualify(
     >>> abs(result.center.round(9)).tolist(), round(result.effective_radius, 9)
     ([100.0, 0.0, 0.0], 2.99)
     """
-    check_keywords("qualify", options)
-    setup = QualificationSetup(diameter, **options)  # type: ignore[arg-type]  # axis: any array
+    setup = QualificationSetup(
+        diameter,
+        tip_diameter,
+        ring,
+        u_diameter,
+        u_temperature,
+        sphere_form,
+        axial_pretravel,
+        axis,  # type: ignore[arg-type]  # any array
+        search_outliers,
+    )
     touches = as_touches(touches, reference_diameter=setup.diameter, ring=setup.ring)
     return qualified(touches, setup, kind)
 

@@ -8,6 +8,7 @@ from .budget_report import sphere_section as sphere_section
 from .example_data import example_folder as example_folder
 from .fields import CONTACT_MODEL as CONTACT_MODEL
 from .fields import DIAMETER as DIAMETER
+from .fields import FEED_OF_TOUCHES as FEED_OF_TOUCHES
 from .fields import GRAVITY as GRAVITY
 from .fields import PROBE_AXIS as PROBE_AXIS
 from .fields import REFERENCE_SPHERE as REFERENCE_SPHERE

@@ -622,18 +622,18 @@ class TouchFiles(TouchTables):
         return replace(readings, touches=with_feed(readings.touches, feed))
 
 
+FEED_OF_TOUCHES = Field(
+    help="Feed of the touches, in mm/min, without a column feed_mm_min.",
+    range=FEED,
+    label="Feed of the touches",
+    hint="Only where the file does not state it",
+)
+
+
 class TouchFilesWithFeed(TouchFiles):
     """Settings of tasks on touches from files, which can state the feed of all touches."""
 
-    feed: Annotated[
-        float | None,
-        Field(
-            help="Feed of the touches, in mm/min, without a column feed_mm_min.",
-            range=FEED,
-            label="Feed of the touches",
-            hint="Only where the file does not state it",
-        ),
-    ] = None
+    feed: Annotated[float | None, FEED_OF_TOUCHES] = None
 
 
 def with_reading(document: Document, readings: FileReadings) -> Document:

@@ -287,6 +287,11 @@ class Setting(NamedTuple):
         """A value as it is typed."""
         return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
+    def inside(self, value: Any) -> Any:
+        """A value in the units of the library: mm, rad."""
+        factor = _TYPED_UNITS.get(self.unit)
+        return value if factor is None or value is None else value * factor
+
     def checked(self, value: Any) -> Any:
         """A value of the type of the field, within its limits.
 

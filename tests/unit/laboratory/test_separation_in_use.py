@@ -17,8 +17,8 @@ from pretravel.files.csv_table import write_csv_table
 from pretravel.files.map_file import read_map
 from pretravel.files.touch_scatter_file import read_touch_scatter
 from pretravel.files.touches_csv import read_touches, touches_table
-from pretravel.laboratory.separation.probe_map import separation_map
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.probe_map import separation_map
 from pretravel.laboratory.separation.ranges import ranges_of_variances
 from pretravel.laboratory.separation.separation import separate
 from pretravel.measurement.points import Points

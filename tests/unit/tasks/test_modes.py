@@ -51,6 +51,17 @@ def test_a_setting_that_the_mode_does_not_use_is_refused(line: str) -> None:
     assert option in err
 
 
+@pytest.mark.parametrize("option", ["--radius-taken-off 3", "--offset 1,2,3", "--bore HOLE1"])
+def test_what_the_reader_of_a_format_does_not_use_is_refused(option: str, tmp_path: Path) -> None:
+    """A table with a radius that was taken off was converted as if nothing had been said."""
+    table = tmp_path / "t.csv"
+    table.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n")
+    for output in (("-o", tmp_path / "u.csv"), ()):
+        assert "not used for a file of format csv" in run(
+            "convert", table, *option.split(), *output, code=2
+        )
+
+
 def test_help_and_form_say_the_mode(tmp_path: Path) -> None:
     from pretravel.app.task_form import TaskForm
     from pretravel.drawing.tasks.measure import Measure

@@ -31,7 +31,7 @@ def test_the_reference_of_a_qualification() -> None:
     assert setup.u_diameter == pytest.approx(0.15e-3, rel=1e-12)
     assert setup.sphere_form == pytest.approx(0.08e-3, rel=1e-12)
     assert setup.axial_pretravel == pytest.approx(1.2e-3, rel=1e-12)
-    assert TYPED.wozniak().lobe_azimuth == pytest.approx(np.pi / 6.0, rel=1e-12)
+    assert TYPED.kind_of_map("wozniak").lobe_azimuth == pytest.approx(np.pi / 6.0, rel=1e-12)
 
 
 def test_the_expansion_of_a_rigs_ruler() -> None:

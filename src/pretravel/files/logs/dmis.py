@@ -339,6 +339,7 @@ DMIS = FileFormat(
     what="DMIS: FA(…)=FEAT/POINT,CART,… (.dmo)",
     reads="touches",
     needs="radius taken off",
+    takes=("radius_taken_off",),
     verified="public files of two systems: their form",
     recognises=lambda lines: any(_MEASURED.match(line) for line in lines),
     parse=lambda file, options: read_dmis(file, options.radius_taken_off, options.units),

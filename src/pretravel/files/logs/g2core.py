@@ -168,6 +168,7 @@ G2CORE = FileFormat(
     what='log of a sender for g2core, TinyG: {"prb":{"e":1,…}}',
     reads="positions",
     needs="plan, offset",
+    takes=("offset",),
     verified="public logs of two senders and the wiki of g2core: their form",
     recognises=lambda lines: any(_BEGINS.search(line.replace('\\"', '"')) for line in lines),
     parse=lambda file, options: read_g2core_log(file, options.units, _offset(options)),

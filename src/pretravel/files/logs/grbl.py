@@ -364,6 +364,7 @@ GRBL = FileFormat(
     what="log of a sender for grbl, grblHAL, FluidNC, Carvera: [PRB:…], <Probe,MPos:…>",
     reads="positions",
     needs="plan; units without $13; offset without WCO or WPos",
+    takes=("offset",),
     verified="public logs of seven senders: their form",
     recognises=lambda lines: any(_PROBE_BEGINS.search(line) for line in lines),
     parse=lambda file, options: _parsed(file, options),

@@ -361,6 +361,7 @@ PC_DMIS = FileFormat(
     what="measurement routine of PC-DMIS as text: THEO/, ACTL/, HIT/BASIC",
     reads="touches",
     needs="units, radius taken off",
+    takes=("radius_taken_off",),
     verified="the maker's documentation and public routines: their form; no routine that was run",
     recognises=_is_pc_dmis,
     parse=lambda file, options: read_pc_dmis(file, options.radius_taken_off, options.units),

@@ -126,7 +126,8 @@ class Bundle(TouchFilesWithFeed, OfOneTip):
         readme = _READ_ME.format(
             version=installed_version(), others="\n".join(others), left_out=left_out
         )
-        return BundledFiles(self, {"README.txt": readme, **texts}, left_out)
+        notes = tuple(readings.notes())
+        return BundledFiles(self, {"README.txt": readme, **texts}, left_out, notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,11 +140,14 @@ class BundledFiles(Result):
     texts : mapping of str to str or bytes
         By the names of the entries.
     left_out : str
+    notes : tuple of str
+        Of the files, as they were read.
     """
 
     task: Bundle
     texts: Mapping[str, str | bytes]
     left_out: str
+    notes: tuple[str, ...] = ()
 
     def document(self) -> Document:
         """What is in the file, and what is not."""
@@ -165,6 +169,7 @@ class BundledFiles(Result):
                 ),
             ),
             notes=(f"Left out: {self.left_out}.",),
+            warnings=self.notes,
         )
 
     def write(self, output: str, path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pretravel.base import DISTANCE, TIP_BALL, InputError, PretravelError
 from pretravel.task import (
+    FEED_OF_TOUCHES,
     PAGES,
     SILENT,
     Field,
@@ -19,6 +20,7 @@ from pretravel.task import (
     TextResult,
     TouchFilesWithFeed,
     Vector,
+    When,
     by_name,
     output,
     vector,
@@ -51,6 +53,13 @@ _OF_TOUCHES = (
     "plan", "double_touches", "normal",
 )  # fmt: skip
 """Settings that the results of features do not have."""
+
+
+def _is_no_page(path: object) -> bool:
+    return Path(str(path)).suffix.lower() not in PAGES
+
+
+_WRITTEN = When("output", is_so=_is_no_page, what="an output that is no page")
 
 
 class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, ("features",))):
@@ -117,13 +126,17 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     ] = ()
     features: Annotated[
         bool,
-        Field(help="Write the results of features that the file states, not its touches."),
+        Field(
+            help="Write the results of features that the file states, not its touches.",
+            only=(_WRITTEN,),
+        ),
     ] = False
+    feed: Annotated[float | None, replace(FEED_OF_TOUCHES, only=(_WRITTEN,))] = None
     frame: Annotated[
         Literal["work", "machine"] | None,
         Field(
             help="Axes of the touches, where the work coordinates were rotated.",
-            only=("output",),
+            only=(_WRITTEN,),
         ),
     ] = None
 

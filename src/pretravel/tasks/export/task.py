@@ -138,6 +138,7 @@ class Export(Task):
             help="Largest deviation of the interpolated table from the map, in µm; by default "
             "0.02, or half of the map's u.",
             only=(_controls("tolerance"),),
+            without=(When("form", ("formula",)),),
             range=(1e-6, 1000.0),
             label="Largest deviation from the map",
             hint="Empty: 0.02 µm, or half of the map's u",

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, TIP_BALL, InputError, PretravelError
 from pretravel.task import (
     PAGES,
+    RING,
     SILENT,
     Field,
     OfOneTip,
     Progress,
     Reported,
     Result,
-    Ring,
     TouchTables,
     When,
     files_meant,
@@ -57,7 +57,12 @@ def _by_further_files(_: object) -> list[Path]:
     return []
 
 
-class History(TouchTables, OfOneTip, Reported):
+class History(
+    TouchTables,
+    OfOneTip,
+    Reported,
+    without=dict.fromkeys((*TouchTables.__annotations__, "tip"), (_VERIFICATIONS,)),
+):
     """Show how a probe drifts over time, and when its next qualification is due.
 
     From a folder of touches, one file a day; or from the verifications of pretravel verify
@@ -115,7 +120,7 @@ class History(TouchTables, OfOneTip, Reported):
             metavar="KIND",
         ),
     ] = None
-    ring: Ring = False
+    ring: Annotated[bool, replace(RING, without=(_VERIFICATIONS,))] = False
     limit_um: Annotated[
         float | None,
         Field(

@@ -138,10 +138,11 @@ class QualifiedTips(Result):
     star: StarStylus
 
     def document(self) -> Document:
-        """The report."""
+        """The report, with what the laboratory states."""
         import numpy as np
 
         from pretravel.show import Column, Digits, Document, KeyFigure, Table, decimals
+        from pretravel.task import with_laboratory
 
         star, made = self.star, list(self.qualifications.values())
         offsets = np.array([star.offset(name) for name in star.names])
@@ -166,7 +167,7 @@ class QualifiedTips(Result):
             "a place, with the doubt that parts a centre from its map.",
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
-        return Document(
+        report = Document(
             title=f"{self.touches_name}: {len(made)} tips on one sphere",
             verdict=f"{len(made)} tips have a map each, and their offsets from {star.names[0]}",
             figures=tuple(
@@ -177,6 +178,7 @@ class QualifiedTips(Result):
             tables=(table,),
             warnings=(*self.readings.notes(), *warnings, *self.task.statements_left_out()),
         )  # fmt: skip
+        return with_laboratory(report, self.task.statements())
 
     def page(self) -> Document:
         """The report, with how the files were understood."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base import ANGLE, DEGREE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.base import MICROMETRE, TIP_BALL, PretravelError
 from pretravel.task import (
     DIAMETER,
     MAPS,
@@ -26,7 +26,6 @@ from pretravel.task import (
     Result,
     TouchFilesWithFeed,
     Vector,
-    When,
     by_name,
     length_or_none,
     output,
@@ -40,11 +39,12 @@ from pretravel.tasks.qualify.references import (
     references_of,
     size_warnings,
 )
+from pretravel.tasks.qualify.settings_of_kinds import SettingsOfKinds, kinds_where
 from pretravel.tasks.qualify.several_tips import STAR, TIP_ENDINGS, OfSeveralTips, QualifiedTips
 
 if TYPE_CHECKING:
     from pretravel.files import FileReadings
-    from pretravel.maps import PretravelMap, QualificationSetup, SetupOptions, WozniakKind
+    from pretravel.maps import PretravelMap, QualificationSetup, SetupOptions
     from pretravel.qualification import MapUpdate, Qualification
     from pretravel.show import Document
 
@@ -56,16 +56,7 @@ def kind_names() -> list[str]:
     return [*KINDS, AUTO]
 
 
-def _with_axial_pretravel() -> list[str]:
-    from pretravel.maps import AUTO, KINDS
-
-    return [*(name for name, kind in KINDS.items() if kind.takes_axial_pretravel), AUTO]
-
-
-_WOZNIAK = When("kind", ("wozniak", "auto"))
-
-
-class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences):
+class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences, SettingsOfKinds):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
     Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
@@ -125,7 +116,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences)
         Field(
             help="Assumed pretravel along the probe axis, in µm: touches on a sphere do not "
             "determine it; none: least-squares centre.",
-            only=(When("kind", _with_axial_pretravel),),
+            only=(kinds_where(lambda kind: kind.takes_axial_pretravel),),
             without=("prior",),
             parse=length_or_none,
             metavar="UM",
@@ -133,27 +124,6 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences)
             hint="For kind harmonic: touches on a sphere do not determine it",
         ),
     ] = Length(1.0)
-    lobe_azimuth_deg: Annotated[
-        float | None,
-        Field(
-            help="Azimuth of the largest pretravel, opposite a rod, in degrees; the "
-            "default is determined from 8 directions or more.",
-            range=ANGLE,
-            label="Azimuth of the largest pretravel",
-            hint="Empty: determined from the touches",
-            only=(_WOZNIAK,),
-            without=("prior", "block", "reference"),
-        ),
-    ] = None
-    transducer: Annotated[
-        Literal["contact", "piezo"],
-        Field(
-            help="contact (the map has lobes) or piezo (it has none).",
-            words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
-            only=(_WOZNIAK,),
-            without=("prior", "block", "reference"),
-        ),
-    ] = "contact"
     axis: Annotated[Vector, replace(PROBE_AXIS, without=("prior", "block", "reference", STAR))] = (
         UPRIGHT
     )
@@ -195,7 +165,6 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences)
             return self._of_several_tips(progress)
         if self.prior is not None:
             return self._update(self.prior, progress)
-        self.wozniak()
         readings = self.read(progress)
         with progress.working(f"qualifying on {len(readings.touches)} touches"):
             return self.qualified(readings)
@@ -256,14 +225,13 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences)
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.maps import AUTO, KINDS, kind_named
+        from pretravel.maps import AUTO, KINDS
         from pretravel.qualification import qualified
 
-        wozniak = self.wozniak()
-        every = {**KINDS, wozniak.name: wozniak}
-        wished = list(every.values()) if self.kind == AUTO else every.get(self.kind)
+        names = list(KINDS) if self.kind == AUTO else [self.kind]
+        wished = [self.kind_of_map(name) for name in names]
         setup = self.setup(readings)
-        found = qualified(readings.touches, setup, wished or kind_named(self.kind))
+        found = qualified(readings.touches, setup, wished if self.kind == AUTO else wished[0])
         return QualifiedProbe(self, readings, found)
 
     def _on_references(self, progress: Progress) -> QualifiedReferences:
@@ -301,7 +269,8 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences)
         parts = [one.parts for one in self.star]
         readings = self.read(progress)
         rows = rows_of_tips(readings.touches, [one.name for one in parts])
-        kind = "harmonic" if self.kind == AUTO else self.kind
+        name = "harmonic" if self.kind == AUTO else self.kind
+        kind = replace(self, kind=name).kind_of_map(name)
         made: dict[str, Qualification] = {}
         for one in parts:
             if one.name not in rows:
@@ -311,24 +280,6 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences)
                 made[one.name] = qualified(readings.touches.take(rows[one.name]), own.setup(), kind)
         with progress.working("offsets of the tips"):
             return QualifiedTips(self, self.touches_name, readings, made, star_stylus(made))
-
-    def wozniak(self) -> WozniakKind:
-        """The kind wozniak with its settings, which no other kind has.
-
-        Raises
-        ------
-        PretravelError
-            Lobes of a probe that has none.
-        """
-        from pretravel.maps import WozniakKind
-
-        lobe = None if self.lobe_azimuth_deg is None else self.lobe_azimuth_deg * DEGREE
-        if lobe is not None and self.transducer == "piezo":
-            raise PretravelError(
-                "a piezo probe has no lobes: leave the azimuth of the lobe out",
-                inputs=("lobe_azimuth",),
-            )
-        return WozniakKind(lobe, self.transducer)
 
     def setup(self, readings: FileReadings | None = None) -> QualificationSetup:
         """Reference, tip and conventions."""

@@ -173,7 +173,7 @@ class Simulate(PlacedPart, Reported):
                 latch=latch,
             )
         failures = describe_failures(simulated.outcomes, wanted, shape)
-        if simulated.touches is None or (failures and not self.leave_out):
+        if simulated.touches is None or (not self.leave_out and failures):
             simulation.refuse_failures(simulated.outcomes, wanted, shape)
         assert simulated.touches is not None  # otherwise refused
         if self.machine is not None:

@@ -108,7 +108,11 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     ] = "x,y,z,a,b,c"
     extrapolate: Annotated[
         bool,
-        Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
+        Field(
+            help="Allow directions outside the map.",
+            label="Allow directions outside the map",
+            only=("map_file",),
+        ),
     ] = False
     points: Annotated[
         Path | None,

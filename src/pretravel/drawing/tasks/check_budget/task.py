@@ -175,11 +175,12 @@ class CheckedBudget(Result):
         return ANSWER if self.check.verdict == "too small" else 0
 
     def document(self) -> Document:
-        """The report."""
+        """The report, with what the laboratory states."""
         from pretravel.show import Document, Judgement, KeyFigure, Picture, decimals
+        from pretravel.task import with_laboratory
 
         found, acting = self.check, self.check.acting
-        return Document(
+        report = Document(
             title=f"{self.task.touches_name}: is U honest?",
             verdict=_WORDS[found.verdict],
             judgement=Judgement(_LEVELS[found.verdict], found.verdict.capitalize()),
@@ -203,8 +204,11 @@ class CheckedBudget(Result):
                     "drift of the machine and errors of its axes are not in these numbers."
                 ),
             ),
-            warnings=(*self.readings.notes(), *_refusals(found)),
+            warnings=(
+                *self.readings.notes(), *_refusals(found), *self.task.statements_left_out()
+            ),
         )  # fmt: skip
+        return with_laboratory(report, self.task.statements())
 
     def page(self) -> Document:
         """The report, with how the files were understood."""

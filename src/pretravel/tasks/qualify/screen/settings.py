@@ -12,12 +12,13 @@ from pretravel.app import TaskForm
 from pretravel.task import StatedColumns, Task
 from pretravel.tasks.compare import Compare
 from pretravel.tasks.export import Export
+from pretravel.tasks.qualify.settings_of_kinds import SettingsOfKinds
 from pretravel.tasks.qualify.task import Qualify
 
 if TYPE_CHECKING:
     from pretravel.files import ReadingOptions
 
-QUALIFICATION = TaskForm(Qualify, shared=("pin",))
+QUALIFICATION = TaskForm(Qualify, shared=("pin", *SettingsOfKinds.__annotations__))
 CONTROL = TaskForm(Export, prefix="export_", without=("tip_diameter", "show_template"))
 """The map is not read from a file here, and no template is printed."""
 OF_FILE: Mapping[str, Any] = {"units": None, "decimal": None, "columns": {}, "left_out": []}
