@@ -318,7 +318,7 @@ class TestModes:
             assert all(move.kind != "probe" for move in trace.moves), name
 
     def test_in_the_diameter_mode_of_lathes_nothing_moves(self) -> None:
-        """There X is a diameter, and #5061 the radius (findings/linuxcnc_probe_in_diameter_mode.sh)."""
+        """There X is a diameter, and #5061 the radius (see findings)."""
         for name, make in PROGRAMS.items():
             judged = make()
             modes = replace(judged.machine.modes, lathe="G7")
