@@ -257,7 +257,13 @@ class TestRefusals:
     @pytest.mark.parametrize("name", CYCLES)
     @pytest.mark.parametrize(
         ("before", "words"),
-        [("G91", "G90"), ("G93 F1", "G94"), ("M3 S100", "spindle"), ("", "missing")],
+        [
+            ("G91", "G90"),
+            ("G93 F1", "G94"),
+            ("G7", "G8 first"),
+            ("M3 S100", "spindle"),
+            ("", "missing"),
+        ],
     )
     def test_before_the_first_move(self, name: str, before: str, words: str) -> None:
         trace = made(name, before=before, call="" if before else "[20]")

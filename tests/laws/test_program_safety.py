@@ -319,6 +319,15 @@ class TestModes:
             # The calls of points have moves of their own around them.
             assert all(move.kind != "probe" for move in trace.moves), name
 
+    def test_in_the_diameter_mode_of_lathes_nothing_moves(self) -> None:
+        """There X is a diameter, and #5061 the radius (see findings)."""
+        for name, make in PROGRAMS.items():
+            judged = make()
+            modes = replace(judged.machine.modes, lathe="G7")
+            trace = judged.run(machine=judged.changed(modes=modes))
+            assert "G8 first" in trace.error, name
+            assert all(move.kind != "probe" for move in trace.moves), name
+
     def test_a_log_that_cannot_be_written_stops_before_the_first_move(self) -> None:
         """The control says nothing; a log of yesterday would be read as that of today."""
         judged = sphere_program()

@@ -33,7 +33,7 @@ _GROUPS: dict[str, tuple[str, ...]] = {
     "path": ("G61", "G61.1", "G64"),
     "retract": ("G98", "G99"),
     "spindle": ("G97",),
-    "lathe": ("G8",),
+    "lathe": ("G7", "G8"),  # programs refuse G7; moves in it are not modelled
 }  # fmt: skip
 _GROUP = {code: group for group, codes in _GROUPS.items() for code in codes}
 _M_GROUP = {
@@ -89,6 +89,8 @@ class Commands:
             control.change(speed=words["s"])
         if "t" in words:
             self._select(whole(words["t"]))
+        if "lathe" in codes:
+            control.change(lathe=codes["lathe"])
         self._m_codes(functions, words)
         self._g_codes(codes, words)
         return self._stop(functions)

@@ -168,7 +168,8 @@ class Control:
             ("_metric", "units", "G21"), ("_imperial", "units", "G20"),
             ("_absolute", "distance", "G90"), ("_incremental", "distance", "G91"),
             ("_inverse_time", "feed_mode", "G93"), ("_units_per_minute", "feed_mode", "G94"),
-            ("_units_per_rev", "feed_mode", "G95"), ("_spindle_cw", "spindle", "M3"),
+            ("_units_per_rev", "feed_mode", "G95"), ("_lathe_diameter_mode", "lathe", "G7"),
+            ("_lathe_radius_mode", "lathe", "G8"), ("_spindle_cw", "spindle", "M3"),
             ("_mist", "mist", True), ("_flood", "flood", True),
             ("_feed_override", "feed_override", True),
             ("_speed_override", "speed_override", True),
@@ -189,8 +190,8 @@ class Control:
         live["_ccomp"] = lambda: 400.0
         for name, constant in (
             ("_retract_r_plane", 0.0), ("_retract_old_z", 1.0), ("_spindle_rpm_mode", 1.0),
-            ("_spindle_css_mode", 0.0), ("_ijk_absolute_mode", 0.0), ("_lathe_radius_mode", 1.0),
-            ("_lathe_diameter_mode", 0.0), ("_task", 1.0), ("_remap_level", 0.0),
+            ("_spindle_css_mode", 0.0), ("_ijk_absolute_mode", 0.0),
+            ("_task", 1.0), ("_remap_level", 0.0),
             ("_vmajor", 2.9), ("_vminor", 0.0), ("_selected_pocket", -1.0),
             ("_current_pocket", 0.0),
         ):  # fmt: skip

@@ -32,6 +32,7 @@ class Modes:
     units: str = "G21"
     distance: str = "G90"
     feed_mode: str = "G94"
+    lathe: str = "G8"
     work_offset: str = "G54"
     tool_offset: Vector = ZERO
     path: str = "G64"
