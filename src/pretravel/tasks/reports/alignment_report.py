@@ -11,6 +11,7 @@ from pretravel.base.frames import typed_placement
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.measurement.alignment import MOTIONS, Alignment, points_in_part
 from pretravel.measurement.extreme_association import TANGENT
+from pretravel.measurement.form_of_part import UNSEEN
 from pretravel.show.document import Column, Digits, Document, KeyFigure, Picture, Table
 from pretravel.show.formatting import value_text
 from pretravel.tasks.reports.points_picture import points_view
@@ -207,7 +208,10 @@ def _warnings(alignment: Alignment) -> list[str]:
             "not be seen. Touch these faces more than once"
         )
     if alignment.association.dof < 1:
-        found.append("as many touches as motions: nothing checks the placement. Touch more points")
+        found.append(
+            "as many touches as motions: nothing checks the placement, and u contains a usual form "
+            f"of the faces, {UNSEEN / MICROMETRE:g} µm. Touch more points"
+        )
     elif alignment.scatter > _LARGE:
         found.append(
             f"the residuals are {alignment.scatter:.2g} mm (rms): is it the right part, and the "
