@@ -146,9 +146,109 @@ def _row(found: GeometricResult, truth: float) -> dict[str, float]:
     }
 
 
-def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
-    """All rows with one probe and its map."""
+LEAN = 5e-4
+"""Of plane B against a right angle to A. [rad]"""
+
+
+def _touched(
+    shop: Workshop, features: dict[str, tuple[str, np.ndarray, np.ndarray, float]],
+    off: dict[str, np.ndarray], nominal: dict[str, tuple[np.ndarray, np.ndarray]],
+) -> dict[str, PlacedFeature]:  # fmt: skip
+    """Features whose points depart from these by known distances along their normals."""
+    reported, facings, found = [], [], {}
+    for name, (_, points, facing, curvature) in features.items():
+        at = points + off.get(name, np.zeros(len(points)))[:, None] * facing
+        reported.append(shop.touched(PART_AT + at, facing, curvature).positions)
+        facings.append(facing)
+    touches = Touches(np.vstack(reported), np.vstack(facings))
+    compensated = apply(touches, shop.pretravel_map, extrapolate=True)
+    ends = np.cumsum([len(each) for each in reported])
+    for (name, (kind, points, *_)), end in zip(features.items(), ends, strict=True):
+        mine = points_at(compensated, np.arange(end - len(points), end))
+        feature = measure_feature(mine, kind, axis=None if kind == "plane" else Z, label=name)
+        point, direction = nominal[name]
+        found[name] = PlacedFeature(feature, PART_AT + point, direction, 2.0 * RADIUS, (7.9, 8.1))
+    return found
+
+
+def _few(count: int) -> dict[str, tuple[str, np.ndarray, np.ndarray, float]]:
+    """The part of `_part` with few touches: planes of 3 or 4, cylinders of two rings."""
+    found = {}
+    for name, (kind, points, facing, curvature) in _part().items():
+        rows = np.arange(len(points))
+        if kind == "plane":
+            rows = np.array([0, 2, 7]) if count == 3 else np.array([0, 2, 6, 8])
+        elif kind == "cylinder" and count > 3:
+            turn = np.append(around(count // 2)[1], around(count - count // 2)[1], axis=0)
+            height = np.repeat([-9.0, -1.0], [count // 2, count - count // 2])[:, None]
+            lean = (height + 5.0) / 8.0 * TILT * Y if name == "F" else 0.0 * height * Y
+            points = np.array([*BORES[name], 0.0]) + RADIUS * turn + height * Z + lean
+            facing, rows = -turn, np.arange(count)
+        elif kind == "bore":
+            ring = around(max(count, 4))[1]
+            points, facing = np.array([*BORES["D"], -20.0]) + 6.0 * ring, -ring
+            rows = np.arange(len(ring))
+        found[name] = (kind, points[rows], facing[rows], curvature)
+    return found
+
+
+def _nominal(name: str) -> tuple[np.ndarray, np.ndarray]:
+    planes = {"A": (0 * Z, Z), "B": (0 * Z, -Y), "C": (0 * Z, -X)}
+    return planes.get(name, (np.array([*PLACES.get(name, PLACES["D"]), 0.0]), Z))
+
+
+def few_touches(shop: Workshop) -> dict[str, dict[str, float]]:
+    """Forms that few touches show poorly, and distances of true zero."""
+    found, rng = {}, shop.generator
+    nominal = {name: _nominal(name) for name in _part()}
+
+    def asked(
+        placed: dict[str, PlacedFeature], name: str, kind: str, *datums: str
+    ) -> GeometricResult:
+        return inspect_geometry([placed[name]], GeometricTolerance(kind, 0.2, datums), placed, 0.95)
+
+    # A bow of 3 µm over each plane, from its mean; the truth is the plane in its middle.
+    part, off = _few(3), {}
+    for name in "ABC":
+        across = [i for i in range(3) if abs(nominal[name][1][i]) < 0.5]
+        whole = _part()[name][1][:, across]
+        half = 0.5 * np.ptp(whole, axis=0)
+        flat = (part[name][1][:, across] - whole.min(axis=0) - half) / half
+        off[name] = 3.0 * MICROMETRE * (0.5 * np.sum(flat**2, axis=1) - 1.0 / 3.0)
+    apart = 2.0 * float(np.hypot(0.03, 0.02))
+    placed = _touched(shop, part, off, nominal)
+    found["position to A, B, C: planes of 3 touches, bowed 3 µm"] = _row(
+        asked(placed, "E", "position", "A", "B", "C"), apart)  # fmt: skip
+    for count, form in ((4, 1.0), (6, 1.0), (9, 1.0), (8, 0.0)):
+        part = _few(count if count > 4 else 8)
+        if count == 4:
+            part["G"] = _few(4)["G"]
+        off = {name: form * MICROMETRE * rng.standard_normal(len(each[1]))
+               for name, each in part.items()}  # fmt: skip
+        placed = _touched(shop, part, off, nominal)
+        shape = "perfect" if form == 0.0 else "rough by 1 µm"
+        found[f"coaxiality of true zero, {count} touches, {shape}"] = _row(
+            asked(placed, "G", "coaxiality", "D"), 0.0)  # fmt: skip
+        found[f"perpendicularity of an axis, {count} touches, {shape}"] = _row(
+            asked(placed, "F", "perpendicularity", "A"), TILT)  # fmt: skip
+    # B leans against A: its place is that of the whole face at right angles to A.
+    part = _part()
+    lean = LEAN * part["B"][1][:, 2]
+    placed = _touched(shop, part, {"B": lean}, nominal)
+    truth = 2.0 * float(np.hypot(0.03, 0.02 + lean.mean()))
+    for words, point in (("a corner", 0 * Z), ("the middle", np.array([30.0, 0.0, -6.0]))):
+        placed["B"] = PlacedFeature(placed["B"].feature, PART_AT + point, -Y)
+        found[f"position to A, B, C: B leans 0.5 mrad, its nominal is {words}"] = _row(
+            asked(placed, "E", "position", "A", "B", "C"), truth)  # fmt: skip
+    return found
+
+
+def one_set(number: int, kind: str, *, whole: bool = True) -> dict[str, dict[str, float]]:
+    """All rows with one probe and its map; `whole` also those of usual numbers of touches."""
     shop, found = workshop(number, kind), {}
+    found |= few_touches(shop)
+    if not whole:
+        return found
     for form_name, form in FORMS.items():
         placed, true = placed_features(shop, form)
         for name, names, tolerance, stated in _asked():
@@ -193,9 +293,10 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=200)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kind", default="physical")
+    parser.add_argument("--few", action="store_true", help="only rows of few touches")
     stated = parser.parse_args()
     numbers = range(stated.first, stated.first + stated.sets)
-    printed([one_set(number, stated.kind) for number in numbers])
+    printed([one_set(number, stated.kind, whole=not stated.few) for number in numbers])
 
 
 if __name__ == "__main__":

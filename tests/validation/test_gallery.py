@@ -74,6 +74,18 @@ def test_deviation_of_the_diameter(script: Any) -> None:
     assert len(names["draw"](computed).axes) == 2
 
 
+def test_what_u_contains(script: Any) -> None:
+    """Form of a face does not average out, and lobes leave the diameter of equal steps."""
+    names = script("plot_what_u_contains.py")
+    computed = names["compute"]()
+    assert_the_number(names, computed)
+    bore, _, _, position = computed.parts.values()
+    form = names["FORM_OF_PART"]
+    assert bore[form] < 0.2  # as independent errors, 2 · 2 µm / sqrt(2) / sqrt(8) = 1.0 µm
+    assert position[form] > max(u for cause, u in position.items() if cause != form)
+    assert len(names["draw"](computed).axes) == 4
+
+
 def test_figure_4_16(script: Any, mesh: None) -> None:
     names = script("plot_rodrigues_fig_4_16_polar_sweep.py")
     distances = names["compute"]()

@@ -23,6 +23,7 @@ from pretravel.base import (
     polar_angle,
     unit,
 )
+from pretravel.probing.steps_around import steps_around
 from pretravel.surface import (
     Face,
     LocalGeometry,
@@ -289,8 +290,11 @@ def _grid(
         n, span = counts[axis], high[axis] - low[axis]
         closed = periodic[axis] and span > 2.0 * math.pi - 1e-9
         # A full turn must not contain its seam twice; a single point lies in the middle.
-        share = np.arange(n) / n if closed else np.linspace(0.0, 1.0, n) if n > 1 else [0.5]
-        axes.append(low[axis] + np.asarray(share) * span)
+        if closed:
+            share = steps_around(n) / (2.0 * math.pi)
+        else:
+            share = np.linspace(0.0, 1.0, n) if n > 1 else np.array([0.5])
+        axes.append(low[axis] + share * span)
     v, u = np.meshgrid(axes[1], axes[0], indexing="ij")
     return np.column_stack([u.ravel(), v.ravel()])
 

@@ -189,7 +189,7 @@ def _quantity(
         )
         found = largest_distance(0.5 * away[None], 0.25 * covariance, dof)
         parts = {cause: part * found.u / u for cause, part in parts.items()}
-        return Quantity(name, found.value, found.u, parts, before, dof=dof, ends=found.ends)
+        return Quantity(name, found.value, found.u, parts, before, dof=found.dof, ends=found.ends)
     return Quantity(name, derived.value, u, parts, before, name == _ANGLE, dof)
 
 

@@ -185,7 +185,7 @@ def feature_errors(
     errors = FeatureErrors(
         association, own, factors, fixed, _directions(points.normals), known, machine=u_machine
     )
-    if association.dof < 1 and not errors.map_is_stated:
+    if association.dof < 1 and not points.state_uncertainty:
         return errors
     expected = _expected_squares(errors)
     form = form_of_part(association.residuals, association.jacobian, expected, families)

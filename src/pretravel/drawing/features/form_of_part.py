@@ -17,8 +17,8 @@ from scipy.special import chdtri
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray
 
 UNSEEN = 1.0 * MICROMETRE
-"""Standard deviation of the form from touch to touch where no residual shows it: a plane through
-three touches. That of a face that was milled or ground; a bow of 3 µm has 0.9 µm. [mm]"""
+"""Standard deviation of the form over a face where no residual shows it: a plane through three
+touches. That of a face that was milled or ground; a bow of 3 µm has 0.9 µm. [mm]"""
 _RARE = 0.01  # probability that noise alone is taken for form
 _PERFECT = 0.3  # probability, before the touches, that a surface has no form beside the noise
 _SMOOTH = 0.5  # that a form is of one of the families, alone or …
@@ -168,7 +168,7 @@ def form_of_part(
     count, k = jacobian.shape
     dof = count - k
     if dof < 1:
-        return FormOfPart(rough=UNSEEN, by_prior=True)
+        return _by_prior(families)
     basis = np.linalg.qr(jacobian)[0]
     observed = float(np.sum(residuals**2))
     noise = max(math.sqrt(expected / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
@@ -195,6 +195,15 @@ def form_of_part(
     if observed <= expected * float(chdtri(dof, _RARE)) / dof:
         return form
     return _in_uncertainty(form, observed - expected, dof, spectra)
+
+
+def _by_prior(families: Sequence[Family]) -> FormOfPart:
+    """The form that is usual, of all families together, or from touch to touch."""
+    if not families:
+        return FormOfPart(rough=UNSEEN, by_prior=True)
+    whole = sum(each.share for each in families)
+    smooth = [UNSEEN * math.sqrt(each.share / whole) * each.columns.T for each in families]
+    return FormOfPart(smooth=np.vstack(smooth), by_prior=True)
 
 
 @dataclass(frozen=True, eq=False)

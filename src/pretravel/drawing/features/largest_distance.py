@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import FloatArray
-from pretravel.uncertainty import EXPANDED_COVERAGE, coverage_factor
+from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE, coverage_factor
 
 _TRIALS, _MOST_DRAWS = 8_000, 400_000
 _SEED = 1
@@ -24,16 +24,20 @@ class LargestDistance:
     Attributes
     ----------
     value : float
-        As measured, less what errors add to it on average; not below zero. [mm]
+        As measured, less what errors add to it; not below zero. [mm]
     ends : pair of float
         Where it lies with 95 %; from zero where only an upper bound is known. [mm]
     u : float
-        The larger distance of an end from the value, over the coverage factor. [mm]
+        Far from zero that along the distance; near it, half of the larger distance of an end from
+        the value. [mm]
+    dof : float
+        Degrees of freedom of `u`; near zero they are in the ends.
     """
 
     value: float
     ends: tuple[float, float]
     u: float
+    dof: float = math.inf
 
 
 def largest_distance(
@@ -59,8 +63,8 @@ def largest_distance(
     Notes
     -----
     A distance is never negative, and errors across it make it longer: of a true zero, errors of u
-    in two directions are measured as 1.25 u on average. The value is lower by this mean, for a
-    place whose square is less by that of the errors. The interval of a place holds the true
+    in two directions are measured as 1.25 u on average. The value is that of which as often more
+    as less would be measured. The interval of a place holds the true
     distances that would be measured as here with no small probability (2.5 % on each side, or 5 %
     where it begins at zero); the largest of several lies between the largest of their ends.
 
@@ -82,44 +86,39 @@ def largest_distance(
         return far
     errors = _drawn(covariance, keep, dof).reshape(-1, *located.shape)
     measured, length = _size(located), 2.0 * np.linalg.norm(located, axis=1)
-    noise = 2.0 * np.linalg.norm(errors, axis=2)
     # A place that is shorter than the largest by more than the errors says nothing.
-    spread = float(np.quantile(noise, 0.999))
-    near = np.flatnonzero(length >= measured - 2.0 * spread)
-    own = [_one_place(located[g], errors[:, g], noise[:, g]) for g in near]
+    spread = float(np.quantile(np.linalg.norm(errors, axis=2), 0.99))
+    near = np.flatnonzero(length >= measured - 4.0 * spread)
+    own = [_one_place(located[g], errors[:, g]) for g in near]
     shape = np.zeros_like(located)
     for g, (value, *_) in zip(near, own, strict=True):
         shape[g] = located[g] * (value / max(float(length[g]), 1e-300))
-    mean = float(np.mean(2.0 * np.linalg.norm(shape + errors, axis=2).max(axis=1)))
-    value = max(measured - mean + _size(shape), 0.0)
+    value = max(each[0] for each in own)
+    if len(near) > 1:
+        usual = float(np.median(2.0 * np.linalg.norm(shape + errors, axis=2).max(axis=1)))
+        value = measured - usual + _size(shape)
     low, high = max(each[1] for each in own), max(each[2] for each in own)
     value = min(max(value, low), high)
-    u = max(value - low, high - value) / coverage_factor(dof, whole_dof=False)
-    return LargestDistance(value, (low, high), u)
+    return LargestDistance(value, (low, high), max(value - low, high - value) / COVERAGE_FACTOR)
 
 
-def _one_place(
-    located: FloatArray, errors: FloatArray, noise: FloatArray
-) -> tuple[float, float, float]:
-    """Value and ends of twice the distance of one place, (m,), with errors (t, m)."""
+def _one_place(located: FloatArray, errors: FloatArray) -> tuple[float, float, float]:
+    """Value and ends of twice the distance of one place, (m,), with drawn errors (t, m)."""
     measured = 2.0 * float(np.linalg.norm(located))
     direction = located / max(measured, 1e-300)
 
-    def lengths(size: float) -> FloatArray:
-        return np.asarray(2.0 * np.linalg.norm(size * direction + errors, axis=1))
-
     def below(size: float) -> float:
         """Probability that no more than this is measured where it is of this size."""
-        return float(np.mean(lengths(size) <= measured))
+        return float(np.mean(2.0 * np.linalg.norm(size * direction + errors, axis=1) <= measured))
 
-    squares = max(measured**2 - float(np.mean(noise**2)), 0.0)
-    shrunk = math.sqrt(squares)
-    value = max(measured - float(np.mean(lengths(shrunk))) + shrunk, 0.0)
+    noise = 2.0 * np.linalg.norm(errors, axis=1)
     outside = 1.0 - EXPANDED_COVERAGE
-    side = 1.0 - 0.5 * outside
+    side, zero = 1.0 - 0.5 * outside, below(0.0)
     most = measured + 2.0 * float(np.quantile(noise, 1.0 - 0.1 * outside))
-    low = _crossing(below, side, measured) if below(0.0) > side else 0.0
-    high = _crossing(below, 0.5 * outside if low > 0.0 else outside, most)
+    digits = 1e-3 * float(np.median(noise))
+    value = _crossing(below, 0.5, measured, digits) if zero > 0.5 else 0.0
+    low = _crossing(below, side, measured, digits) if zero > side else 0.0
+    high = _crossing(below, 0.5 * outside if low > 0.0 else outside, most, digits)
     # Where by chance even less is measured than errors alone give, the errors are the bound.
     return value, low, max(high, float(np.median(noise)), value)
 
@@ -138,10 +137,11 @@ def _far_from_zero(
     along = located[worst] / length[worst]
     value, u = 2.0 * float(length[worst]), math.sqrt(float(along @ covariance[mine, mine] @ along))
     expanded = 2.0 * u * coverage_factor(dof, whole_dof=False)
-    return LargestDistance(value, (value - expanded, value + expanded), 2.0 * u)
+    return LargestDistance(value, (value - expanded, value + expanded), 2.0 * u, dof)
 
 
 def _drawn(covariance: FloatArray, keep: FloatArray, dof: float) -> FloatArray:
+    """Errors of Student's t, (t, g m)."""
     sizes, vectors = np.linalg.eigh(covariance)
     generator = np.random.default_rng(_SEED)
     trials = max(min(_TRIALS, _MOST_DRAWS // len(covariance)), 2000)
@@ -155,12 +155,14 @@ def _size(places: FloatArray) -> float:
     return 2.0 * float(np.linalg.norm(places, axis=1).max())
 
 
-def _crossing(below: Callable[[float], float], probability: float, most: float) -> float:
-    """The size from which `below` is smaller than a probability, to rounding."""
+def _crossing(
+    below: Callable[[float], float], probability: float, most: float, digits: float
+) -> float:
+    """The size from which `below` is smaller than a probability, to these digits. [mm]"""
     low, high = 0.0, most
     for _ in range(_STEPS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if below(middle) >= probability else (low, middle)
-        if high - low < 1e-3 * most:
+        if high - low < digits:
             break
     return 0.5 * (low + high)

@@ -198,9 +198,9 @@ class MeasuredFeature(WithPlot):
         """All that is stated: `quantities`, the position, the form and the measured ranges."""
         found = list(self.quantities)
         if self.located is not None:
-            (value, u), dof = self.position, self.position_dof
-            plain, ends = self.uncompensated_position, self._distance.ends
-            found.append(Quantity("position", value, u, {}, plain, dof=dof, ends=ends))
+            (value, u), away = self.position, self._distance
+            plain = self.uncompensated_position
+            found.append(Quantity("position", value, u, {}, plain, dof=away.dof, ends=away.ends))
         if self.association.dof > 0:
             form, before = self.form, self.uncompensated
             if self.points.state_uncertainty:  # else the noise may be all of it
@@ -258,8 +258,8 @@ class MeasuredFeature(WithPlot):
             )
         if form.by_prior:
             found.append(
-                f"no residual shows its form; u contains a usual one, {UNSEEN / MICROMETRE:g} µm "
-                "from touch to touch. Touch more places"
+                "no residual shows its form; u contains a usual one, of "
+                f"{UNSEEN / MICROMETRE:g} µm (standard deviation over the face). Touch more places"
             )
         return tuple(found)
 

@@ -92,16 +92,17 @@ def decided_places(
     if machine > 0.0:
         parts[MACHINE] = machine**2 * np.eye(size)
     keep = _projection(places.free, size)
+    along = _along(located, parts, keep)
     conformity = zone_conformity(
         tolerance.name,
         located,
         np.asarray(sum(parts.values())),
         (tolerance.zone, bonus, most_bonus),
         required,
-        dof=min(_dof(terms, parts, row) for row in range(located.size)),
+        dof=_dof(terms, parts, along),
         refit=keep,
     )
-    quantity = _quantity(tolerance.name, located, parts, keep, conformity.dof)
+    quantity = _quantity(tolerance.name, located, parts, (keep, along), conformity.dof)
     return GeometricResult(
         tuple(placed.label for placed in features),
         tolerance,
@@ -160,18 +161,31 @@ def _terms(
     ]
 
 
-def _quantity(
-    name: str, located: FloatArray, parts: Mapping[str, FloatArray], keep: FloatArray, dof: float
-) -> Quantity:
-    """Twice the largest distance; its sources have shares as along itself."""
+def _along(located: FloatArray, parts: Mapping[str, FloatArray], keep: FloatArray) -> FloatArray:
+    """Weights of the errors in the largest distance, after the fit of free motions."""
     worst = int(np.argmax(np.linalg.norm(located, axis=1)))
     length = float(np.linalg.norm(located[worst]))
     mine = slice(worst * located.shape[1], (worst + 1) * located.shape[1])
     whole = np.asarray(sum(parts.values()))[mine, mine]
     along = np.zeros(len(keep))
     along[mine] = located[worst] / length if length > 0.0 else np.linalg.eigh(whole)[1][:, -1]
+    return np.asarray(along @ keep)
+
+
+def _quantity(
+    name: str,
+    located: FloatArray,
+    parts: Mapping[str, FloatArray],
+    fit: tuple[FloatArray, FloatArray],
+    dof: float,
+) -> Quantity:
+    """Twice the largest distance; its sources have shares as along itself.
+
+    `fit` is what a fit of free motions leaves of errors, and their weights in the largest distance.
+    """
+    keep, along = fit
     share = {
-        cause: 2.0 * math.sqrt(max(float(along @ keep @ part @ keep.T @ along), 0.0))
+        cause: 2.0 * math.sqrt(max(float(along @ part @ along), 0.0))
         for cause, part in parts.items()
     }
     count = located.size
@@ -179,7 +193,7 @@ def _quantity(
     found = largest_distance(located, total, dof, keep[:count, :count])
     linear = math.sqrt(sum(each**2 for each in share.values()))
     share = {cause: each * found.u / max(linear, 1e-300) for cause, each in share.items()}
-    return Quantity(name, found.value, found.u, share, dof=dof, ends=found.ends)
+    return Quantity(name, found.value, found.u, share, dof=found.dof, ends=found.ends)
 
 
 def _merged(
@@ -197,16 +211,21 @@ def _merged(
 
 
 def _dof(
-    terms: Sequence[tuple[FeatureErrors, FloatArray]], parts: Mapping[str, FloatArray], row: int
+    terms: Sequence[tuple[FeatureErrors, FloatArray]],
+    parts: Mapping[str, FloatArray],
+    along: FloatArray,
 ) -> float:
-    """Degrees of freedom of one row; of the most important two features, as the form allows."""
-    u = math.sqrt(max(sum(float(part[row, row]) for part in parts.values()), 0.0))
+    """Degrees of freedom of a weighted sum; of the two features that matter most, by their form."""
+    u = math.sqrt(max(sum(float(along @ part @ along) for part in parts.values()), 0.0))
     if u == 0.0:
         return math.inf
-    weight = [float(errors.form.covariance(rows[row : row + 1] @ errors.association.response)[0, 0])
-              for errors, rows in terms]  # fmt: skip
+    rows = [(errors, (along @ each)[None]) for errors, each in terms]
+    weight = []
+    for errors, row in rows:
+        variances, likely = errors.form.variances((row @ errors.association.response)[0])
+        weight.append(float(variances @ likely))
     chosen = np.argsort(weight)[::-1][:2]
-    return dof_of_features([(terms[i][0], terms[i][1][row : row + 1]) for i in chosen], u)
+    return dof_of_features([rows[i] for i in chosen], u)
 
 
 def _places(

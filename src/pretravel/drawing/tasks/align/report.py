@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base import DEGREE, MICROMETRE, typed_placement
 from pretravel.drawing.alignment.alignment import MOTIONS, Alignment, points_in_part
 from pretravel.drawing.features.extreme_association import TANGENT
+from pretravel.drawing.features.form_of_part import UNSEEN
 from pretravel.show import Column, Digits, Document, KeyFigure, Picture, Table, value_text
 from pretravel.tasks.compensate import points_view
 
@@ -205,7 +206,10 @@ def _warnings(alignment: Alignment) -> list[str]:
             "not be seen. Touch these faces more than once"
         )
     if alignment.association.dof < 1:
-        found.append("as many touches as motions: nothing checks the placement. Touch more points")
+        found.append(
+            "as many touches as motions: nothing checks the placement, and u contains a usual form "
+            f"of the faces, {UNSEEN / MICROMETRE:g} µm. Touch more points"
+        )
     elif alignment.scatter > _LARGE:
         found.append(
             f"the residuals are {alignment.scatter:.2g} mm (rms): is it the right part, and the "

@@ -1,0 +1,178 @@
+"""What U contains: the contributions of a bore, of an aligned part and of a position, as bars.
+
+A bore of 20 mm with three lobes of 2 µm is touched eight times. A bracket whose faces are wavy by
+1.5 µm is aligned by 8 and by 25 touches on each face. A bore has a position to three planes of four
+touches. The touches have a noise of 0.3 µm; map and tip radius are those of a qualification.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from published import ROOT, Statement, finish
+
+from pretravel import PretravelMap, Touches, apply, measure_feature, qualify
+from pretravel.base.directions import from_angles
+from pretravel.base.frames import Placement
+from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
+from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature
+from pretravel.measurement.compensation import embed
+from pretravel.measurement.selection import points_at
+from pretravel.surface.cad.part_file import read_part
+
+NOISE, WAVE = 0.3e-3, 1.5e-3
+X, Y, Z = np.eye(3)
+
+STATEMENT = Statement(
+    "form's part of u of a placement, 25 over 8 touches on each face",
+    "about 1; independent errors would give sqrt(8/25) = 0.57",
+    "form is common to the touches of a face",
+    0.65,
+    1.4,
+    "both are estimated from the residuals of one part",
+)
+
+
+@dataclass(frozen=True)
+class Computed:
+    """Contributions to u by source, in µm."""
+
+    parts: Mapping[str, Mapping[str, float]]
+
+
+def qualified() -> PretravelMap:
+    """A map with three lobes from 25 directions three times."""
+    rng = np.random.default_rng(1)
+    polar = np.repeat([0.0, 30.0, 60.0, 90.0], [1, 8, 8, 8])
+    azimuth = np.concatenate([[0.0], *(45.0 * np.arange(8) + shift for shift in (0.0, 22.5, 0.0))])
+    normals = np.repeat(from_angles(np.radians(polar), np.radians(azimuth)), 3, axis=0)
+    late = 1e-3 * (5.0 + 5.0 * np.hypot(normals[:, 0], normals[:, 1]) ** 2)
+    late += (
+        2e-3
+        * np.hypot(normals[:, 0], normals[:, 1])
+        * np.cos(3.0 * np.arctan2(normals[:, 1], normals[:, 0]))
+    )
+    radius = 12.5 + 3.0 - late + NOISE * rng.standard_normal(len(normals))
+    touches = Touches(radius[:, None] * normals, normals)
+    return qualify(touches, 25.0, tip_diameter=6.0, kind="harmonic").pretravel_map
+
+
+def bore(made: PretravelMap) -> Mapping[str, float]:
+    """The diameter of a bore with three lobes."""
+    rng, angle = np.random.default_rng(2), 2.0 * np.pi * np.arange(8) / 8
+    outward = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    off = 2e-3 * np.cos(3.0 * angle) + NOISE * rng.standard_normal(8)
+    touches = embed((10.0 + off)[:, None] * outward, -outward, made, extrapolate=True)
+    return measure_feature(apply(touches, made), "bore", axis=Z).quantity("diameter").parts
+
+
+def aligned(made: PretravelMap, each: int) -> Alignment:
+    """A bracket with a wave on each face, touched so many times there."""
+    rng = np.random.default_rng(3)
+    part, points, normals, faces = (
+        read_part(ROOT / "examples" / "data" / "bracket.step"),
+        [],
+        [],
+        [],
+    )
+    for index, face in enumerate(part.faces):
+        local = face.local(face.samples(3.0))
+        upward = local.normal[:, 2] > -0.05
+        if np.count_nonzero(upward) < each:
+            continue
+        rows = rng.choice(np.flatnonzero(upward), each, replace=False)
+        along = 2.0 * np.pi * rng.standard_normal(3) / np.linalg.norm(np.ptp(face.bounds, axis=0))
+        wave = WAVE * np.cos(local.point[rows] @ along + rng.uniform(0.0, 2.0 * np.pi))
+        off = wave + NOISE * rng.standard_normal(each)
+        points.append(local.point[rows] + off[:, None] * local.normal[rows])
+        normals.append(local.normal[rows])
+        faces.append(np.full(each, index))
+    touches = embed(np.vstack(points), np.vstack(normals), made, extrapolate=True)
+    tips = TipCentres(touches.positions, faces=np.concatenate(faces))
+    return align(tips, part, made, Placement(), extrapolate=True)
+
+
+def placement(found: Alignment) -> Mapping[str, float]:
+    """Of the part's shift along x."""
+    rows = np.zeros((1, len(found.association.response)))
+    rows[0, : found.motions.shape[1]] = found.motions[0]
+    return {cause: float(np.sqrt(one[0, 0])) for cause, one in found.errors.parts(rows).items()}
+
+
+def position(made: PretravelMap) -> Mapping[str, float]:
+    """Of a bore to three planes of four touches that are rough by 1 µm."""
+    rng, at = (
+        np.random.default_rng(4),
+        np.array([[2.0, 2.0], [58.0, 2.0], [2.0, 38.0], [58.0, 38.0]]),
+    )
+    flat, ring = np.zeros(4), 2.0 * np.pi * np.arange(8) / 8
+    outward = np.column_stack([np.cos(ring), np.sin(ring), 0.0 * ring])
+    sets = {
+        "A": (np.c_[at, flat], Z, (0.0 * Z, Z)),
+        "B": (np.c_[at[:, 0], flat, -1.0 - 0.5 * at[:, 1]], -Y, (0.0 * Z, -Y)),
+        "C": (np.c_[flat, at[:, 0], -1.0 - 0.5 * at[:, 1]], -X, (0.0 * Z, -X)),
+        "E": (
+            np.array([30.03, 20.02, -5.0]) + 4.0 * outward,
+            -outward,
+            (np.array([30.0, 20, 0]), Z),
+        ),
+    }
+    normals = [np.broadcast_to(each[1], each[0].shape) for each in sets.values()]
+    off = [1e-3 * rng.standard_normal(len(one)) for one in normals]
+    there = np.vstack([each[0] + o[:, None] * n for each, o, n in
+                       zip(sets.values(), off, normals, strict=True)])  # fmt: skip
+    points = apply(embed(there, np.vstack(normals), made, extrapolate=True), made)
+    placed, start = {}, 0
+    for name, (own, _, (point, direction)) in sets.items():
+        rows = np.arange(start, start + len(own))
+        kind = "bore" if name == "E" else "plane"
+        feature = measure_feature(points_at(points, rows), kind, axis=Z if name == "E" else None)
+        placed[name], start = PlacedFeature(feature, point, direction), start + len(own)
+    tolerance = GeometricTolerance("position", 0.2, ("A", "B", "C"))
+    return inspect_geometry([placed["E"]], tolerance, placed, 0.95).quantity.parts
+
+
+def compute() -> Computed:
+    """The contributions of all four."""
+    made = qualified()
+    few, many = (placement(aligned(made, each)) for each in (8, 25))
+    found = {
+        "diameter of a bore\n8 touches, three lobes of 2 µm": bore(made),
+        "place of a part\n8 touches on each wavy face": few,
+        "place of a part\n25 touches on each wavy face": many,
+        "position to A|B|C\nplanes of 4 touches": position(made),
+    }
+    return Computed({name: {cause: 1e3 * u for cause, u in parts.items() if u > 0.0}
+                     for name, parts in found.items()})  # fmt: skip
+
+
+def stated(computed: Computed) -> float:
+    """The form's part with many touches over that with few."""
+    _, few, many, _ = computed.parts.values()
+    return many[FORM_OF_PART] / few[FORM_OF_PART]
+
+
+def draw(computed: Computed) -> Figure:
+    """One picture of bars for each quantity."""
+    figure = Figure(figsize=(14, 3.6), layout="constrained", dpi=110)
+    for axes, (name, parts) in zip(figure.subplots(1, 4), computed.parts.items(), strict=True):
+        u = float(np.sqrt(sum(each**2 for each in parts.values())))
+        bars = [*sorted(parts.items(), key=lambda item: item[1]), ("u", u)]
+        colours = ["C1" if cause == FORM_OF_PART else "0.35" if cause == "u" else "C0"
+                   for cause, _ in bars]  # fmt: skip
+        axes.barh([cause for cause, _ in bars], [each for _, each in bars], color=colours)
+        axes.set_title(name, fontsize=9)
+        axes.set_xlabel("u / µm")
+    return figure
+
+
+if __name__ == "__main__":
+    done = compute()
+    for title, contributions in done.parts.items():
+        print(title.replace("\n", ", "), {k: round(v, 3) for k, v in contributions.items()})
+    finish(__file__, "what_u_contains.png", draw(done), STATEMENT, stated(done))

@@ -1,0 +1,104 @@
+"""The form of a part as an error in common: shapes that are found, hidden, or taken by prior."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pretravel.base.arrays import FloatArray
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.features.form_families import families_of, families_of_faces
+from pretravel.drawing.features.form_of_part import UNSEEN, form_of_part
+from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
+from pretravel.measurement.association import associate
+from pretravel.probing.steps_around import steps_around
+from tests.support.feature_points import OWN, around, feature_points
+
+Z = np.array([0.0, 0.0, 1.0])
+UM = 1e-3
+
+
+def _bore(azimuth: FloatArray, off: FloatArray) -> MeasuredFeature:
+    outward = np.column_stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth])
+    points = feature_points((10.0 + off)[:, None] * outward, -outward, shared={})
+    return measure_feature(points, "bore", axis=Z)
+
+
+def test_displaced_faces_do_not_average_out() -> None:
+    """Ten faces, ten touches each, off by 5 µm: the variance of a height is 5²/10, not 5²/100."""
+    rng, face = np.random.default_rng(50), np.repeat(np.arange(10), 10)
+    places = rng.uniform(-1.0, 1.0, (100, 2))
+    families = families_of_faces(face, (), places)
+    mean, found = np.full((1, 100), 0.01), []
+    for _ in range(40):
+        off = (5.0 * UM * rng.standard_normal(10))[face] + 0.3 * UM * rng.standard_normal(100)
+        form = form_of_part(off - off.mean(), np.ones((100, 1)), 99.0 * (0.3 * UM) ** 2, families)
+        found.append(float(form.covariance(mean)[0, 0]))
+    # A variance from ten faces scatters by 47 %, the mean of 40 by 7 %; three of that.
+    assert np.mean(found) == pytest.approx((5.0 * UM) ** 2 / 10.0, rel=0.22)
+
+
+def test_roughness_averages_out() -> None:
+    rng, face = np.random.default_rng(51), np.repeat(np.arange(10), 10)
+    families = families_of_faces(face, (), rng.uniform(-1.0, 1.0, (100, 2)))
+    off = 5.0 * UM * rng.standard_normal(100)
+    form = form_of_part(off - off.mean(), np.ones((100, 1)), 99.0 * (0.3 * UM) ** 2, families)
+    variance = float(form.covariance(np.full((1, 100), 0.01))[0, 0])
+    assert variance == pytest.approx((5.0 * UM) ** 2 / 100.0, rel=0.5)  # 1/sqrt(50), three of that
+
+
+@pytest.mark.parametrize(("count", "hidden"), [(8, ("7", "8", "9")), (9, ("8", "9", "10"))])
+def test_lobes_that_equal_steps_hide_are_named(count: int, hidden: tuple[str, ...]) -> None:
+    """As many lobes as touches are a diameter, one more or less a place; no residual shows them."""
+    azimuth = 2.0 * np.pi * np.arange(count) / count
+    (text,) = _bore(azimuth, 0.0 * azimuth).warnings
+    assert f"do not show {', '.join(hidden)} lobes" in text
+    unequal = steps_around(count)
+    assert not _bore(unequal, 0.0 * unequal).warnings
+    many = 2.0 * np.pi * np.arange(14) / 14
+    assert not [t for t in _bore(many, 0.0 * many).warnings if "12 lobes" in t]
+
+
+def test_an_oval_leaves_the_diameter() -> None:
+    """Two lobes of 5 µm on eight equal steps do not move it; independent errors would by 2.5 µm."""
+    azimuth = 2.0 * np.pi * np.arange(8) / 8
+    rng = np.random.default_rng(52)
+    found = _bore(azimuth, 5.0 * UM * np.cos(2.0 * azimuth) + OWN * rng.standard_normal(8))
+    assert found.quantity("diameter").parts[FORM_OF_PART] < 0.5 * UM
+    assert found.errors.excess == pytest.approx(5.0 * UM / np.sqrt(2.0), rel=0.15)
+
+
+def test_a_plane_through_three_touches_has_a_usual_form() -> None:
+    places = np.array([[0.0, 0.0, 0.0], [40.0, 0.0, 0.0], [0.0, 30.0, 0.0]])
+    plane = measure_feature(feature_points(places, np.tile(Z, (3, 1)), shared={}), "plane")
+    assert plane.errors.form.by_prior
+    assert "usual one, of 1 µm" in " ".join(plane.warnings)
+    # Their mean: between one touch and three independent ones of this form, at corners more.
+    assert UNSEEN / np.sqrt(3.0) < plane.quantity("z").parts[FORM_OF_PART] < 2.5 * UNSEEN
+
+
+@pytest.mark.parametrize("kind", ["circle", "plane", "cylinder", "line"])
+def test_shapes_leave_the_whole_surface_where_it_is(kind: str) -> None:
+    """Densely touched, the feature of least squares moves by no shape, whose mean square is 1."""
+    n = 60
+    turn, height = np.meshgrid(2.0 * np.pi * np.arange(n) / n, np.linspace(-1.0, 1.0, n))
+    grid = np.column_stack([20.0 * (turn.ravel() / np.pi - 1.0), 30.0 * height.ravel()])
+    points = {
+        "circle": 10.0 * around(n)[0],
+        "plane": np.column_stack([grid, 0.0 * grid[:, 0]]),
+        "line": np.column_stack([np.linspace(-1.0, 1.0, n), np.zeros(n), np.zeros(n)]),
+        "cylinder": np.column_stack(
+            [
+                10.0 * np.cos(turn).ravel(),
+                10.0 * np.sin(turn).ravel(),
+                20.0 * height.ravel(),
+            ]
+        ),
+    }[kind]
+    axis = np.array([0.0, 1.0, 0.0]) if kind == "line" else Z
+    found = associate(kind, points, axis=axis)
+    for family in families_of(kind, found):
+        moved = found.residual_change(family.columns.T) - family.columns.T
+        # The ends of a grid count half of a step too much.
+        assert np.abs(moved).max() < 0.2, family.name
+        assert np.mean(np.sum(family.columns**2, axis=1)) == pytest.approx(1.0, rel=0.2)
