@@ -15,6 +15,7 @@ from pretravel.base.units import DEGREE
 from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin
+from pretravel.maps.spindle_orientation import orientation_note, refuse_other_orientation
 from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
@@ -85,7 +86,8 @@ def apply(
     ExtrapolationError
         Normals that the map does not support.
     PretravelError
-        Touches that do not touch the nominal surface.
+        Touches that do not touch the nominal surface; at another orientation of the spindle than
+        the map, where both state one.
 
     References
     ----------
@@ -102,6 +104,7 @@ def apply(
     ([[0.0, 0.0, 0.0]], [0.316])
     """
     touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
+    refuse_other_orientation(touches, pretravel_map)
     given, touches = touches, pretravel_map.without_machine(touches)
     if nominal is not None:
         contact, deviation = _on_nominal(touches, pretravel_map, nominal)
@@ -278,6 +281,25 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
     stated = (elsewhere, gross_points_sentence(touches.gross))
     return [*warnings, *(sentence for sentence in stated if sentence)]
+
+
+def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
+    """What holds where nobody states feed or orientation, for the report.
+
+    Parameters
+    ----------
+    touches : TouchSummary
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    list of str
+        Empty where both are stated, or do not matter.
+    """
+    turned = ""
+    if pretravel_map.provenance.origin is Origin.QUALIFIED:
+        turned = orientation_note(pretravel_map, stated=touches.states_spindle)
+    return [note for note in (feed_note(touches, pretravel_map), turned) if note]
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:

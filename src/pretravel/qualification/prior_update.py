@@ -16,6 +16,7 @@ from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, QualificationSetup
+from pretravel.maps.spindle_orientation import refuse_other_orientation
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
@@ -174,6 +175,7 @@ def update_map(
             f"{MOST_TOUCHES}, because every pair of them is compared. So many determine a map by "
             "themselves: qualify without the old map"
         )
+    refuse_other_orientation(touches, old_map)
     noted = _feed_warnings(touches, old_map)
     state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)

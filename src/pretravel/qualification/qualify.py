@@ -31,6 +31,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup, SetupOptions
 from pretravel.maps.setup_keywords import check_keywords, with_setup_keywords
+from pretravel.maps.spindle_orientation import orientation_of
 from pretravel.maps.support import DirectionSupport
 from pretravel.maps.touched_means import MOST_KEPT, TouchedMeans
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
@@ -201,7 +202,8 @@ def prepare(
     Raises
     ------
     PretravelError
-        As `pretravel.qualification.observe.observe`; an impossible signal delay.
+        As `pretravel.qualification.observe.observe`; an impossible signal delay; several
+        orientations of the spindle.
 
     >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
@@ -209,6 +211,7 @@ def prepare(
     >>> bool(ready.used.all()), ready.delay is None
     (True, True)
     """
+    orientation_of(touches)  # refuses several
     latched, rotation = touches.positions, probe_rotation(setup.axis)
     # What was touched: directions, their repeats, the centre of the reference.
     _LOG.info("centre of the reference")
@@ -438,6 +441,7 @@ def _map(
             touches_file=touches.source or "",
             reading=touches.reading,
             touch_digests=ready.digests,
+            spindle_deg=orientation_of(touches),
             gauge=f"pretravel is relative to {gauge}",
             level_known=setup.tip_diameter is not None,
             setup=setup,

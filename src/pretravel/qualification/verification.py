@@ -15,6 +15,7 @@ from pretravel.base.units import MICROMETRE
 from pretravel.maps.meant_map import MapLike, as_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
+from pretravel.maps.spindle_orientation import refuse_other_orientation
 from pretravel.qualification.change_causes import LikelyCause, likely_causes
 from pretravel.qualification.change_tests import (
     Change,
@@ -207,6 +208,7 @@ def touches_beside_map(
         As `verify`.
     """
     refuse_unverifiable(pretravel_map)
+    refuse_other_orientation(touches, pretravel_map)
     feed_warnings = _feed_warnings(touches, pretravel_map)
     touches = pretravel_map.without_machine(touches)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)

@@ -23,7 +23,12 @@ from pretravel.measurement.conformity import (
 )
 from pretravel.measurement.feature_budget import feature_budgets
 from pretravel.measurement.feature_uncertainty import FORM_OF_PART
-from pretravel.measurement.measured_feature import MeasuredFeature, Quantity
+from pretravel.measurement.measured_feature import (
+    NORMALS_OFF,
+    MeasuredFeature,
+    Quantity,
+    normals_off,
+)
 from pretravel.measurement.tolerances import InspectedFeature, Together, side_of_failure
 from pretravel.show.budget_picture import budget_picture
 from pretravel.show.document import (
@@ -737,6 +742,14 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "the file contains no uncompensated points: they are the compensated ones moved back "
             "by their pretravel along the normal, without delay travel or oblique approach"
         )
+    warnings.extend(
+        f"{_name(feature)}: the normals that the points state are "
+        f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
+        "from an expected centre that is not the true one: the tip touched beside these points. "
+        "Compensate again with --feature, or with touches without normals"
+        for feature in features
+        if normals_off(feature) > NORMALS_OFF
+    )
     warnings.extend(
         f"{_name(feature)}: {len(feature.points)} points determine it exactly, so its form is not "
         "known, and a gross error would not be seen"
