@@ -38,6 +38,7 @@ from pretravel.qualification.delay import separated_delay, several_feeds, travel
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
+    copy_warnings,
     height_warnings,
     map_warnings,
     repeat_warnings,
@@ -311,6 +312,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         fit=fit,
         warnings=(
             *ready.warnings,
+            *copy_warnings(ready.touches.positions[ready.used], ready.observation.groups),
             *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),
