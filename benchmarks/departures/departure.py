@@ -58,5 +58,8 @@ class Departure:
     check: int | None = None
     """Number of touches that bring the map of the probe before `change` up to date."""
     change: Callable[[SimulatedProbe, np.random.Generator], SimulatedProbe] = aged
+    spindle: tuple[float, float] = (0.0, 0.0)
+    """Orientation during the touches on the reference, and during those of the part. [°]"""
+    spindle_stated: tuple[bool, bool] = (False, False)
     options: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of `qualify` that this user gives."""

@@ -27,7 +27,7 @@ from .machine import (
     with_usual_errors,
 )
 from .patterns import reachable, scattered
-from .probes import MICROMETRE
+from .probes import MICROMETRE, turned
 from .rows import ROWS
 from .tripod import TIP_RADIUS, SimulatedProbe
 
@@ -113,21 +113,34 @@ def scene_of(job: Job) -> Scene:
     normals = scattered(4 * PART_TOUCHES, for_part, level=departure.ring)
     normals = reachable(probe.stem, normals, least=0.2)[:PART_TOUCHES]
     run, surface = part_run(departure, normals, for_part)
+    today = turned(today, departure.spindle[1] - departure.spindle[0])
     again = reference_run(departure, probe, later)
     of_reference, of_part = departure.feed_stated
     at = latched(again.run, probe, departure, later)
     later_touches = _touches(at, again.nominal_normals, again.run.feeds, stated=of_reference)
     at = latched(run, today, departure, noise)
+    later_touches = _oriented(later_touches, departure, 0)
+    part_touches = _touches(at, normals, run.feeds, stated=of_part)
+    reference_touches = _touches(
+        found, reference.nominal_normals, reference.run.feeds, stated=of_reference
+    )
     return Scene(
         departure,
         today,
         reference,
-        _touches(found, reference.nominal_normals, reference.run.feeds, stated=of_reference),
+        _oriented(reference_touches, departure, 0),
         rows,
         later_touches,
-        _touches(at, normals, run.feeds, stated=of_part),
+        _oriented(part_touches, departure, 1),
         surface,
     )
+
+
+def _oriented(touches: Touches, departure: Departure, which: int) -> Touches:
+    """The touches with the orientation of the spindle, where this user states it."""
+    if not departure.spindle_stated[which]:
+        return touches
+    return replace(touches, spindle=np.full(len(touches), np.radians(departure.spindle[which])))
 
 
 def _touches(at: np.ndarray, normals: np.ndarray, feeds: np.ndarray, *, stated: bool) -> Touches:

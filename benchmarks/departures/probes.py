@@ -101,6 +101,8 @@ def yielding(generator: np.random.Generator) -> Tripod:
 
 def turned(probe: SimulatedProbe, degrees: float) -> SimulatedProbe:
     """The probe after a turn in its spindle."""
+    if degrees == 0.0:
+        return probe
     assert isinstance(probe, Tripod)
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     about_z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

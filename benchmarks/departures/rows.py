@@ -104,6 +104,14 @@ ROWS: Mapping[str, Departure] = {
         feed_stated=(True, True),
         **_SLOW_AND_FAST,
     ),
+    "turned_stated": Departure(
+        "part touched with the spindle turned by 180°, both stated",
+        spindle=(0.0, 180.0),
+        spindle_stated=(True, True),
+    ),
+    "turned": Departure(
+        "part touched with the spindle turned by 180°, nothing stated", spindle=(0.0, 180.0)
+    ),
     "ring": Departure(
         "ring gauge, 24 directions", directions=patterns.RING_24, repeats=3, ring=True
     ),

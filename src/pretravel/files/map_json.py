@@ -486,6 +486,10 @@ def _provenance(stated: Mapping[str, Any]) -> Provenance:
         ) from None
     for entry in fields(Provenance):
         usual, value = getattr(Provenance(), entry.name), getattr(found, entry.name)
+        if entry.name == "spindle_deg":
+            if isinstance(value, int) and not isinstance(value, bool):
+                value = float(value)
+            usual = None if value is None else 0.0
         if entry.name != "setup" and not isinstance(value, type(usual)):
             raise PretravelError(
                 f"the key provenance: {entry.name} must be of the type "

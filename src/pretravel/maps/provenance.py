@@ -181,6 +181,8 @@ class Provenance:
         writes.
     touch_digests : str
         Digests of the touches (`pretravel.qualification.own_touches`).
+    spindle_deg : float or None
+        Orientation of the spindle at which the reference was touched, where that is stated. [°]
     """
 
     origin: Origin = Origin.MADE
@@ -194,6 +196,7 @@ class Provenance:
     kind_settings: Mapping[str, Any] = field(default_factory=dict)
     reading: str = ""
     touch_digests: str = ""
+    spindle_deg: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for a file; what is empty is left out.
@@ -207,6 +210,8 @@ class Provenance:
                 found[name] = getattr(self, name)
         if not self.level_known:
             found["level_known"] = False
+        if self.spindle_deg is not None:
+            found["spindle_deg"] = self.spindle_deg
         if self.setup is not None:
             found["setup"] = asdict(self.setup)
         if self.kind_settings:

@@ -14,9 +14,9 @@ from .comparison import Correction as Correction
 from .comparison import compare_corrections as compare_corrections
 from .compensation import apply as apply
 from .compensation import compensation_warnings as compensation_warnings
+from .compensation import conditions_notes as conditions_notes
 from .compensation import distances_from_reference as distances_from_reference
 from .compensation import embed as embed
-from .compensation import feed_note as feed_note
 from .contact_slides import contact_slide as contact_slide
 from .measured_spheres import MeasuredSphere as MeasuredSphere
 from .measured_spheres import measured_sphere as measured_sphere

@@ -18,7 +18,14 @@ from pretravel.base import (
     describe,
     frozen,
 )
-from pretravel.maps import MapLike, Origin, PretravelMap, as_map
+from pretravel.maps import (
+    MapLike,
+    Origin,
+    PretravelMap,
+    as_map,
+    orientation_note,
+    refuse_other_orientation,
+)
 from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
@@ -100,7 +107,8 @@ def apply(
     ExtrapolationError
         Normals that the map does not support.
     PretravelError
-        Touches that do not touch the nominal surface.
+        Touches that do not touch the nominal surface; at another orientation of the spindle than
+        the map, where both state one.
 
     References
     ----------
@@ -118,6 +126,7 @@ def apply(
     """
     touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
     refuse_several(touches)
+    refuse_other_orientation(touches, pretravel_map)
     given, touches = touches, pretravel_map.without_machine(touches)
     if nominal is not None:
         contact, deviation = _on_nominal(touches, pretravel_map, nominal)
@@ -294,6 +303,25 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
     stated = (elsewhere, gross_points_sentence(touches.gross))
     return [*warnings, *(sentence for sentence in stated if sentence)]
+
+
+def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
+    """What holds where nobody states feed or orientation, for the report.
+
+    Parameters
+    ----------
+    touches : TouchSummary
+    pretravel_map : PretravelMap
+
+    Returns
+    -------
+    list of str
+        Empty where both are stated, or do not matter.
+    """
+    turned = ""
+    if pretravel_map.provenance.origin is Origin.QUALIFIED:
+        turned = orientation_note(pretravel_map, stated=touches.states_spindle)
+    return [note for note in (feed_note(touches, pretravel_map), turned) if note]
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:

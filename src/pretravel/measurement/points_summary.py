@@ -154,6 +154,8 @@ class TouchSummary:
         Of the deviations, from which it is seen whether the part lies elsewhere.
     gross : tuple of GrossPoint
         Points far from the nominal and from their neighbours; of joined summaries, within each.
+    states_spindle : bool
+        Whether the touches state the orientation of the spindle.
     """
 
     count: int
@@ -163,6 +165,7 @@ class TouchSummary:
     outside: int = 0
     movement: MovementSums | None = field(default=None, compare=False)
     gross: tuple[GrossPoint, ...] = ()
+    states_spindle: bool = False
 
     @staticmethod
     def of(touches: Touches, points: Points, pretravel_map: PretravelMap) -> TouchSummary:
@@ -195,6 +198,7 @@ class TouchSummary:
                 points.standard_uncertainty,
                 touches.where,
             ),
+            touches.spindle is not None,
         )
 
     def joined(self, other: TouchSummary) -> TouchSummary:
@@ -215,4 +219,5 @@ class TouchSummary:
             self.outside + other.outside,
             movement,
             self.gross + other.gross,
+            self.states_spindle and other.states_spindle,
         )

@@ -92,21 +92,26 @@ class StarStylus:
         """Tip centre less that of the first tip, where the machine stands still, (3,). [mm]"""
         return np.asarray(self.tips[0].center - self.tip(name).center)
 
-    def offset_covariance(self, name: str, other: str = "", *, alone: bool = False) -> FloatArray:
+    def offset_covariance(
+        self, name: str, other: str = "", *, of_points: bool = False
+    ) -> FloatArray:
         """Of an offset, or of two, (3, 3): the centre of the first tip is in all. [mm²]
+
+        Along the axis of a tip a sphere shows the sum of the offset and the pretravel there: the
+        offset as a place contains the doubt how they part, points do not.
 
         Parameters
         ----------
         name, other : str
-        alone : bool
-            Of the offset as a place, not of points that are compensated with the maps.
+        of_points : bool
+            What the offset adds to points that are compensated with the maps of the tips.
         """
         first = self.tips[0]
         if first.name in (name, other):
             return np.zeros((3, 3))
 
         def of(tip: StarTip) -> FloatArray:
-            return tip.alone if alone else tip.covariance
+            return tip.covariance if of_points else tip.alone
 
         own = of(self.tip(name)) if other in ("", name) else np.zeros((3, 3))
         return np.asarray(of(first) + own)
@@ -235,7 +240,7 @@ def apply_star(
                 root = Covariance.full(mine.covariance).root
                 for k in range(3):
                     moved[f"centre of tip {mine.name} {k + 1}"] = sign * n @ root[:, k]
-        added = star.offset_covariance(name)
+        added = star.offset_covariance(name, of_points=True)
         parts.append((replace(points, covariance=frozen(points.covariance + added)), moved))
         order.append(rows)
         causes |= dict.fromkeys(moved)

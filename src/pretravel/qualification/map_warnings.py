@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, describe, polar_angle
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray, describe, polar_angle
 from pretravel.maps import (
     BEFORE_CONTACT,
     IMPLAUSIBLE_PRETRAVEL,
@@ -23,6 +23,9 @@ FEWEST_TO_SEE_LOBES = 8
 """Directions below which the lobes of three rods are not seen."""
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
+_FEWEST_COPIES = 5
+"""Repeats from which copies are told from chance."""
+_COARSE = 0.1 * MICROMETRE
 
 
 def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
@@ -41,6 +44,34 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
             "no direction was repeated, and so few directions hardly determine the repeatability: "
             f"{repeatability.deviation / MICROMETRE:.2f} µm is a usual value, not a measured one. "
             "Touch each direction several times"
+        )
+    ]
+
+
+def copy_warnings(positions: FloatArray, groups: IntArray) -> list[str]:
+    """Repeats that are alike to the last digit: copies of one reading, which say nothing of noise.
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+        In the axes of the machine. Coarse digits can be alike by chance: of readings in steps of
+        0.1 µm nothing is said. [mm]
+    groups : (n,) int
+        Number of the direction of each touch.
+    """
+    count, directions = len(groups), int(groups.max()) + 1
+    if count - directions < _FEWEST_COPIES:
+        return []
+    steps = positions / _COARSE
+    coarse = bool(np.all(np.abs(steps - np.round(steps)) < 1e-4))
+    first = np.unique(groups, return_index=True)[1]
+    if coarse or np.abs(positions - positions[first[groups]]).max() > 0.0:
+        return []
+    return [
+        (
+            f"the {count} touches are {directions} readings, each several times and alike to the "
+            "last digit: copies, not repeats. They say nothing of the noise, and u of the map is "
+            "too small as if they were independent. Give each reading once"
         )
     ]
 

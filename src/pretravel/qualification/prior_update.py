@@ -18,7 +18,14 @@ from pretravel.base import (
     frozen,
     probe_rotation,
 )
-from pretravel.maps import Observation, Origin, PretravelMap, QualificationSetup, Scatter
+from pretravel.maps import (
+    Observation,
+    Origin,
+    PretravelMap,
+    QualificationSetup,
+    Scatter,
+    refuse_other_orientation,
+)
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
@@ -177,6 +184,7 @@ def update_map(
             f"{MOST_TOUCHES}, because every pair of them is compared. So many determine a map by "
             "themselves: qualify without the old map"
         )
+    refuse_other_orientation(touches, old_map)
     noted = _feed_warnings(touches, old_map)
     state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)

@@ -40,12 +40,14 @@ from pretravel.maps import (
     as_map,
     fit_harmonic,
     kind_named,
+    orientation_of,
     values_in_blocks,
 )
 from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
+    copy_warnings,
     height_warnings,
     map_warnings,
     repeat_warnings,
@@ -225,7 +227,8 @@ def prepare(
     Raises
     ------
     PretravelError
-        As `pretravel.qualification.observe.observe`; an impossible signal delay.
+        As `pretravel.qualification.observe.observe`; an impossible signal delay; several
+        orientations of the spindle.
 
     >>> from pretravel.base.directions import sphere_pattern_25
     >>> n = sphere_pattern_25()
@@ -234,6 +237,7 @@ def prepare(
     (True, True)
     """
     refuse_several(touches)
+    orientation_of(touches)  # refuses several
     latched, rotation = touches.positions, probe_rotation(setup.axis)
     # What was touched: directions, their repeats, the centre of the reference.
     _LOG.info("centre of the reference")
@@ -333,6 +337,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         fit=fit,
         warnings=(
             *ready.warnings,
+            *copy_warnings(ready.touches.positions[ready.used], ready.observation.groups),
             *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),
@@ -463,6 +468,7 @@ def _map(
             touches_file=touches.source or "",
             reading=touches.reading,
             touch_digests=ready.digests,
+            spindle_deg=orientation_of(touches),
             gauge=f"pretravel is relative to {gauge}",
             level_known=setup.tip_diameter is not None,
             setup=setup,

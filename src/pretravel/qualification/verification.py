@@ -17,7 +17,13 @@ from pretravel.base import (
     checked,
     describe,
 )
-from pretravel.maps import MapLike, PretravelMap, QualificationSetup, as_map
+from pretravel.maps import (
+    MapLike,
+    PretravelMap,
+    QualificationSetup,
+    as_map,
+    refuse_other_orientation,
+)
 from pretravel.qualification.change_causes import (
     MENTIONED,
     TURNED,
@@ -216,6 +222,7 @@ def touches_beside_map(
     """
     refuse_several(touches)
     refuse_unverifiable(pretravel_map)
+    refuse_other_orientation(touches, pretravel_map)
     feed_warnings = _feed_warnings(touches, pretravel_map)
     touches = pretravel_map.without_machine(touches)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)

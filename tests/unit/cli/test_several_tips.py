@@ -43,7 +43,14 @@ def test_the_tips_in_their_file(folder: Path) -> None:
     star = read_star(folder / "star.json")
     assert star.names == ("a", "b")
     assert np.allclose(star.offset("b"), OFFSET, atol=1e-9)
-    assert np.all(np.diag(star.offset_covariance("b")) < 1e-6)
+    of_points, place = (
+        np.diag(star.offset_covariance("b", of_points=of_points)) for of_points in (True, False)
+    )
+    assert np.all(of_points < 1e-6)
+    # Of a place, it is what each centre states for itself: two are twice one.
+    alone = star.tip("a").alone + star.tip("b").alone
+    assert place == pytest.approx(np.diag(alone))
+    assert np.all(place >= of_points)
     out = run("qualify", folder / "star.csv", *SPHERE, *TIPS)
     assert out.startswith("2 tips have a map each, and their offsets from a")
 

@@ -63,7 +63,9 @@ def _behind_the_truth(number: int) -> float:
     assert isinstance(probe, Tripod)
     observation = observe(scene.reference_touches, QualificationSetup(25.0, 6.0), np.eye(3))
     problem, true = SixSeatProblem(observation), _true_unknowns(probe)
-    numbers = [np.log(true[p.name]) if p.logarithmic else true[p.name] for p in PARAMETERS]
+    numbers = [
+        np.log(max(true[p.name], 1e-9)) if p.logarithmic else true[p.name] for p in PARAMETERS
+    ]
     start = np.concatenate([scene.reference.center - observation.center, numbers])
     found = fit_physical(observation, observation.repeats).unknowns
     return _probability(problem, start) - _probability(problem, found)

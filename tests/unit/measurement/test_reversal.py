@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.departures.probes import six_seats
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.files.touches_csv import read_touches, write_touches
@@ -61,9 +62,10 @@ def test_what_is_taken_out() -> None:
     for seed in range(20):
         found = reversed_touches(_both(seed))
         reach = found.factor * found.u
-        within += (np.abs(found.runout - RUNOUT[:2]) < reach).tolist()
-        within += (np.abs(found.amplitudes[1:] - [0.006, 0.001]) < reach).tolist()
-        assert found.noise == pytest.approx(NOISE, rel=0.4)
+        within += (np.abs(found.runout - RUNOUT[:2]) < reach[0]).tolist()
+        within += (np.abs(found.amplitudes[1:] - [0.006, 0.001]) < reach[1:]).tolist()
+        # Ten degrees of freedom at least, beside 26 numbers: 22 %, and two of these.
+        assert found.noise == pytest.approx(NOISE, rel=0.45)
     assert np.sum(within) >= 70
 
 
@@ -87,6 +89,41 @@ def test_few_directions_have_means_but_no_lobes() -> None:
     found = reversed_touches(touches)
     assert len(found.means) == 4
     assert np.isnan(found.noise)
+
+
+@pytest.mark.parametrize(
+    ("count", "together"), [(8, (5, 11, 13)), (12, (9, 15, 21)), (13, (23, 29)), (24, (21, 27))]
+)
+def test_lobes_that_directions_do_not_tell_apart(count: int, together: tuple[int, ...]) -> None:
+    """Probes of `benchmarks.departures`: the lobe of three is in U; χ² is that of 40 sets, which
+    scatters by 0.22. n equal steps show m and n - m, 2 n - m alike, of the odd
+    orders that a reversal has. Before, the lobe of nine was in that of three of twelve directions
+    (22 % in U), u of eight was 19 m, and the noise of 16 was three times too large."""
+    azimuth, fine = np.arange(count) * 2.0 * np.pi / count, np.arange(720) * np.pi / 360.0
+    normals, all_around = (
+        np.stack([np.cos(a), np.sin(a), np.zeros(len(a))], axis=1) for a in (azimuth, fine)
+    )
+    squares, noises = [], []
+    for seed in range(40):
+        rng = np.random.default_rng([5, seed])
+        probe = six_seats(rng)
+        reach = [
+            15.5 - probe.pretravel(side * normals) + rng.normal(0.0, NOISE, count)
+            for side in (1.0, -1.0)
+        ]
+        both = Touches(
+            np.vstack([normals * each[:, None] for each in reach]),
+            np.vstack([normals, normals]),
+            spindle=np.repeat([0.0, np.pi], count),
+        )
+        found = reversed_touches(both)
+        true = 2.0 * np.abs(np.fft.rfft(probe.pretravel(all_around)))[3] / 720.0
+        squares.append(((found.amplitudes[1] - true) / found.u[1]) ** 2)
+        noises.append(found.noise)
+        assert found.together[1][: len(together)] == together
+        assert np.isnan(found.amplitudes[2]) == (5 in together)
+    assert 0.2 < np.mean(squares) < 1.6
+    assert NOISE < np.sqrt(np.mean(np.square(noises))) < 1.5 * NOISE
 
 
 def test_command(tmp_path: Path) -> None:

@@ -8,14 +8,19 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import describe, fibonacci_cap, polar_angle
+from pretravel.base.directions import describe, fibonacci_cap, polar_angle, sphere_pattern_25
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport, some_directions
-from pretravel.qualification.map_warnings import height_warnings, map_warnings, repeat_warnings
+from pretravel.qualification.map_warnings import (
+    copy_warnings,
+    height_warnings,
+    map_warnings,
+    repeat_warnings,
+)
 from pretravel.uncertainty.covariance import Covariance
 
 NODES = fibonacci_cap(40, 90.0 * DEGREE)
@@ -171,3 +176,20 @@ def test_a_height_is_known_to_a_micrometre(u: float, ring: bool, pole: bool, sai
     found = height_warnings(u * UM, made, ring=ring)
     assert len(found) == said
     assert all(f"u = {u:.1f} µm only" in warning for warning in found)
+
+
+@pytest.mark.parametrize(
+    ("digits", "noise", "rows", "said"),
+    [(7, 0.0, 3, True), (7, 1e-7, 3, False), (4, 0.0, 3, False), (7, 0.0, 1, False)],
+)
+def test_copies_of_readings_are_no_repeats(
+    digits: int, noise: float, rows: int, said: bool
+) -> None:
+    """Each row of a log three times; digits of 0.1 µm can be alike by chance."""
+    rng = np.random.default_rng(3)
+    once = np.round(sphere_pattern_25() * 15.49 + rng.normal(0.0, 3e-4, (25, 3)), digits)
+    groups = np.repeat(np.arange(25), rows)
+    positions = once[groups] + noise * rng.standard_normal((len(groups), 3))
+    told = copy_warnings(positions, groups)
+    assert bool(told) == said
+    assert not said or "75 touches are 25 readings" in told[0]

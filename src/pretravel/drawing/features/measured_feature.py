@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from pretravel.base import (
     COORDINATE,
+    DEGREE,
     MICROMETRE,
     UNCERTAINTY,
     FloatArray,
@@ -466,6 +467,34 @@ def position_and_uncertainty(located: FloatArray, covariance: FloatArray) -> tup
 
 def _unless_zero(vector: FloatArray) -> FloatArray | None:
     return vector if np.linalg.norm(vector) > _TANGENTIAL else None
+
+
+NORMALS_OFF = 1.0 * DEGREE
+"""Stated normals that are further off, root mean square, are said: a tip of 6 mm touches 0.5 µm
+beside the point along the normal, and pretravel is that of another direction. [rad]"""
+
+
+_WITH_NORMALS = ("bore", "boss", "circle", "sphere", "cylinder", "plane")
+
+
+def normals_off(feature: MeasuredFeature) -> float:
+    """Root mean square angle between the normals of the points and those of the feature. [rad]
+
+    A form of the feature turns its normals by much less than a degree. Zero for a kind whose points
+    may have other normals than the fit shows (a line, a slot).
+
+    Parameters
+    ----------
+    feature : MeasuredFeature
+
+    Returns
+    -------
+    float
+    """
+    if feature.kind not in _WITH_NORMALS:
+        return 0.0
+    across = np.cross(feature.points.normals, feature.association.outward)
+    return float(np.sqrt(np.mean(np.sum(across**2, axis=1))))
 
 
 def _side(points: Points, association: Association, kind: str) -> str:

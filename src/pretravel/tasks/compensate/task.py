@@ -113,10 +113,11 @@ class Compensate(
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
-            help="Touches without normals lie on features of this kind: the normals are those of "
-            "the fitted feature, one for each name before a number (bore1-1, bore1-2, …). surface: "
-            "from neighbouring touches of a digitised surface, on the side of +z.",
-            label="Feature of touches without normals",
+            help="The touches lie on features of this kind: the normals are those of the fitted "
+            "feature, one for each name before a number (bore1-1, bore1-2, …), also where the file "
+            "states others. surface: touches without normals have those of neighbouring touches of "
+            "a digitised surface, on the side of +z.",
+            label="Feature whose normals the touches have",
             words={"": "the touches state normals"},
             without=("nominal", SEVERAL_TIPS),
         ),
@@ -255,7 +256,7 @@ class Compensate(
         )
         from pretravel.touches import moved
 
-        measured = readings.touches
+        measured, refitted = self._on_feature(readings, nominal)
         # Without --place, a log states the rotation of its work coordinates.
         placement = readings.placement if self.place is None else self.placement()
         in_machine = self.in_machine
@@ -281,7 +282,7 @@ class Compensate(
         if in_machine:
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
-        warnings += _error_of_placement(placement, points)
+        warnings += (*refitted, *_error_of_placement(placement, points))
         if readings.normals_taken:
             source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
             source = "neighbouring touches (z > 0)" if of_neighbours else source
@@ -289,6 +290,30 @@ class Compensate(
         return CompensatedTouches(
             self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
         )
+
+    def _on_feature(
+        self, readings: FileReadings, nominal: Surface | Part | None
+    ) -> tuple[Touches, tuple[str, ...]]:
+        """The touches with normals of the fitted feature, and how far those of the file were off.
+
+        A normal from the expected centre of a bore that lies elsewhere points beside the contact.
+        """
+        import numpy as np
+
+        from pretravel.base import DEGREE
+        from pretravel.measurement import normals_of_feature
+
+        touches = readings.touches
+        plain = nominal is None and self.feature is not None and self.feature != _SURFACE
+        if not plain or readings.normals_taken:
+            return touches, ()
+        normals = normals_of_feature(str(self.feature), touches.positions, touches.labels)
+        apart = np.arccos(np.clip(np.sum(normals * touches.normals, axis=1), -1.0, 1.0)) / DEGREE
+        said = (
+            f"the normals are those of the fitted {self.feature}; the file states others, up to "
+            f"{apart.max():.2g}° off"
+        )
+        return replace(touches, normals=normals), (said,)
 
     def _long_table_compensated(
         self, pretravel_map: PretravelMap, nominal: Surface | Part | None, progress: Progress
@@ -388,10 +413,10 @@ class CompensatedTouches(Result):
 
     def document(self) -> Document:
         """The report."""
-        from pretravel.measurement import feed_note, point_budget
+        from pretravel.measurement import conditions_notes, point_budget
         from pretravel.tasks.compensate.report import points_document
 
-        task, note = self.task, feed_note(self.summary, self.pretravel_map)
+        task, notes = self.task, conditions_notes(self.summary, self.pretravel_map)
         document = points_document(
             self.points,
             touches_name=task.touches_name,
@@ -400,7 +425,7 @@ class CompensatedTouches(Result):
             warnings=[*self.readings.notes(), *self.warnings],
             budgets=[point_budget(self.errors)],
         )
-        return replace(document, notes=(note,) if note else ())
+        return replace(document, notes=tuple(notes))
 
     def page(self) -> Document:
         """The report, with how the files were understood."""
@@ -490,7 +515,7 @@ class LongCompensation(Result):
         from pretravel.measurement import (
             budget_of_variances,
             compensation_warnings,
-            feed_note,
+            conditions_notes,
             joined_points,
         )
         from pretravel.show import Picture
@@ -512,7 +537,7 @@ class LongCompensation(Result):
         dof = self.pretravel_map.repeatability_dof
         budget = budget_of_variances(variances, dof, f"rms of {len(drawn)} of the points")
         stated = compensation_warnings(self.found.touches, self.pretravel_map)
-        note = feed_note(self.found.touches, self.pretravel_map)
+        notes = conditions_notes(self.found.touches, self.pretravel_map)
         document = summary_document(
             self.found.points,
             picture,
@@ -520,7 +545,7 @@ class LongCompensation(Result):
             warnings=[*self.warnings, *stated],
             budgets=[budget],
         )
-        return replace(document, notes=(note,) if note else ())
+        return replace(document, notes=tuple(notes))
 
     def write(self, output: str, path: Path) -> None:
         """Nothing: the points were written part by part."""

@@ -146,9 +146,9 @@ class QualifiedTips(Result):
 
         star, made = self.star, list(self.qualifications.values())
         offsets = np.array([star.offset(name) for name in star.names])
-        u, alone = (
-            np.array([np.sqrt(np.diag(star.offset_covariance(n, alone=a))) for n in star.names])
-            for a in (False, True)
+        u, of_points = (
+            np.array([np.sqrt(np.diag(star.offset_covariance(n, of_points=p))) for n in star.names])
+            for p in (False, True)
         )
         two = Digits(2, significant=True)
         table = Table(
@@ -159,12 +159,12 @@ class QualifiedTips(Result):
                     Column.of(f"u {a}", u[:, i] / MICROMETRE, "µm", two)
                     for i, a in enumerate("xyz")
                 ),
-                Column.of("alone", alone.max(axis=1) / MICROMETRE, "µm", two),
+                Column.of("of points", of_points.max(axis=1) / MICROMETRE, "µm", two),
                 Column.of("repeats to", [q.repeatability / MICROMETRE for q in made], "µm", two),
             ),
             f"Tips from {star.names[0]}:",
-            "u: of points that are compensated with these maps; alone: largest u of the offset as "
-            "a place, with the doubt that parts a centre from its map.",
+            "u: of the offset as a place, with the doubt that parts a centre from its map; of "
+            "points: what points compensated with these maps have of it, at most.",
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
         report = Document(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -88,7 +89,8 @@ class ReversedTouches(Result):
                       remark="root mean square: run-out, odd lobes and half of the noise")
         ]  # fmt: skip
         if known:
-            u, k = found.u / MICROMETRE, found.factor
+            k = found.factor
+            u = float(found.u[0]) / MICROMETRE
             figures += [
                 KeyFigure("noise of a touch", found.noise / MICROMETRE, "µm", decimals(2),
                           remark=f"of a mean {found.u_mean / MICROMETRE:.2f} µm"),
@@ -96,9 +98,14 @@ class ReversedTouches(Result):
                           u=(u, u), u_digits=two, coverage_factor=k,
                           remark="along x and y; a lobe of order one of the probe is in it"),
                 *(
-                    KeyFigure(f"lobes of order {order}", size / MICROMETRE, "µm", decimals(2), u=u,
-                              u_digits=two, coverage_factor=k)
-                    for order, size in zip(ORDERS[1:], found.amplitudes[1:].tolist(), strict=True)
+                    KeyFigure(f"lobes of order {order}", size / MICROMETRE, "µm", decimals(2),
+                              u=own / MICROMETRE, u_digits=two, coverage_factor=k,
+                              remark=_together(others))
+                    for order, size, own, others in zip(
+                        ORDERS, found.amplitudes.tolist(), found.u.tolist(), found.together,
+                        strict=True,
+                    )
+                    if order > 1 and math.isfinite(size)
                 ),
             ]  # fmt: skip
         else:
@@ -130,6 +137,17 @@ class ReversedTouches(Result):
         from pretravel.files import write_touches
 
         write_touches(path, self.evaluated.means)
+
+
+def _together(orders: Sequence[int]) -> str:
+    """What else a lobe contains, in words."""
+    if not orders:
+        return ""
+    named = ", ".join(str(order) for order in orders[:3])
+    return (
+        f"with those of {named}, which these directions do not tell apart: their usual size is in "
+        "u (an odd number of equal steps, 13 or 15, separates more)"
+    )
 
 
 def _view(found: ReversedPairs) -> View:

@@ -23,7 +23,12 @@ from pretravel.drawing.features.feature_budget import feature_budgets
 from pretravel.drawing.features.feature_results import features_table, residuals_table
 from pretravel.drawing.features.feature_trials import QuantityByTrials
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
-from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
+from pretravel.drawing.features.measured_feature import (
+    NORMALS_OFF,
+    MeasuredFeature,
+    Quantity,
+    normals_off,
+)
 from pretravel.drawing.tasks.measure.picture import features_view
 from pretravel.drawing.tolerances.tolerances import InspectedFeature, Together, side_of_failure
 from pretravel.files import LaboratoryStatements, comparison_sentence
@@ -750,6 +755,14 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "the file contains no uncompensated points: they are the compensated ones moved back "
             "by their pretravel along the normal, without delay travel or oblique approach"
         )
+    warnings.extend(
+        f"{_name(feature)}: the normals that the points state are "
+        f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
+        "from an expected centre that is not the true one: the tip touched beside these points. "
+        "Compensate again with --feature, or with touches without normals"
+        for feature in features
+        if normals_off(feature) > NORMALS_OFF
+    )
     warnings.extend(
         f"{_name(feature)}: {len(feature.points)} points determine it exactly, so its form is not "
         "known, and a gross error would not be seen"

@@ -1,0 +1,146 @@
+"""The orientation of the spindle that a map and touches state: a probe's lobes turn with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pretravel.base import DEGREE, FloatArray, PretravelError, probe_rotation
+from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.touches import Touches
+
+SAME_ORIENTATION = 1.0
+"""Orientations closer than this are one: M19 stops within less. [°]"""
+
+
+def orientation_of(touches: Touches) -> float | None:
+    """The one orientation at which touches were made, in degrees; None where it is not stated.
+
+    Raises
+    ------
+    PretravelError
+        Several orientations: a map is that of one.
+
+    >>> up = [[0.0, 0.0, 1.0]]
+    >>> orientation_of(Touches([[0.0, 0.0, 3.0]], up, spindle=np.array([np.pi])))
+    180.0
+    """
+    if touches.spindle is None:
+        return None
+    angles = touches.spindle / DEGREE
+    first = float(angles[0])
+    other = np.flatnonzero(np.abs(_turn(angles - first)) > SAME_ORIENTATION)
+    if len(other):
+        raise PretravelError(
+            f"{touches.where(int(other[0]))} was made at spindle {angles[other[0]]:g}°, the first "
+            f"touch at {first:g}°: the lobes of a probe turn with the spindle, and a map is that "
+            "of one orientation. Qualify each orientation by itself, or average both with "
+            "pretravel reversal"
+        )
+    return round(first, 6)
+
+
+def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> None:
+    """Refuse touches at another orientation of the spindle than that of the map.
+
+    Raises
+    ------
+    PretravelError
+        Both are stated, and differ.
+    """
+    made_at = pretravel_map.provenance.spindle_deg
+    if made_at is None or touches.spindle is None:
+        return
+    angles = touches.spindle / DEGREE
+    other = np.flatnonzero(np.abs(_turn(angles - made_at)) > SAME_ORIENTATION)
+    if len(other):
+        raise PretravelError(
+            f"{touches.where(int(other[0]))} was made with the spindle turned to "
+            f"{angles[other[0]]:g}° ({len(other)} such touches), the map at {made_at:g}°: the "
+            "lobes of the probe have turned with it. Measure at the orientation of the map, "
+            "qualify at that of the touches, or turn the map "
+            f"(turned_to(pretravel_map, {angles[other[0]]:g}) in Python)",
+            inputs=("map_file",),
+        )
+
+
+def turned_to(pretravel_map: PretravelMap, spindle_deg: float) -> PretravelMap:
+    """The map as the spindle has it at another orientation.
+
+    The probe turns about its axis, counter-clockwise as seen from the spindle's nose towards +z, as
+    `Touches.spindle` counts. The run-out of the tip is not contained: it moves all points alike.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+        States the orientation at which it was qualified.
+    spindle_deg : float
+        [°]
+
+    Returns
+    -------
+    PretravelMap
+
+    Raises
+    ------
+    PretravelError
+        The map does not state its orientation.
+    """
+    made_at = pretravel_map.provenance.spindle_deg
+    if made_at is None:
+        raise PretravelError(
+            "the map does not state the orientation of the spindle at which it was qualified "
+            "(column spindle_deg of its touches): how far to turn it is not known"
+        )
+    turn = probe_rotation(rotation=(spindle_deg - made_at) * DEGREE)
+    return replace(
+        pretravel_map,
+        rotation=pretravel_map.rotation @ turn,
+        provenance=replace(pretravel_map.provenance, spindle_deg=float(spindle_deg)),
+    )
+
+
+def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
+    """What holds where the orientation of map or touches is not stated; empty if nothing does.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    stated : bool
+        By the touches.
+    """
+    made_at = pretravel_map.provenance.spindle_deg
+    if stated and made_at is not None:
+        return ""
+    size, u = _lobes(pretravel_map)
+    if not size > 2.0 * u > 0.0:
+        return ""
+    if made_at is None and not stated:
+        who = "neither the map nor the touches state the orientation of the spindle"
+    elif stated:
+        who = "the touches state the orientation of the spindle, the map does not"
+    else:
+        who = f"the map is of spindle {made_at:g}°, the touches state no orientation"
+    return (
+        f"{who} (column spindle_deg): at another one points are wrong by up to "
+        f"{size * 1e3:.1f} µm, which U does not contain"
+    )
+
+
+def _lobes(pretravel_map: PretravelMap) -> tuple[float, float]:
+    """Largest change of the map by half a turn, and the standard uncertainty there. [mm]"""
+    directions, value, u = over_support(pretravel_map)
+    opposite = directions * [-1.0, -1.0, 1.0]
+    inside = pretravel_map.support.supports(opposite)
+    if not inside.any():
+        return 0.0, 0.0
+    other = pretravel_map.pretravel(opposite[inside] @ pretravel_map.rotation.T, extrapolate=True)
+    change: FloatArray = np.abs(other - value[inside])
+    worst = int(np.argmax(change))
+    return float(change[worst]), float(u[inside][worst])
+
+
+def _turn(degrees: FloatArray) -> FloatArray:
+    """In -180 to 180."""
+    return np.asarray(np.mod(degrees + 180.0, 360.0) - 180.0)

@@ -1,0 +1,109 @@
+"""The orientation of the spindle, stated by touches and maps, from both sides of each condition."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.departures.evaluation import Job, scene_of
+from pretravel.base.errors import PretravelError
+from pretravel.files.map_file import read_map, write_map
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.provenance import Origin, Provenance
+from pretravel.maps.spindle_orientation import orientation_note, orientation_of, turned_to
+from pretravel.measurement.compensation import apply, conditions_notes
+from pretravel.measurement.points_summary import TouchSummary
+from pretravel.qualification.prior_update import update_map
+from pretravel.qualification.qualifying import qualify
+from pretravel.qualification.verification import verify
+from pretravel.touches import Touches, with_spindle
+from tests.support.example_maps import mean_map
+
+
+@cache
+def _qualified(at: float | None) -> PretravelMap:
+    touches = _reference()
+    stated = touches if at is None else with_spindle(touches, np.radians(at))
+    return qualify(stated, 25.0, tip_diameter=6.0, kind="harmonic").pretravel_map
+
+
+@cache
+def _reference() -> Touches:
+    return scene_of(Job("baseline", 4, "harmonic")).reference_touches
+
+
+def test_a_map_states_the_orientation_of_its_touches(tmp_path: Path) -> None:
+    assert _qualified(None).provenance.spindle_deg is None
+    made = _qualified(180.0)
+    assert made.provenance.spindle_deg == 180.0
+    write_map(tmp_path / "map.json", made)
+    assert read_map(tmp_path / "map.json").provenance.spindle_deg == 180.0
+    for wrong in ("180", True, [180.0]):
+        stated = replace(made.provenance, spindle_deg=wrong)  # type: ignore[arg-type]
+        write_map(tmp_path / "wrong.json", replace(made, provenance=stated))
+        with pytest.raises(PretravelError, match="spindle_deg must be"):
+            read_map(tmp_path / "wrong.json")
+
+
+def test_touches_at_several_orientations_are_not_one_map() -> None:
+    """M19 stops within less than a degree; 359.5° and 0.2° are one orientation."""
+    touches = _reference()
+    near = np.radians(np.where(np.arange(len(touches)) % 2, 359.5, 0.2))
+    assert orientation_of(replace(touches, spindle=near)) == pytest.approx(0.2)
+    several = replace(touches, spindle=np.radians(np.where(np.arange(len(touches)) < 40, 0.0, 180)))
+    with pytest.raises(PretravelError, match=r"touch 41 was made at spindle 180°.*turn with the"):
+        qualify(several, 25.0, tip_diameter=6.0)
+
+
+@pytest.mark.parametrize("command", [
+    lambda touches, made: apply(touches, made),
+    lambda touches, made: verify(touches, made, 25.0),
+    lambda touches, made: update_map(touches, made, 25.0),
+])  # fmt: skip
+def test_another_orientation_is_refused(command) -> None:  # type: ignore[no-untyped-def]
+    made, touches = _qualified(0.0), scene_of(Job("baseline", 4, "harmonic")).later_touches
+    command(with_spindle(touches, np.radians(-0.9)), made)
+    command(touches, made)
+    with pytest.raises(
+        PretravelError, match=r"spindle turned to 180° \(75 such touches\), the map"
+    ):
+        command(with_spindle(touches, np.pi), made)
+
+
+def test_a_turned_map_is_that_of_the_turned_probe() -> None:
+    """By a quarter of a turn, x becomes y."""
+    made = _qualified(30.0)
+    turned = turned_to(made, 120.0)
+    normals = np.array([[0.6, 0.0, 0.8], [0.0, 0.8, 0.6]])
+    after = normals[:, [1, 0, 2]] * [-1.0, 1.0, 1.0]
+    assert turned.pretravel(after) == pytest.approx(made.pretravel(normals), rel=1e-9)
+    assert np.abs(turned.pretravel(normals) - made.pretravel(normals)).max() > 1e-3
+    assert turned.provenance.spindle_deg == 120.0
+    with pytest.raises(PretravelError, match="how far to turn it is not known"):
+        turned_to(_qualified(None), 120.0)
+
+
+def test_what_is_not_stated_is_said_once() -> None:
+    """Where lobes are larger than U: the largest change of the map by half a turn is stated."""
+    none, made = _qualified(None), _qualified(180.0)
+    assert orientation_note(made, stated=True) == ""
+    assert orientation_note(none, stated=False).startswith("neither the map nor the touches state")
+    assert orientation_note(made, stated=False).startswith(
+        "the map is of spindle 180°, the touches"
+    )
+    note = orientation_note(none, stated=True)
+    assert note.startswith("the touches state the orientation of the spindle, the map does not")
+    azimuth = np.radians(np.arange(0.0, 360.0, 5.0))
+    ring = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
+    half = none.pretravel(ring, extrapolate=True) - none.pretravel(-ring, extrapolate=True)
+    said = float(note.split("up to ")[1].split(" µm")[0])
+    assert said == pytest.approx(1e3 * np.abs(half).max(), rel=0.3)
+    round_map = replace(mean_map(0.01), provenance=Provenance(origin=Origin.QUALIFIED))
+    assert orientation_note(round_map, stated=False) == ""
+    quiet = TouchSummary(10, 1.0, (60.0, 60.0), 0.0, 0)
+    assert len(conditions_notes(quiet, none)) == 1
+    assert conditions_notes(replace(quiet, states_spindle=True), made) == []
