@@ -426,6 +426,8 @@ class FileFormat:
         read.
     statements : tuple of Statement
         Lines among its rows that contain no reading, and what each does.
+    columns : tuple of Statement
+        Columns of a table, and what each does.
     other_lines : str
         What is done with all other lines: ``refused``, ``named`` or, where it has no lines, empty.
     """
@@ -449,4 +451,5 @@ class FileFormat:
     keeps_approaches_and_feeds: bool = False
     refusal: str = ""
     statements: tuple[Statement, ...] = ()
+    columns: tuple[Statement, ...] = ()
     other_lines: str = ""

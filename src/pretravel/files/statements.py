@@ -201,3 +201,24 @@ def unknown_lines(lines: Sequence[tuple[int, str]]) -> tuple[str, ...]:
     more = " …" if len(lines) > _SHOWN else ""
     plural = "s are" if len(lines) > 1 else " is"
     return (f"{len(lines)} line{plural} not known, and not read: {shown}{more}",)
+
+
+def statement_rows(name: str, table: Sequence[Statement], other_lines: str) -> list[str]:
+    """Rows of the documentation: what each statement of a format changes, and what is done.
+
+    >>> print(statement_rows("dmis", [Statement("`UNITS/`", "", "unit", "refused")], "named")[0])
+    | `dmis` | `UNITS/` | the unit | refused |
+    >>> print(statement_rows("dmis", [], "named")[0])
+    | `dmis` | other lines | not known | named |
+    """
+    rows = []
+    for then in ("carried", "refused", "harmless"):
+        for one in table:
+            if one.then == then:
+                words = one.words.replace("|", "\\|")
+                outcome = f"column `{one.means}`" if then == "carried" else then
+                changes = CHANGES.get(one.means, "nothing")
+                rows.append(f"| `{name}` | {words} | {changes} | {outcome} |")
+    if other_lines:
+        rows.append(f"| `{name}` | other lines | not known | {other_lines} |")
+    return rows

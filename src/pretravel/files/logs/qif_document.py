@@ -47,6 +47,8 @@ class PointSet:
         in QIF 2, the ids of the points.
     lines : tuple of int
         Line of the file that each point begins in.
+    part : str
+        The results that the set belongs to: those of one part.
     """
 
     points: FloatArray
@@ -55,6 +57,7 @@ class PointSet:
     radii: FloatArray | None
     labels: tuple[str, ...]
     lines: tuple[int, ...]
+    part: str = ""
 
 
 class QifDocument:
@@ -136,8 +139,21 @@ class QifDocument:
     def scale(self) -> float:
         """Return the millimetres in the document's unit of length."""
         unit = self.root.find(self.path("FileUnits", "PrimaryUnits", "LinearUnit"))
-        if unit is None:
-            return METRE
+        return METRE if unit is None else self._millimetres(unit)
+
+    def declared_units(self) -> dict[str, float]:
+        """Return the millimetres of each unit of length that FileUnits/OtherUnits declares."""
+        units = self.root.findall(self.path("FileUnits", "OtherUnits", "LinearUnit"))
+        units += self.root.findall(self.path("FileUnits", "OtherUnits", "OtherUnit", "LinearUnit"))
+        found = {}
+        for unit in units:
+            name = (unit.findtext(self.path("UnitName")) or "").strip()
+            if name:
+                found[name] = self._millimetres(unit)
+        return found
+
+    def _millimetres(self, unit: ET.Element) -> float:
+        """Return the millimetres in a unit of length."""
         if finite_number(unit.findtext(self.path("UnitConversion", "Offset")) or "0") != 0.0:
             raise self.file.error("a length unit with an offset is not read")
         factor = unit.findtext(self.path("UnitConversion", "Factor"))
