@@ -164,25 +164,25 @@ class _SetElement:
         A set states it in Units, or as linearUnit; a name may be one that FileUnits declares.
         """
         units = self.element.find(f"{_Q}Units")
-        stated = [self.element.get("linearUnit")]
-        if units is not None:
-            for part in units.iter():
-                own = own_text(part) if str(part.tag).endswith(("LinearUnit", "UnitName")) else ""
-                stated += [part.get("linearUnit"), (own or "").strip() or None]
-        words = {word.strip() for word in stated if word and word.strip()}
+        own = {} if units is None else self.document.units_in(units)
+        attributes = [] if units is None else [e.get("linearUnit") for e in units.iter()]
+        named = [self.element.get("linearUnit"), *attributes]
+        words = {*own, *(word.strip() for word in named if word and word.strip())}
         if units is not None and not words:
-            raise self.error("its Units state no unit of length that is known (LinearUnit)")
+            plain = (own_text(units) or "").strip()
+            if not plain and len(units):
+                return scale  # units of other quantities
+            words = {plain} if plain else words
         if len(words) > 1:
             raise self.error(f"it states several units of length: {', '.join(sorted(words))}")
         unit = words.pop() if words else None
-        if unit is None or unit == main_unit:
+        if unit is None or (unit == main_unit and unit not in own):
             return scale
-        declared = self.document.declared_units()
-        if unit in declared:
-            return declared[unit]
-        if unit.lower() not in UNIT_NAMES:
-            raise self.error(f"its length unit '{unit}' is not known, and FileUnits has none of it")
-        return UNIT_NAMES[unit.lower()]
+        known = {**UNIT_NAMES, **self.document.declared_units(), **own}
+        for word in (unit, unit.lower()):
+            if word in known:
+                return known[word]
+        raise self.error(f"its length unit '{unit}' is not known, and FileUnits has none of it")
 
     def point_set(self, scale: float, main_unit: str | None) -> PointSet:
         """Read the whole set; the unit's millimetres and its name are the document's."""

@@ -143,16 +143,19 @@ class QifDocument:
 
     def declared_units(self) -> dict[str, float]:
         """Return the millimetres of each unit of length that FileUnits/OtherUnits declares."""
-        units = self.root.findall(self.path("FileUnits", "OtherUnits", "LinearUnit"))
-        units += self.root.findall(self.path("FileUnits", "OtherUnits", "OtherUnit", "LinearUnit"))
+        others = self.root.find(self.path("FileUnits", "OtherUnits"))
+        return {} if others is None else self.units_in(others)
+
+    def units_in(self, units: ET.Element) -> dict[str, float]:
+        """Return the millimetres of each unit of length in an element of units, by its name."""
         found = {}
-        for unit in units:
-            name = (unit.findtext(self.path("UnitName")) or "").strip()
+        for unit in units.iter(self.path("LinearUnit")):
+            name = (unit.findtext(self.path("UnitName")) or own_text(unit) or "").strip()
             if name:
-                found[name] = self._millimetres(unit)
+                found[name] = self._millimetres(unit, name)
         return found
 
-    def _millimetres(self, unit: ET.Element) -> float:
+    def _millimetres(self, unit: ET.Element, name: str = "") -> float:
         """Return the millimetres in a unit of length."""
         if finite_number(unit.findtext(self.path("UnitConversion", "Offset")) or "0") != 0.0:
             raise self.file.error("a length unit with an offset is not read")
@@ -164,7 +167,7 @@ class QifDocument:
                     f"the factor '{shortened(factor)}' of the length unit is no number of metres"
                 )
             return metres * METRE
-        name = (unit.findtext(self.path("UnitName")) or "meter").strip().lower()
+        name = (unit.findtext(self.path("UnitName")) or name or "meter").strip().lower()
         if name not in UNIT_NAMES:
             raise self.file.error(f"the length unit '{name}' is not known and has no factor")
         return UNIT_NAMES[name]
