@@ -91,7 +91,8 @@ def as_touches(
     Parameters
     ----------
     given : Touches, str, Path or (n, 6) float
-        An array has x, y, z of the tip centre in mm and the outward normal.
+        An array has x, y, z of the tip centre in mm and the outward normal. The columns of a data
+        frame (pandas, polars, Arrow) go by their names and units, as those of a file do.
     reference_diameter : float, optional
         Of a reference that was touched, for a file. [mm]
     ring : bool
@@ -116,7 +117,7 @@ Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one
     """
     if isinstance(given, Touches):
         return given
-    if isinstance(given, str | Path):
+    if isinstance(given, str | Path) or hasattr(given, "columns"):
         stated = {"reference_diameter": reference_diameter, "ring": ring}
         found = from_file("touches", given, **stated)
         assert isinstance(found, Touches)

@@ -11,6 +11,7 @@ from typing import Any, TypedDict
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.base.errors import PretravelError
 from pretravel.base.quantities import (
     DEVIATION_OF_FORM,
     REFERENCE_DIAMETER,
@@ -132,6 +133,12 @@ class QualificationSetup:
             what = "the tip's diameter"
             tip = checked(self.tip_diameter, what, TIP_BALL, inputs=("tip_diameter",))
             object.__setattr__(self, "tip_diameter", tip)
+            if not self.ring and tip > diameter:
+                raise PretravelError(
+                    f"the tip ({tip:g} mm) is larger than the sphere ({diameter:g} mm): are the "
+                    "diameters exchanged?",
+                    inputs=("diameter", "tip_diameter"),
+                )
         check_numbers(
             self,
             u_diameter=U_OF_DIAMETER,

@@ -34,6 +34,9 @@ MM = (
 )
 
 
+THOU = "<UnitName>thou</UnitName><UnitConversion><Factor>0.0000254</Factor></UnitConversion>"
+
+
 class TestQif:
     def test_uncompensated_points(self, tmp_path: Path) -> None:
         found = read_qif(written(tmp_path, QIF_FILE.replace("UNITS", MM), "a.qif"))
@@ -107,8 +110,7 @@ class TestQif:
         [
             ("<Units><LinearUnit><UnitName>inch</UnitName></LinearUnit></Units>", "", "", 25.4),
             (
-                "<Units><LinearUnit><UnitName>thou</UnitName><UnitConversion><Factor>0.0000254"
-                "</Factor></UnitConversion></LinearUnit></Units>",
+                f"<Units><LinearUnit>{THOU}</LinearUnit></Units>",
                 "", "", 0.0254,
             ),
             ("", ' linearUnit="thou"', "thou", 0.0254),

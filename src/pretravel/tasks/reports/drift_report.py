@@ -16,6 +16,7 @@ from pretravel.files.file_dates import DatedFile
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.day_terms import DayTerms, radius_beside
 from pretravel.qualification.drift_over_time import DailyQuantity, DriftOverTime, QuantityCourse
+from pretravel.qualification.time_series import FEWEST_VALUES
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_marks import Area, Dots, LineMark, Mark, Rule, Symbol
 from pretravel.show.colours import Colour
@@ -118,6 +119,9 @@ def drift_verdict(drift: DriftOverTime) -> str:
     """
     since = drift.moments[drift.starts[-1]]
     after = f"since the jump or new map of {_date(since)}: " if drift.starts[-1] else ""
+    span = float(drift.times[-1] - drift.times[drift.starts[-1]])
+    if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
+        return f"{after}all within {span * 24:.2g} hours, which say nothing of a drift in days"
     if not drift.last:
         return f"{after}too few days to tell drift from scatter (3 are needed)"
     limit = value_text(drift.limit / MICROMETRE, "µm")
