@@ -23,8 +23,8 @@ from pretravel.base.quantities import (
     check_numbers,
     checked_values,
 )
+from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import UNITS, SourceFile
-from pretravel.files.statements import Statement
 from pretravel.measurement.points import Points
 from pretravel.probing.targets import Targets
 from pretravel.touches import Touches, moved, word_fields
@@ -424,9 +424,9 @@ class FileFormat:
     refusal : str
         Why no readings can be made of such files, and what to do instead; empty where they are
         read.
-    statements : tuple of Statement
+    statements : tuple of RowStatement
         Lines among its rows that contain no reading, and what each does.
-    columns : tuple of Statement
+    columns : tuple of RowStatement
         Columns of a table, and what each does.
     other_lines : str
         What is done with all other lines: ``refused``, ``named`` or, where it has no lines, empty.
@@ -450,6 +450,6 @@ class FileFormat:
     write_points: PointsWriter | None = None
     keeps_approaches_and_feeds: bool = False
     refusal: str = ""
-    statements: tuple[Statement, ...] = ()
-    columns: tuple[Statement, ...] = ()
+    statements: tuple[RowStatement, ...] = ()
+    columns: tuple[RowStatement, ...] = ()
     other_lines: str = ""

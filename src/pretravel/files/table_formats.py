@@ -7,7 +7,7 @@ from pathlib import Path
 from pretravel.files.file_format import FileFormat, PointsOrigin
 from pretravel.files.netcdf import write_dataset
 from pretravel.files.point_tables import points_dataset, points_table
-from pretravel.files.statements import Statement
+from pretravel.files.row_statements import RowStatement
 from pretravel.files.tables import write_table
 from pretravel.files.touches_csv import read_table_of_touches, write_touches
 from pretravel.measurement.points import Points
@@ -27,12 +27,12 @@ def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> N
 
 
 _COLUMNS = (
-    Statement("columns tip, stylus, sensor, probe, tool …", "", "tip", "carried"),
-    Statement("columns part, planid, partnb, serial number, set, series …", "", "part", "carried"),
-    Statement("column pass", "", "pass", "carried"),
-    Statement("columns orientation, head angle", "", "orientation", "carried"),
-    Statement("columns A, B, C that move", "", "frame", "refused"),
-    Statement(
+    RowStatement("columns tip, stylus, sensor, probe, tool …", "", "tip", "carried"),
+    RowStatement("columns part, planid, partnb, serial, set, series …", "", "part", "carried"),
+    RowStatement("column pass", "", "pass", "carried"),
+    RowStatement("columns orientation, head angle", "", "orientation", "carried"),
+    RowStatement("columns A, B, C that move", "", "frame", "refused"),
+    RowStatement(
         "comments among the rows that name a tip, part, unit, offset, rotation …", "", "frame",
         "refused",
     ),

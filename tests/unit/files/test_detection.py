@@ -13,7 +13,7 @@ from pretravel.files.format_registry import FORMATS, format_of
 from pretravel.files.logs.log_lines import read_log_positions
 from pretravel.files.machine_file import machine_text
 from pretravel.files.readings import read_readings
-from pretravel.files.statements import statement_rows
+from pretravel.files.row_statements import statement_rows
 from tests.support.commands import run
 from tests.support.control_logs import (
     DMIS_OUTPUT,
@@ -59,7 +59,7 @@ class TestCatalogue:
             assert row + f"{entry.needs} | {entry.verified} |" in text
 
     def test_every_statement_is_in_the_documents(self) -> None:
-        """`pretravel.files.statements.statement_rows` makes the table."""
+        """`pretravel.files.row_statements.statement_rows` makes the table."""
         text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
         for entry in FORMATS.values():
             stated = (*entry.columns, *entry.statements)

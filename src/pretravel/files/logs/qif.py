@@ -33,8 +33,8 @@ from pretravel.files.logs.qif_document import (
     unit_normals,
 )
 from pretravel.files.logs.qif_measure_points import read_measure_points
+from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import Source, opened, shortened
-from pretravel.files.statements import Statement
 from pretravel.measurement.points import Points
 from pretravel.touches import Touches, word_fields
 
@@ -368,10 +368,10 @@ def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
 
 
 _STATED = (
-    Statement("`ProbeRadius` that differs between sets", "", "tip", "carried"),
-    Statement("`MeasurementResults` of several parts", "", "part", "carried"),
-    Statement("`CoordinateSystemId`, `TranformId` of a set", "", "frame", "refused"),
-    Statement("`Compensated` true", "", "radius", "refused"),
+    RowStatement("`ProbeRadius` that differs between sets", "", "tip", "carried"),
+    RowStatement("`MeasurementResults` of several parts", "", "part", "carried"),
+    RowStatement("`CoordinateSystemId`, `TranformId` of a set", "", "frame", "refused"),
+    RowStatement("`Compensated` true", "", "radius", "refused"),
 )
 
 QIF = FileFormat(
