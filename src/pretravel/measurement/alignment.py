@@ -31,7 +31,7 @@ from pretravel.measurement.selection import points_at
 from pretravel.qualification.outliers import FEWEST_LEFT, outlier_factor
 from pretravel.surface.cad.part import Part
 from pretravel.surface.search import ContactSearch, Feet, feet_on_faces
-from pretravel.touches import Touches, refuse_several, travel_of_delay
+from pretravel.touches import Touches, refuse_several, refuse_several_runs, travel_of_delay
 from pretravel.uncertainty.covariance import Covariance
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
@@ -88,6 +88,7 @@ class TipCentres:
     def of(cls, touches: Touches, *, stated_approaches: bool = True) -> TipCentres:
         """Those of touches; their normals serve as directions of travel alone."""
         refuse_several(touches)
+        refuse_several_runs(touches.labels, touches.positions)
         return cls(
             touches.positions,
             touches.approach_directions if stated_approaches else None,

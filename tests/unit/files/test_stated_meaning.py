@@ -150,6 +150,20 @@ class TestFramesAndParts:
         assert "--series" in run("measure", path, "--feature", "plane", code=2)
         assert "4 points" in run("measure", path, "--feature", "plane", "--series", 8)
 
+    def test_labels_that_come_twice(self, tmp_path: Path) -> None:
+        """A second part whose points lie elsewhere; a part that was touched again is no second."""
+        for shift, parts in ((0.08, 2), (0.002, 1)):
+            rows = "".join(f"p{i},{10 * (i % 2)},{10 * (i // 2)},{shift * run:.4f}\n"
+                           for run in range(2) for i in range(4))  # fmt: skip
+            path = written(tmp_path, "label,x_mm,y_mm,z_mm\n" + rows, "a.csv")
+            call = ["measure", path, "--feature", "plane"]
+            if parts == 1:
+                assert "8 points" in run(*call)
+                continue
+            assert "--series" in run(*call, code=2)
+            assert "4 points" in run(*call, "--series", 2)
+            assert "8 points" in run(*call, "--series", "all")
+
 
 class TestPasses:
     def test_fast_and_slow_touches_of_one_point(self) -> None:
