@@ -33,7 +33,7 @@ def _made(form: str, value: object, **stated: object) -> Any:
     return getattr(import_module(module), function)(value, **stated)
 
 
-def from_file(form: str, path: str | Path, **stated: object) -> Any:
+def from_file(form: str, path: object, **stated: object) -> Any:
     """The value that a file contains.
 
     Parameters
@@ -41,6 +41,7 @@ def from_file(form: str, path: str | Path, **stated: object) -> Any:
     form : str
         ``touches``, ``points`` or ``map``.
     path : str or Path
+        Or, for touches, a data frame.
     **stated
         What the file does not contain, for the reader.
 
