@@ -115,6 +115,17 @@ REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
         ("planid\tpartnb\tid\ttype\tidsymbol\tactual\tnominal\n\t1\tD1\tdiameter\t\t8.01\t8\n",),
         "Calypso",
     ),
+    "feature-list": (
+        (
+            "Name,Type,Center X,Center Y,Center Z,I,J,K,Diameter\nC1,CIRCLE,4,5,-6,0,0,1,10\n",
+            "Object Name,Control,Nom,Meas,Dev,Test\nbore,Diameter,10,10.01,0.01,Pass\n",
+        ),
+        "list of features",
+    ),
+    "listing": (
+        ("QUINDOS V7\nELE NAM\nP1 A 1.5\n", "Calibrating Probe With Bore\nBore diameter: 20.022\n"),
+        "a report of a CMM",
+    ),
     "heidenhain-log": (
         (
             "Measuring log Probing cycle 421 Hole Measuring\nDate: 30-06-2005\nTime: 6:55:04\n",
@@ -195,6 +206,7 @@ ________________________________________
 HEIGHT_GRID_FILE = (
     "0.0 10.0 2\n0.0 5.0 2\n-1.0 1.0 50\n\n\n0 0 0.1\n10 0 0.2\n\n0 5 0.1\n10 5 0.3\n\n"
 )
+CANDLE_MAP_FILE = "0;0;10;5\r\n2;2;-1;1\r\n0;1;1\r\n0.1;0.2\r\n0.3;0.4\r\n"
 CMM_CENTRES_FILE = (
     "12;3;a no compensation;1;0.3000;0.2000;2.9900;;0.0000\r\n"
     "13;3;a no compensation;1;-0.4000;0.1000;2.9910;;0.0000\r\n"
@@ -232,6 +244,7 @@ SAMPLES: dict[str, tuple[str, ReadingOptions | None]] = {
     "cmm-listing": (CMM_LISTING_FILE, ReadingOptions(radius_taken_off=1.0, bores=("HOLE*",))),
     "cmm-centres": (CMM_CENTRES_FILE, CENTRES_OPTIONS),
     "height-grid": (HEIGHT_GRID_FILE, ReadingOptions(units="mm")),
+    "candle-map": (CANDLE_MAP_FILE, ReadingOptions(units="mm")),
     "trip-map": (TRIP_MAP_FILE, TRIP_MAP_OPTIONS),
     "print": (PRINT_FILE, ReadingOptions(units="mm")),
 }

@@ -11,7 +11,7 @@ _BEFORE = {
     "klipper": "// probe at 97.000,2.000 is z=1.317500", "marlin": "Recv: 2 of 2",
     "reprap": "8.1.2023", "positions": "G1 X9", "probeopen": "9.000000", "csv": "b,9",
     "cmm-listing": "       PLANE", "cmm-centres": "13;3", "height-grid": "10 0 0.2",
-    "linuxcnc": "touch,b", "trip-map": "60,8.0",
+    "linuxcnc": "touch,b", "trip-map": "60,8.0", "candle-map": "0.3;",
 }  # fmt: skip
 """Begins the line before which a statement is inserted: between two readings."""
 _SECOND_ROW = {
@@ -85,6 +85,7 @@ _CMM = {
     "cmm-listing": {"frame": ("       PLANE OTHER CART PCS MM ANGDEC 09:31 May 04,2026",)},
     "cmm-centres": {"tip": ("TIP 2",)},
     "height-grid": {"tip": ("TIP 2",)},
+    "candle-map": {"tip": ("TIP 2",), "frame": ("1;2;3",)},
     "linuxcnc": {"tip": ("tool,2,end",), "frame": ("work,G55,0,end",)},
 }  # fmt: skip
 INSERTED = [
@@ -98,6 +99,7 @@ UNKNOWN = {
     "pcdmis": "FROBNICATE/3", "dmis": "FROBNI/3", "fusion": "FROB 3", "grbl": "Frobnicating 3",
     "g2core": "Frobnicating 3", "klipper": "frobnicating 3", "marlin": "frobnicating 3",
     "reprap": "frobnicating 3", "positions": "frobnicating 3", "probeopen": "frobnicating 3",
-    "csv": "frobnicating 3", "cmm-centres": "frobnicating 3", "linuxcnc": "frob,3,end",
+    "csv": "frobnicating 3", "candle-map": "frobnicating 3",
+    "cmm-centres": "frobnicating 3", "linuxcnc": "frob,3,end",
 }  # fmt: skip
 """A line of each format that nobody knows."""

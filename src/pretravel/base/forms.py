@@ -8,7 +8,6 @@ early rooms take the path of a file in the place of the value that it contains (
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from pretravel.base.plugins import object_at
@@ -33,7 +32,7 @@ def _made(form: str, value: object, **stated: object) -> Any:
     return object_at(_MAKERS[form])(value, **stated)
 
 
-def from_file(form: str, path: str | Path, **stated: object) -> Any:
+def from_file(form: str, path: object, **stated: object) -> Any:
     """The value that a file contains.
 
     Parameters
@@ -41,6 +40,7 @@ def from_file(form: str, path: str | Path, **stated: object) -> Any:
     form : str
         ``touches``, ``points`` or ``map``.
     path : str or Path
+        Or, for touches, a data frame.
     **stated
         What the file does not contain, for the reader.
 

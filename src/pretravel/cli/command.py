@@ -30,6 +30,7 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
         ctx.meta[TYPED] = tuple(args)
+        self._refuse_twice(args)
         try:
             rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
@@ -42,6 +43,19 @@ class Command(TyperCommand):
             if any(isinstance(n, float) and not math.isfinite(n) for n in numbers):
                 raise PretravelError(f"{typed_name(parameter)} {value}: it must be finite")
         return rest
+
+    def _refuse_twice(self, args: list[str]) -> None:
+        """Refuse an option that takes one value and is given twice: the last would win."""
+        words = [word.partition("=")[0] for word in args if word.startswith("-")]
+        for parameter in self.params:
+            if not isinstance(parameter, TyperOption) or parameter.multiple or parameter.is_flag:
+                continue
+            given = [word for word in words if word in parameter.opts]
+            if len(given) > 1:
+                raise PretravelError(
+                    f"{given[-1]} is given {len(given)} times, and takes one value: state one, and "
+                    "run the command again for another"
+                )
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""

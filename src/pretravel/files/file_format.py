@@ -25,8 +25,8 @@ from pretravel.base import (
     checked_values,
     probe_rotation,
 )
+from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import UNITS, SourceFile
-from pretravel.files.statements import Statement
 from pretravel.measurement import Points
 from pretravel.touches import Targets, Touches, moved, word_fields
 
@@ -427,8 +427,10 @@ class FileFormat:
     refusal : str
         Why no readings can be made of such files, and what to do instead; empty where they are
         read.
-    statements : tuple of Statement
+    statements : tuple of RowStatement
         Lines among its rows that contain no reading, and what each does.
+    columns : tuple of RowStatement
+        Columns of a table, and what each does.
     other_lines : str
         What is done with all other lines: ``refused``, ``named`` or, where it has no lines, empty.
     """
@@ -452,7 +454,8 @@ class FileFormat:
     write_points: PointsWriter | None = None
     keeps_approaches_and_feeds: bool = False
     refusal: str = ""
-    statements: tuple[Statement, ...] = ()
+    statements: tuple[RowStatement, ...] = ()
+    columns: tuple[RowStatement, ...] = ()
     other_lines: str = ""
 
     def refuse_unused(self, file: SourceFile, options: ReadingOptions) -> None:

@@ -97,7 +97,8 @@ def named_misses(found: FileReadings | FilePositions) -> FileReadings | FilePosi
         )
         return replace(found, warnings=(*found.warnings, *told))
     touches = found.touches
-    filled = missed_rows(touches.positions)
+    # Other formats mark their misses, and the own form of a table has none.
+    filled = missed_rows(touches.positions) & bool(touches.reading)
     if filled.any() and not filled.all():
         names = labels_or_numbers(touches.labels, len(touches))
         missed = tuple(names[row] for row in np.flatnonzero(filled))

@@ -28,12 +28,12 @@ from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
-from pretravel.files.readings import chosen
+from pretravel.files.readings import ALL, chosen
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
-from pretravel.measurement import Points
-from pretravel.touches import refuse_several
+from pretravel.measurement import Points, points_at
+from pretravel.touches import length_of_run, refuse_several, refuse_several_runs
 
 _WHAT = "compensated points"
 _TABLES = ("", ".csv", ".txt", ".tsv", ".xyz", ".asc", ".dat")
@@ -100,8 +100,22 @@ def points_and_notes(
         As `read_points`; points of several parts or tips, and none is chosen; points that are
         tip centres, by their nominal points, and the tip is not stated.
     """
-    options = replace(options, normals_from=one_normal([0.0, 0.0, 1.0]))
     file = opened(source)
+    found, notes = _read(file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0])))
+    if ALL in options.series:
+        return found, notes
+    length = length_of_run(found.labels, found.positions)
+    numbers = [name for name in options.series if name.isdecimal()]
+    if length and len(numbers) == 1 and 1 <= int(numbers[0]) <= len(found) // length:
+        begin = (int(numbers[0]) - 1) * length
+        return points_at(found, np.arange(begin, begin + length)), notes
+    with file.named_in_errors():
+        refuse_several_runs(found.labels, found.positions)
+    return found, notes
+
+
+def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...]]:
+    """The points of a file of any of the formats."""
     if file.ending in _TABLES and _COMPENSATED not in file.content[:_HEAD]:
         return _plain_points(file, options)
     table = read_parquet_table(file) if file.ending == ".parquet" else None
@@ -140,7 +154,8 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
             "perhaps. Compensate them with a map first; points that are compensated already need "
             "no normals: leave these columns out"
         )
-    found = chosen(found, options)
+    stated = bool({"part", "pass", "orientation"} & set(found.words))
+    found = chosen(found, options if stated else replace(options, series=()))
     assert isinstance(found, FilePositions)
     found = contacts(found)
     refuse_several(found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))))

@@ -123,7 +123,23 @@ def touches_meant(
     1
     """
     options = ReadingOptions(reference_diameter=reference_diameter, ring=ring)
+    if not isinstance(source, str | Path | SourceFile):
+        return _touches_of_frame(source, options)
     return read_readings(source, options).in_machine_axes().touches
+
+
+def _touches_of_frame(frame: object, options: ReadingOptions) -> Touches:
+    """Touches of a data frame; what has columns and is none is refused by its type."""
+    from pretravel.files.data_frames import is_frame, source_of_frame
+
+    if not is_frame(frame):
+        raise PretravelError(
+            f"expected touches, not a {type(frame).__name__}: read_touches makes them of a file, "
+            "Touches(positions, normals) of arrays, and data frames of pandas, polars and Arrow "
+            "are taken by the names of their columns"
+        )
+    found = read_readings(source_of_frame(frame), options, file_format="csv").touches
+    return replace(found, source=None, lines=None)
 
 
 def read_directions(source: Source) -> FloatArray:

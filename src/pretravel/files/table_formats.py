@@ -7,6 +7,7 @@ from pathlib import Path
 from pretravel.files.file_format import FileFormat, PointsOrigin
 from pretravel.files.netcdf import write_dataset
 from pretravel.files.point_tables import points_dataset, points_table
+from pretravel.files.row_statements import RowStatement
 from pretravel.files.tables import write_table
 from pretravel.files.touches_csv import read_table_of_touches, write_touches
 from pretravel.measurement import Points
@@ -25,6 +26,18 @@ def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> N
     write_dataset(path, points_dataset(points).assign_attrs(note=origin.note))
 
 
+_COLUMNS = (
+    RowStatement("columns tip, stylus, sensor, probe, tool …", "", "tip", "carried"),
+    RowStatement("columns part, planid, partnb, serial, set, series …", "", "part", "carried"),
+    RowStatement("column pass", "", "pass", "carried"),
+    RowStatement("columns orientation, head angle", "", "orientation", "carried"),
+    RowStatement("columns A, B, C that move", "", "frame", "refused"),
+    RowStatement(
+        "comments among the rows that name a tip, part, unit, offset, rotation …", "", "frame",
+        "refused",
+    ),
+)  # fmt: skip
+
 CSV = FileFormat(
     name="csv",
     what="table as text, of any usual form (.csv, .txt, .xyz, .asc)",
@@ -38,6 +51,8 @@ CSV = FileFormat(
     write_touches=_write_touches,
     write_points=_write_points,
     keeps_approaches_and_feeds=True,
+    columns=_COLUMNS,
+    other_lines="refused",
 )
 
 PARQUET = FileFormat(

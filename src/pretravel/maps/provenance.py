@@ -18,6 +18,7 @@ from pretravel.base import (
     TEMPERATURE_DIFFERENCE,
     TIP_BALL,
     U_OF_DIAMETER,
+    PretravelError,
     QuantityRange,
     check_numbers,
     checked,
@@ -132,6 +133,12 @@ class QualificationSetup:
             what = "the tip's diameter"
             tip = checked(self.tip_diameter, what, TIP_BALL, inputs=("tip_diameter",))
             object.__setattr__(self, "tip_diameter", tip)
+            if not self.ring and tip > diameter:
+                raise PretravelError(
+                    f"the tip ({tip:g} mm) is larger than the sphere ({diameter:g} mm): are the "
+                    "diameters exchanged?",
+                    inputs=("diameter", "tip_diameter"),
+                )
         check_numbers(
             self,
             u_diameter=U_OF_DIAMETER,

@@ -58,6 +58,7 @@ from .terms_of_days import DayTerms as DayTerms
 from .terms_of_days import day_quantities as day_quantities
 from .terms_of_days import day_terms as day_terms
 from .terms_of_days import radius_beside as radius_beside
+from .time_series import FEWEST_VALUES as FEWEST_VALUES
 from .touch_plan import TouchPlan as TouchPlan
 from .touch_plan import plan_touches as plan_touches
 from .verification import Verification as Verification

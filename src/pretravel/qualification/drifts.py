@@ -22,6 +22,10 @@ from pretravel.qualification.time_series import FEWEST_VALUES, series_of
 _SECONDS_PER_DAY = 86400.0
 
 
+SHORTEST_SPAN = 0.5
+"""Verifications within less say nothing of a drift in days. [days]"""
+
+
 @dataclass(frozen=True, eq=False)
 class DailyQuantity:
     """A quantity of a probe on n days.
@@ -224,7 +228,7 @@ def _course(
 ) -> QuantityCourse | None:
     """The course of a quantity on some days; None where too few determine it."""
     series = series_of(times[rows], quantity.values[rows], quantity.own_u[rows])
-    if len(series) < FEWEST_VALUES or not np.ptp(series.times) > 0.0:
+    if len(series) < FEWEST_VALUES or np.ptp(series.times) < SHORTEST_SPAN:
         return None
     course = course_of(series)
     start = 0.0 if zero else float(course.expected.level[0][0])

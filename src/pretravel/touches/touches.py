@@ -67,6 +67,8 @@ _ONE_EACH = {
 """Columns in which one is meant: how several are called, why that is no series, what chooses."""
 _SHOWN = 4
 """Most names that a message shows."""
+_SAME_POINT = 0.02
+"""A point of one part that is touched again lies closer to where it was. [mm]"""
 
 GLANCING = 0.05
 """Smallest cosine between an approach and the inward normal, which are then 87° apart."""
@@ -98,7 +100,8 @@ def as_touches(
     Parameters
     ----------
     given : Touches, str, Path or (n, 6) float
-        An array has x, y, z of the tip centre in mm and the outward normal.
+        An array has x, y, z of the tip centre in mm and the outward normal. The columns of a data
+        frame (pandas, polars, Arrow) go by their names and units, as those of a file do.
     reference_diameter : float, optional
         Of a reference that was touched, for a file. [mm]
     ring : bool
@@ -123,7 +126,7 @@ Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one
     """
     if isinstance(given, Touches):
         return given
-    if isinstance(given, str | Path):
+    if isinstance(given, str | Path) or hasattr(given, "columns"):
         stated = {"reference_diameter": reference_diameter, "ring": ring}
         found = from_file("touches", given, **stated)
         assert isinstance(found, Touches)
@@ -424,6 +427,45 @@ def refuse_several(touches: Touches, *, but: Collection[str] = ()) -> None:
         raise PretravelError(
             f"the touches are of {len(counts)} {what}, {' and '.join(named)}{more}, and {reason}",
             inputs=inputs,
+        )
+
+
+def length_of_run(labels: Sequence[str] | None, positions: FloatArray) -> int:
+    """Rows of the first of several runs, whose labels come again in the same order; 0: one run.
+
+    A point that is touched again lies where it was: runs whose points differ are of several parts.
+
+    >>> lid = np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    >>> length_of_run(("a", "b", "a", "b"), np.vstack([lid, lid + 0.1]))
+    2
+    >>> length_of_run(("a", "b", "a", "b"), np.vstack([lid, lid + 1e-4]))
+    0
+    """
+    count = len(positions)
+    if labels is None or labels[0] not in labels[1:]:
+        return 0
+    length = labels.index(labels[0], 1)
+    if length < 2 or count % length or tuple(labels[:length]) * (count // length) != tuple(labels):
+        return 0
+    runs = positions.reshape(-1, length, 3)
+    away = np.linalg.norm(runs[1:] - runs[0], axis=2)
+    return length if float(np.median(away)) > _SAME_POINT else 0
+
+
+def refuse_several_runs(labels: Sequence[str] | None, positions: FloatArray) -> None:
+    """Refuse rows whose labels come several times, at other places: those of several parts.
+
+    Raises
+    ------
+    PretravelError
+    """
+    length = length_of_run(labels, positions)
+    if length and labels is not None:
+        raise PretravelError(
+            f"the labels come {len(positions) // length} times, and the points lie elsewhere each "
+            f"time: {labels[0]} is point 1 and point {length + 1}. Are these several parts? Choose "
+            "one of them by its number, or all, if they are one",
+            inputs=("series",),
         )
 
 

@@ -13,6 +13,7 @@ from pretravel.files.format_registry import FORMATS, format_of
 from pretravel.files.logs.log_lines import read_log_positions
 from pretravel.files.machine_file import machine_text
 from pretravel.files.readings import read_readings
+from pretravel.files.row_statements import statement_rows
 from tests.support.commands import run
 from tests.support.control_logs import (
     DMIS_OUTPUT,
@@ -56,6 +57,14 @@ class TestCatalogue:
                 continue
             row = f"| `{entry.name}` | {entry.what} | {entry.reads} | {entry.writes} | "
             assert row + f"{entry.needs} | {entry.verified} |" in text
+
+    def test_every_statement_is_in_the_documents(self) -> None:
+        """`pretravel.files.row_statements.statement_rows` makes the table."""
+        text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+        for entry in FORMATS.values():
+            stated = (*entry.columns, *entry.statements)
+            for row in statement_rows(entry.name, stated, entry.other_lines):
+                assert row in text, row
 
     def test_labels_like_coordinates_are_no_positions(self, tmp_path: Path) -> None:
         text = "label,x_mm,y_mm,z_mm,nx,ny,nz\nX1,0,0,3,0,0,1\nx2,1,0,3,0,0,1\n"

@@ -34,6 +34,9 @@ MM = (
 )
 
 
+THOU = "<UnitName>thou</UnitName><UnitConversion><Factor>0.0000254</Factor></UnitConversion>"
+
+
 class TestQif:
     def test_uncompensated_points(self, tmp_path: Path) -> None:
         found = read_qif(written(tmp_path, QIF_FILE.replace("UNITS", MM), "a.qif"))
@@ -101,6 +104,43 @@ class TestQif:
         ):
             with pytest.raises(InputError, match=words):
                 read_qif(written(tmp_path, full.replace(old, new)))
+
+    @pytest.mark.parametrize(
+        ("units", "attribute", "others", "scale"),
+        [
+            ("<Units><LinearUnit><UnitName>inch</UnitName></LinearUnit></Units>", "", "", 25.4),
+            (
+                f"<Units><LinearUnit>{THOU}</LinearUnit></Units>",
+                "", "", 0.0254,
+            ),
+            ("", ' linearUnit="thou"', "thou", 0.0254),
+            ("", ' linearUnit="inch"', "", 25.4),
+            ("<Units><AngularUnit><UnitName>deg</UnitName></AngularUnit></Units>", "", "", 1.0),
+        ],
+    )  # fmt: skip
+    def test_units_of_a_set(
+        self, tmp_path: Path, units: str, attribute: str, others: str, scale: float
+    ) -> None:
+        """A set can have units of its own, and units that the document declares with a factor."""
+        declared = MM.replace("</FileUnits>", (
+            f"<OtherUnits><LinearUnit><UnitName>{others}</UnitName><UnitConversion><Factor>"
+            "0.0000254</Factor></UnitConversion></LinearUnit></OtherUnits></FileUnits>"
+        ) if others else "</FileUnits>")  # fmt: skip
+        text = QIF_FILE.replace("UNITS", declared).replace("<Points>", f"{units}<Points>")
+        text = text.replace('count="2" id="7"', f'count="2" id="7"{attribute}')
+        found = read_qif(written(tmp_path, text, "a.qif"))
+        assert isinstance(found, FileReadings)
+        assert found.touches.positions[0] == pytest.approx([0.0, 0.0, 3.0 * scale])
+
+    def test_sets_of_two_tips_and_two_parts(self, tmp_path: Path) -> None:
+        text = QIF_FILE.replace("UNITS", MM)
+        one = text[text.index("<MeasurementResults id") : text.index("</MeasurementResultsSet>")]
+        other = one.replace("2.5</ProbeRadius>", "1.5</ProbeRadius>").replace('id="7"', 'id="70"')
+        both = text.replace(one, one + other)
+        found = read_qif(written(tmp_path, both, "a.qif"))
+        assert isinstance(found, FileReadings)
+        assert found.touches.tips == ("R2.5", "R2.5", "R1.5", "R1.5")
+        assert found.touches.parts == ("part 1", "part 1", "part 2", "part 2")
 
     def test_no_units_are_metres(self, tmp_path: Path) -> None:
         (found,) = read_point_sets(written(tmp_path, QIF_FILE.replace("UNITS", ""), "a.qif"))

@@ -6,6 +6,7 @@ right follows from the file by hand, or as the test says.
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,11 @@ from pretravel.files.map_json import json_of_map
 from pretravel.files.readings import read_readings
 from pretravel.files.repeat_log import read_repeats
 from pretravel.files.source_file import SourceFile
+from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
+from pretravel.qualification.drifts import DailyQuantity, drift_over_time
 from pretravel.qualification.repeat_series import step_of_repeats
+from pretravel.tasks.history.drift_report import drift_verdict
 from pretravel.touches import refuse_several
 from tests.support.commands import both_outputs, positions, run
 from tests.support.control_logs import written
@@ -145,6 +149,20 @@ class TestFramesAndParts:
         path = written(tmp_path, "serial,x_mm,y_mm,z_mm\n" + rows, "a.csv")
         assert "--series" in run("measure", path, "--feature", "plane", code=2)
         assert "4 points" in run("measure", path, "--feature", "plane", "--series", 8)
+
+    def test_labels_that_come_twice(self, tmp_path: Path) -> None:
+        """A second part whose points lie elsewhere; a part that was touched again is no second."""
+        for shift, parts in ((0.08, 2), (0.002, 1)):
+            rows = "".join(f"p{i},{10 * (i % 2)},{10 * (i // 2)},{shift * run:.4f}\n"
+                           for run in range(2) for i in range(4))  # fmt: skip
+            path = written(tmp_path, "label,x_mm,y_mm,z_mm\n" + rows, "a.csv")
+            call = ["measure", path, "--feature", "plane"]
+            if parts == 1:
+                assert "8 points" in run(*call)
+                continue
+            assert "--series" in run(*call, code=2)
+            assert "4 points" in run(*call, "--series", 2)
+            assert "8 points" in run(*call, "--series", "all")
 
 
 class TestPasses:
@@ -336,3 +354,31 @@ class TestReferences:
         assert "taken as points of the surface" in err
         assert "compensated" not in out
         assert "--tip-diameter" in run(*call, "--nominal", 40, "--tolerance", "±0.01", code=2)
+
+
+class TestWhatTheUserStates:
+    def test_an_option_given_twice_is_refused(self, tmp_path: Path) -> None:
+        path = written(tmp_path, "x_mm,y_mm,z_mm,nx,ny,nz\n0,0,3,0,0,1\n", "a.csv")
+        first, second = tmp_path / "b.csv", tmp_path / "c.csv"
+        assert "-o is given 2 times" in run("convert", path, "-o", first, "-o", second, code=2)
+        assert not first.exists()
+        assert not second.exists()
+
+    def test_a_tip_larger_than_the_sphere_is_asked_back(self) -> None:
+        with pytest.raises(PretravelError, match="are the diameters exchanged") as caught:
+            QualificationSetup(6.0, 25.0)
+        assert caught.value.inputs == ("diameter", "tip_diameter")
+        assert QualificationSetup(3.0, 6.0, ring=True).tip_diameter == 6.0  # a pin
+
+    def test_verifications_within_minutes_say_nothing_of_days(self) -> None:
+        moments = [datetime(2026, 3, 1, 10, 0, 20 * i) for i in range(3)]
+        quantity = DailyQuantity("level", "µm", np.array([0.0, 1.0, 2.0]), np.full(3, 0.1), 1e-3)
+        found = drift_over_time(moments, [quantity], 1e-3)
+        assert not found.last
+        assert "say nothing of a drift in days" in drift_verdict(found)
+
+    def test_the_format_that_is_stated_is_taken(self, tmp_path: Path) -> None:
+        table = "Actual X,Actual Y,Actual Z,nx,ny,nz\n0,0,3,0,0,1\n"
+        path, out = written(tmp_path, table, "a.txt"), tmp_path / "map.json"
+        call = ["qualify", path, "--diameter", 25, "--units", "mm", "-o", out]
+        assert "print-out" in run(*call, "--from", "print", code=2)

@@ -37,7 +37,7 @@ from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
 from pretravel.measurement import Association, Points, apply, placed, points_at
 from pretravel.qualification import FEWEST_LEFT, outlier_factor
 from pretravel.surface import ContactSearch, Feet, Part, feet_on_faces, lattice
-from pretravel.touches import Touches, refuse_several, travel_of_delay
+from pretravel.touches import Touches, refuse_several, refuse_several_runs, travel_of_delay
 from pretravel.uncertainty import Covariance
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
@@ -96,6 +96,7 @@ class TipCentres:
     def of(cls, touches: Touches, *, stated_approaches: bool = True) -> TipCentres:
         """Those of touches; their normals serve as directions of travel alone."""
         refuse_several(touches)
+        refuse_several_runs(touches.labels, touches.positions)
         return cls(
             touches.positions,
             touches.approach_directions if stated_approaches else None,

@@ -51,6 +51,9 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
     columns, lines_of_grid = int(head[1][0]), int(head[1][1])
     lowest = head[1][2]
     body = rows[len(_HEAD) :]
+    odd = next((row for row in body if len(row[1]) != columns), None)
+    if odd is not None:
+        raise file.error(f"{len(odd[1])} heights, but the grid has {columns} columns", odd[0])
     if len(body) != lines_of_grid:
         raise file.error(f"{len(body)} rows of heights, but the grid has {lines_of_grid}")
     scale = file.scale(units, "a map of heights does not state its units")
@@ -58,8 +61,6 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
     places_y = np.linspace(y, y + height, lines_of_grid)
     points, numbers, missed = [], [], []
     for row, (number, cells) in enumerate(body):
-        if len(cells) != columns:
-            raise file.error(f"{len(cells)} heights, but the grid has {columns} columns", number)
         for column, z in enumerate(file.numbers(cells, number)):
             if abs(z - lowest) < _AT_THE_END:
                 missed.append(f"column {column + 1} of line {number}")
@@ -96,7 +97,7 @@ def _is_candle_map(lines: list[str]) -> bool:
         and min(columns, rows) >= 2
         and max(columns, rows) <= _MOST
         and min(head[0][2:]) > 0.0
-        and len(lines) == len(_HEAD) + rows
+        and len(lines) > len(_HEAD)
     )
 
 

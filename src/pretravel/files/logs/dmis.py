@@ -9,8 +9,8 @@ import numpy as np
 
 from pretravel.base import FloatArray
 from pretravel.files.file_format import FileFormat, FileReadings
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.statements import StatedRows, Statement, Statements, any_of
 from pretravel.touches import Touches, word_fields
 
 _POINT = re.compile(r"^(FA?)\s*\(([^)]+)\)\s*=\s*FEAT\s*/\s*POINT\s*,(.*)$", re.I)
@@ -22,15 +22,15 @@ _UNIT_NAMES = {"MM": "mm", "INCH": "inch"}
 _LABEL = r"(?:\w+\s*\([^)]*\)\s*=\s*)?"
 """The label of a statement, where it has one: D(1)=."""
 _TABLE = (
-    Statement(
+    RowStatement(
         "`SNSLCT/`, `SA(name)`", r"SNSLCT\s*/\s*(.+)|SA?\s*\(([^)]*)\)", "tip", "carried",
         "SNSLCT/SA(TIP_2)",
     ),
-    Statement(
+    RowStatement(
         "`DATSET/`, `D(name)=`, `DA(name)=`", r"(DA?\s*\([^)]*\).*|DATSET\b.*)", "frame", "refused",
         "D(2)=DATSET/MCS",
     ),
-    Statement(
+    RowStatement(
         "`RECALL/`, `TRANS/`, `ROTATE/`, `LOCATE/`, `EQUATE/`, `TRMATX/`, `ROTAB/`, `ROTSET/`, "
         "`CRSLCT/`",
         _LABEL + any_of(
@@ -39,24 +39,24 @@ _TABLE = (
         ) + r"(.*)",
         "frame", "refused", "RECALL/DA(1)",
     ),
-    Statement("`UNITS/`", r"UNITS\s*/\s*(\w+)", "unit", "refused", "UNITS/INCH"),
-    Statement(
+    RowStatement("`UNITS/`", r"UNITS\s*/\s*(\w+)", "unit", "refused", "UNITS/INCH"),
+    RowStatement(
         "`TECOMP/`, `SCALEF/`", any_of("TECOMP SCALEF TEMPCOMP") + "(.*)", "unit", "refused",
         "TECOMP/MACH,ON",
     ),
-    Statement(
+    RowStatement(
         "`PRCOMP/`", any_of("PRCOMP FRCOMP PROBECOMP CMPNTGRP") + "(.*)", "radius", "refused",
         "PRCOMP/OFF",
     ),
-    Statement(
+    RowStatement(
         "`FILNAM/`, `PN()=`, `PS()=PARTSN/` again",
         r"(FILNAM\s*/.*|P[NSR]\s*\([^)]*\).*|PART(?:ID|SN|RV)\s*/.*)", "part", "refused",
         "PS(S2)=PARTSN/'0002'",
     ),
-    Statement(
+    RowStatement(
         "`FEDRAT/MESVEL`", r"(FEDRAT\s*/\s*MESVEL.*)", "pass", "carried", "FEDRAT/MESVEL,MMPS,2"
     ),
-    Statement(
+    RowStatement(
         "`FEDRAT/`, `ACLRAT/`, `MODE/`, `GOTO/`, `SNSET/`, `WKPLAN/`, `CLRSRF/`, `DECPL/` …",
         any_of(
             "FINPOS FEDRAT ACLRAT MODE GOTO GOHOME WKPLAN CLRSRF DECPL PRCMPS BADTST ERROR CZONE "
@@ -64,17 +64,17 @@ _TABLE = (
         ),
         example="GOTO/0,0,50",
     ),
-    Statement(
+    RowStatement(
         "`F(name)=` and `FA(name)=` of features, `T()=`, `TA()=TOL/`, `R()=REPORT/` …",
         r"(?:FA?|TA?|KC|QISDEF|MSA?|RA?|V|G|CR?|DV|ST|RT|LI|OP|DI|MD|PV|TL|EN|CC|CS|FS)\s*\(",
         example="TA(T1)=TOL/CORTOL,XAXIS,0.002,INTOL",
     ),
-    Statement(
+    RowStatement(
         "`MEAS/`, `PTMEAS/`, `ENDMES`, `OUTPUT/`, `EVAL/`",
         any_of("MEAS RMEAS PTMEAS ENDMES OUTPUT EVAL CONST CALIB BOUND PTBUFF PTDATA RAWDAT"),
         example="ENDMES",
     ),
-    Statement(
+    RowStatement(
         "comments, `TEXT/`, `DISPLY/`, `DATE/`, `TIME/`, `DMISMN/`, `ENDFIL`",
         r"\$\$|" + any_of(
             "TEXT DISPLY VFORM DMISMN DMISMD DMESW DMESWI DMESWV DMEHW DMEID ENDFIL DATE TIME "
@@ -84,7 +84,7 @@ _TABLE = (
         example="TEXT/OUTFIL,'a note'",
     ),
 )  # fmt: skip
-STATEMENTS = Statements(_TABLE)
+_STATEMENTS = RowStatements(_TABLE)
 _ROUNDED = 5e-3
 """Normals are printed with few decimals; they are scaled to length one."""
 _SHOWN = 8
@@ -220,9 +220,9 @@ class _Output:
         elif found := _FEATURE.match(statement):
             self.features.append(f"{found[1].strip()} {found[2].upper()}")
         else:
-            self._hold(STATEMENTS.of(statement), statement, number)
+            self._hold(_STATEMENTS.of(statement), statement, number)
 
-    def _hold(self, known: tuple[Statement, str] | None, statement: str, number: int) -> None:
+    def _hold(self, known: tuple[RowStatement, str] | None, statement: str, number: int) -> None:
         """Keep what a statement between the points says."""
         if known is not None and known[0].means == "tip":
             inside = re.search(r"\(([^)]*)\)", statement)

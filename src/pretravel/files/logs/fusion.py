@@ -13,8 +13,8 @@ from pretravel.base import DEGREE, FloatArray, PretravelError, turned_about_axes
 from pretravel.files.csv_table import exact_number
 from pretravel.files.file_format import FileFormat, FileReadings, PointsOrigin, labels_or_numbers
 from pretravel.files.logs.plain_labels import plain_labels, plain_name
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.statements import StatedRows, Statement, Statements, any_of
 from pretravel.measurement import Points
 from pretravel.touches import Touches, word_fields
 
@@ -23,37 +23,37 @@ _ROUNDED = 5e-3
 """Normals are printed with four decimals or fewer; they are scaled to length one."""
 _LABEL = ";LABEL "
 _TABLE = (
-    Statement(
+    RowStatement(
         "`START` … `END`, `RESULTSFILE`", r"(START|END|RESULTSFILE.*)$", "part", "carried",
         "RESULTSFILE B",
     ),
-    Statement("`TOOLPATHID`", r"TOOLPATHID.*", example="TOOLPATHID 13"),
-    Statement("`G330` (applied)", r"G330\b.*", example="G330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0"),
-    Statement("`G802`", r"G80[012]\b.*", example="G802 N1 X0.1 Y0 Z0"),
-    Statement(
+    RowStatement("`TOOLPATHID`", r"TOOLPATHID.*", example="TOOLPATHID 13"),
+    RowStatement("`G330` (applied)", r"G330\b.*", example="G330 N1 A0. B0. C0. X0 Y0 Z0 I0 R0"),
+    RowStatement("`G802`", r"G80[012]\b.*", example="G802 N1 X0.1 Y0 Z0"),
+    RowStatement(
         "`T` number, `TOOL`", r"(?:TOOL\w*|T)\s*#?[:=]?\s*(\w+)\s*(?:M0?6)?$", "tip", "carried",
         "T2 M6",
     ),
-    Statement(
+    RowStatement(
         "`G54` …, `G52`, `G68`, `G10`, `G92`, `WCS`",
         "(" + any_of("G52 G53 G54 G55 G56 G57 G58 G59 G68 G69 G10 G92 G43 WCS WORKOFFSET") + ".*)",
         "frame", "refused", "G55",
     ),
-    Statement(
+    RowStatement(
         "`G20`, `G21`, `UNITS`", "(" + any_of("G20 G21 G70 G71 UNIT UNITS") + ".*)", "unit",
         "refused", "G20",
     ),
-    Statement(
+    RowStatement(
         "`PARTID`, `SERIAL`", r"(?:PART\w*|SERIAL\w*|SN)\b\s*[:=]?\s*(.*)", "part", "carried",
         "PARTID 2",
     ),
-    Statement(
+    RowStatement(
         "comments, `DATE`, `TIME`, `PROGRAM`",
         r"[;(%]|O\d|N\d+$|" + any_of("DATE TIME PROGRAM MODEL VERSION DOCUMENT MACHINE"),
         example="(a note)",
     ),
 )  # fmt: skip
-STATEMENTS = Statements(_TABLE)
+_STATEMENTS = RowStatements(_TABLE)
 
 
 def read_fusion(source: Source, units: str | None = None) -> FileReadings:
@@ -171,7 +171,7 @@ class _Results:
 
     def _read_statement(self, line: str, number: int) -> None:
         """Read a line that is no point: a set begins or ends, a tool, a part …."""
-        known = STATEMENTS.of(line) if line else (STATEMENTS.table[-1], "")
+        known = _STATEMENTS.of(line) if line else (_STATEMENTS.table[-1], "")
         if known is None or known[0].means != "part" or known[0].then != "carried":
             self.stated.take(known, line, number)
             return

@@ -8,8 +8,8 @@ import numpy as np
 
 from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
 from pretravel.files.logs.logged_feeds import LoggedFeeds
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.statements import StatedRows, Statement, Statements
 
 _BEGINS = re.compile(r'"?\bprb"?\s*:\s*\{\s*"?e"?\s*:')
 _REPORT = re.compile(r'"?\bprb"?\s*:\s*\{([^{}]*)\}')
@@ -20,27 +20,27 @@ _MOVED = 2e-3
 
 
 _TABLE = (
-    Statement(
+    RowStatement(
         "tool: `T` number, `tool`",
         r"T(\d+)\s*(?:M0?6)?\s*$|.*?\btool\W{1,4}(\d+)",
         "tip",
         "carried",
         '{"sr":{"tool":2}}',
     ),
-    Statement(
+    RowStatement(
         "work offset: `G54` …, `coor`, `g55` …, `G92`",
         r".*?(\bcoor\W{1,4}\d+|\bg(?:5[4-9]|92)[xyz]?\b.*|G10\s*L20?\b.*)",
         "frame",
         "refused",
         '{"sr":{"coor":2}}',
     ),
-    Statement(
+    RowStatement(
         "status, answers, moves, `ok`",
         r"\W*[{\[]|\W*$|(?:ok|system|tinyg|g2core)\b|[$?!~%;(*]|(?:N\d+\s*)?[GMFSXYZABC]\s*[-+.\d]",
         example='{"sr":{"vel":0.00}}',
     ),
 )
-STATEMENTS = Statements(_TABLE)
+_STATEMENTS = RowStatements(_TABLE)
 
 
 def read_g2core_log(
@@ -96,7 +96,7 @@ def read_g2core_log(
         moves.take(re.sub(r'[{}":]', " ", text), number)
         found = _reports(file, text, number)
         if not found:
-            stated.take(STATEMENTS.of(text.strip()), text, number)
+            stated.take(_STATEMENTS.of(text.strip()), text, number)
         if not answered:
             for _ in found:
                 stated.row(number)

@@ -15,8 +15,8 @@ import numpy.typing as npt
 from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
 from pretravel.files.logs.logged_feeds import LoggedFeeds
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.statements import StatedRows, Statement, Statements
 
 # Every class leaves out the bracket that begins: a line of beginnings alone is read once.
 _PROBE = re.compile(r"\[(?:PRB|Probe):([^\[\]:]*)(?::([^\[\]]*))?\]")
@@ -35,33 +35,33 @@ _PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G
 """Parameters after which ``$#`` repeats the last report."""
 _HOMING = "homing: `$H`, `G28.1`, `G30.1`"
 _TABLE = (
-    Statement("`[PRB:…]`, `<…>`, `[…]`", r"[<\[]|\W*$", example="[MSG:Pgm End]"),
-    Statement(
+    RowStatement("`[PRB:…]`, `<…>`, `[…]`", r"[<\[]|\W*$", example="[MSG:Pgm End]"),
+    RowStatement(
         "tool: `T` number with or without `M6`", r"(?:M0?6\s*)?T(\d+)\s*(?:M0?6)?\s*$", "tip",
         "carried", "> T2 M6",
     ),
-    Statement(
+    RowStatement(
         "work offset: `G54` … `G59`, `G10 L2`, `G10 L20`, `G92`, `G43.1`, `G49`, `G52`, in a line "
         "that was sent",
         r"[^;(]*?(?<![A-Z\d])(G(?:5[4-9]|10\s*L20?|92|43|49|52)(?:\.\d)?(?!\d).*)",
         "frame", "refused", "> G10 L20 P1 Z0",
     ),
-    Statement(
+    RowStatement(
         "turn and scale: `G68`, `G69`, `G51`, `G50`",
         r"[^;(]*?(?<![A-Z\d])(G(?:68|69|51|50)(?![\d.]).*)", "frame", "refused", "> G68 X0 Y0 R30",
     ),
-    Statement(
+    RowStatement(
         _HOMING, r"(\$H\w?|G28\.[13]|G30\.1)\s*$", "frame", "refused", "> $H",
     ),
-    Statement("`$13=`", r".*?\$13\s*=\s*([01])", "unit", "refused", "$13=1"),
-    Statement(
+    RowStatement("`$13=`", r".*?\$13\s*=\s*([01])", "unit", "refused", "$13=1"),
+    RowStatement(
         "`ok`, `error:`, `ALARM:`, `$…`, moves, comments",
         r"(?:ok|error|alarm|Grbl|grblHAL|FluidNC)\b|[$?!~%/;(*]|"
         r"(?:N\d+\s*)?[GMFSXYZABCIJKRPLTHDQ]\s*[-+.\d#\[]",
         example="ok",
     ),
 )  # fmt: skip
-STATEMENTS = Statements(_TABLE)
+_STATEMENTS = RowStatements(_TABLE)
 _MOVED = 2e-3
 """Other axes that differ by more than this have moved. [deg or mm, reports have two digits]"""
 _ROUNDED = 2e-3
@@ -193,7 +193,7 @@ class _GrblLog:
 
     def read_statement(self, line: str, number: int) -> None:
         """Read what a line states beside the reports: a tool, a work offset …."""
-        known = STATEMENTS.of(_sent(line))
+        known = _STATEMENTS.of(_sent(line))
         if known is not None and known[0].means == "frame" and self.anywhere:
             if known[0].words == _HOMING and self.positions:
                 self.homed = number

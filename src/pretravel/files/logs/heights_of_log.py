@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pretravel.files.file_format import FileReadings
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
 from pretravel.files.source_file import SourceFile
-from pretravel.files.statements import StatedRows, Statement, Statements
 from pretravel.touches import Touches, word_fields
 
 
@@ -36,7 +36,7 @@ class LoggedHeights:
     labels: list[str] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     unplaced: int | None = None
-    statements: Statements | None = None
+    statements: RowStatements | None = None
     stated: StatedRows = field(init=False)
     _series: Counter[str] = field(default_factory=Counter)
     _touches: Counter[str] = field(default_factory=Counter)
@@ -116,28 +116,28 @@ _BEFORE = re.compile(
     r"(?://\s*|echo:\s*|!!\s*)?",
     re.IGNORECASE,
 )
-_TOOL = Statement("tool: `T0`, `T1` …", r"T(\d+)\s*(?:M0?6)?\s*$", "tip", "carried", "T1")
-_SHIFTED = Statement(
+_TOOL = RowStatement("tool: `T0`, `T1` …", r"T(\d+)\s*(?:M0?6)?\s*$", "tip", "carried", "T1")
+_SHIFTED = RowStatement(
     "`G92`, `M206`, `M428`, `M851`, `SET_GCODE_OFFSET`, `SET_KINEMATIC_POSITION`, `M290`",
     r"((?:G92(?:\.\d)?|M206|M428|M851|M290|SET_GCODE_OFFSET|SET_KINEMATIC_POSITION|BABYSTEP\w*)\b"
     r".*)",
     "frame", "refused", "G92 Z0",
 )  # fmt: skip
-_HOMED = Statement(
+_HOMED = RowStatement(
     "homing: `G28`",
     r"(G28\b.*)",
     "part",
     "carried",
     "G28 Z",
 )
-_FEED = Statement(
+_FEED = RowStatement(
     "speed of the probe in a command",
     r"(?:PROBE|PROBE_ACCURACY|G30|G29|G38\.\d|M48)\b.*?\b((?:PROBE_)?SPEED\s*=\s*[\d.]+|F\s*[\d.]+)",
     "pass",
     "carried",
     "PROBE_ACCURACY PROBE_SPEED=10",
 )
-_CONSOLE = Statement(
+_CONSOLE = RowStatement(
     "`ok`, temperatures, `echo:`, commands and settings of the firmware",
     r"\W*$|(?:ok|wait|busy|start|T:|B:|X:|Y:|Z:|E:|Count|Mean|Min|Max|Range|Standard|Sample|"
     r"Position|Finished|Done|Bed|Bilinear|probe|PROBE\w*|BED\w*|M48|mesh|Generating|Klipper|Marlin|"
@@ -149,4 +149,4 @@ _CONSOLE = Statement(
 )
 TERMINAL = (_TOOL, _SHIFTED, _HOMED, _FEED, _CONSOLE)
 """Statements in the console output of a printer's firmware."""
-TERMINAL_STATEMENTS = Statements(TERMINAL)
+TERMINAL_LINES = RowStatements(TERMINAL)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from pretravel.files.file_format import FileFormat, FileReadings
-from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_STATEMENTS, LoggedHeights
+from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
 _BEFORE = r"\bprobe:?(?: result)? at "
@@ -40,7 +40,7 @@ def read_klipper_log(source: Source) -> FileReadings:
     [97.0, 2.0, 1.3175]
     """
     file = opened(source)
-    found = LoggedHeights(file, statements=TERMINAL_STATEMENTS)
+    found = LoggedHeights(file, statements=TERMINAL_LINES)
     name = "probe"
     for number, line in enumerate(file.lines("console output of Klipper"), start=1):
         if _SERIES_BEGINS.search(line):

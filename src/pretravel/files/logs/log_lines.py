@@ -7,26 +7,26 @@ import re
 import numpy as np
 
 from pretravel.files.file_format import FileFormat, FilePositions
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.statements import StatedRows, Statement, Statements
 
 _WORD = re.compile(
     r"([A-Z])\s*[:=]?\s*([-+]?\s*(?:\d+(?:\.\d*)?|\.\d+))(?![\d.,eE])[,;*]?", re.IGNORECASE
 )
 """A letter and its number; controls put blanks in the place of zeros, also after the sign."""
 _TABLE = (
-    Statement("tool: `T` number", r"(?:M0?6\s*)?T(\d+)\b.*", "tip", "carried", "T2"),
-    Statement(
+    RowStatement("tool: `T` number", r"(?:M0?6\s*)?T(\d+)\b.*", "tip", "carried", "T2"),
+    RowStatement(
         "work offset, turn, scale: `G54` … `G59`, `G10`, `G92`, `G43`, `G49`, `G52`, `G68`, `G51`",
         r"(?:N\d+\s*)?(?:G(?:0?[01]|17|2[01]|9[04])\s*)*"
         r"(G(?:5[0-24-9]|10|92|43|49|68|69)(?:\.\d)?(?!\d).*)",
         "frame", "refused", "G55",
     ),
-    Statement("`G20`, `G21`", r"G2([01])\b", "unit", "refused", "G20"),
-    Statement("comments, `%`, `G90`, `G94`, `M`, `F`, `S`, `O`",
+    RowStatement("`G20`, `G21`", r"G2([01])\b", "unit", "refused", "G20"),
+    RowStatement("comments, `%`, `G90`, `G94`, `M`, `F`, `S`, `O`",
               r"[#;(%]|\W*$|(?:[GMFSON]\s*\d+(?:\.\d*)?\s*)+$", example="G90"),
 )  # fmt: skip
-STATEMENTS = Statements(_TABLE)
+_STATEMENTS = RowStatements(_TABLE)
 _X_FIRST, _THEN_Y, _THEN_Z = (
     re.compile(rf"{words}\s*[:=]?\s*[-+.\d]", re.IGNORECASE)
     for words in (r"(?:#\d+\s*:\s*)?(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
@@ -79,7 +79,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             raise file.error("G91: relative positions are not read", number)
         for _, value in (word for word in _WORD.findall(line) if word[0].upper() == "F"):
             feed = file.numbers([_squeezed(value)], number)[0] or None
-        known = STATEMENTS.of(line)
+        known = _STATEMENTS.of(line)
         if known is not None and known[0].means != "unit":  # the unit was read
             stated.take(known, line, number)
         if position := _position(file, line, number, rotary):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_STATEMENTS, LoggedHeights
+from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
 _NUMBER = r"(-?\d[\d.]*|-?\.\d+)"
@@ -45,7 +45,7 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
     ([-0.042, -0.036, -0.037], 'M48 1/1')
     """
     file = opened(source)
-    found = LoggedHeights(file, statements=TERMINAL_STATEMENTS)
+    found = LoggedHeights(file, statements=TERMINAL_LINES)
     name, testing = "bed", False
     place: tuple[str, ...] = ()
     for number, line in enumerate(file.lines("console output of Marlin"), start=1):

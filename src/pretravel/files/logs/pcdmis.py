@@ -10,8 +10,8 @@ import numpy as np
 from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
+from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.statements import StatedRows, Statement, Statements, any_of
 from pretravel.touches import Touches, word_fields
 
 _FEATURE = re.compile(r"=\s*(?:FEAT|AUTO)\s*/", re.IGNORECASE)
@@ -21,18 +21,18 @@ _HIT = re.compile(r"^HIT\s*/\s*(.*)$", re.IGNORECASE)
 _NAMED = r"(?:[\w.$-]+\s*=\s*)?"
 """The label of a statement, where it has one."""
 _TABLE = (
-    Statement(
+    RowStatement(
         "`TIP/`", _NAMED + r"TIP\s*/\s*([^,]+)", "tip", "carried",
         "TIP/T2A90B0, SHANKIJK=0, 1, 0, ANGLE=90",
     ),
-    Statement(
+    RowStatement(
         "`LOADPROBE/`", _NAMED + r"LOADPROBE\s*/\s*([^,]+)", "tip", "carried", "LOADPROBE/STAR_2"
     ),
-    Statement(
+    RowStatement(
         "`ALIGNMENT/` (but not its END)", _NAMED + r"ALIGNMENT\s*/\s*(?!END)(.*)", "frame",
         "refused", "A2 =ALIGNMENT/START,RECALL:A1,LIST=YES",
     ),
-    Statement(
+    RowStatement(
         "`RECALL/`, `ROTAB/`, `EQUATE/`, `ITERATE/`, `BF3D/`, `MATRIX/`",
         _NAMED + any_of(
             "RECALL ROTAB ROTARYTABLE ROTARY_TABLE EQUATE ITERATE BF2D BF3D BEST_FIT BESTFIT "
@@ -40,29 +40,29 @@ _TABLE = (
         ) + "(.*)",
         "frame", "refused", "RECALL/ALIGNMENT,INTERNAL,A1",
     ),
-    Statement(
+    RowStatement(
         "`PROBECOM/`, `PROBE COMPENSATION/`",
         any_of("PROBECOM PROBE_COMPENSATION POLARVECTORCOMP POLAR_VECTOR_COMP") + "(.*)",
         "radius", "refused", "PROBECOM/OFF",
     ),
-    Statement(
+    RowStatement(
         "`TEMP COMP/`, `SCALEFACTOR/`, `UNITS/`",
         any_of("TEMP_COMP TEMPERATURE_COMP SCALE_FACTOR UNIT UNITS") + "(.*)",
         "unit", "refused", "TEMP COMP/ORIGIN",
     ),
-    Statement(
+    RowStatement(
         "`PART NAME:`, `SER NUMBER:` again", r"((?:PART NAME|SER NUMBER)\s*:.*)", "part", "refused",
         "PART NAME  : HOUSING 2",
     ),
-    Statement(
+    RowStatement(
         "`LOOP/START`, `GOTO/`, `CALLSUB/`",
         _NAMED + r"((?:LOOP\s*/\s*START|GOTO\s*/|CALLSUB\s*/|PASTE WITH PATTERN).*)",
         "part", "refused", "V1 =LOOP/START, ID=YES, NUMBER=4",
     ),
-    Statement(
+    RowStatement(
         "`TOUCHSPEED/`", r"TOUCHSPEED\s*/\s*(.*)", "pass", "carried", "TOUCHSPEED/ 4"
     ),
-    Statement(
+    RowStatement(
         "`MODE/`, `MOVE/`, `MOVESPEED/`, `PREHIT/`, `RETRACT/`, `CHECK/`, `CLEARP/`, `FLY/`",
         any_of(
             "MODE MOVE MOVESPEED SCANSPEED PREHIT RETRACT CHECK CLEARP CLAMP FLY WORKPLANE FORMAT "
@@ -71,7 +71,7 @@ _TABLE = (
         ),
         example="MOVE/POINT,NORMAL,<0,0,50>",
     ),
-    Statement(
+    RowStatement(
         "settings of a feature: `SNAP=`, `AUTO MOVE=`, `SHOW HITS=` …",
         any_of(
             "THEO ACTL TARG MEAS ENDMEAS HIT RMEAS ANGLE_VEC START_ANG DIRECTION SNAP SHOW AUTO "
@@ -81,7 +81,7 @@ _TABLE = (
         ),
         example="SNAP=NO",
     ),
-    Statement(
+    RowStatement(
         "dimensions, comments, `ALIGNMENT/END`, `IF/`, `ASSIGN/`, `PRINT/`",
         r"(?:\$\$|" + _NAMED + any_of(
             "ALIGNMENT/END DIM DIMENSION END_OF_DIMENSION AX COMMENT ASSIGN PRINT REPORT STATS "
@@ -91,13 +91,13 @@ _TABLE = (
         ) + ")",
         example="COMMENT/REPT,a note",
     ),
-    Statement(
+    RowStatement(
         "rows of a dimension", r"(?:[A-Z][A-Z0-9]{0,3}\s+[-+\d.]|-{3}|={3}|\||\*)",
         example="X   10.000   0.010   0.010   10.002   0.002   0.000",
     ),
-    Statement("features", r"[^=]*=\s*" + any_of("FEAT AUTO GENERIC BASICSCAN SCAN CURVE") + "/"),
+    RowStatement("features", r"[^=]*=\s*" + any_of("FEAT AUTO GENERIC BASICSCAN SCAN CURVE") + "/"),
 )  # fmt: skip
-STATEMENTS = Statements(_TABLE)
+_STATEMENTS = RowStatements(_TABLE)
 _NO_TOUCH = re.compile(r"^(?:READPOINT|CONSTR)\b", re.IGNORECASE)
 _OF_ONE_TOUCH = re.compile(r"^(?:\w+/)?(?:VECTOR POINT|POINT)\b", re.IGNORECASE)
 _SHOWN = 8
@@ -188,7 +188,7 @@ class _Routine:
 
     def read_statement(self, statement: str, number: int) -> None:
         """Read one statement: a feature begins, its values, a hit; or what holds from here on."""
-        known = STATEMENTS.of(statement)
+        known = _STATEMENTS.of(statement)
         if known is None or known[0].then != "harmless":
             if known is not None and known[0].then == "refused":
                 self.close_feature()
@@ -212,7 +212,7 @@ class _Routine:
             self.feature.hits.append((self._numbers(found[1], number), number))
             self.feature.held.append(dict(self.stated.values))
 
-    def _hold(self, known: tuple[Statement, str] | None, statement: str, number: int) -> None:
+    def _hold(self, known: tuple[RowStatement, str] | None, statement: str, number: int) -> None:
         """Keep what a statement between the features says."""
         if known is not None and known[0].means == "tip":
             if known[0].words.startswith("LOADPROBE"):

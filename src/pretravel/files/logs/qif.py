@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import uuid
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +31,10 @@ from pretravel.files.logs.qif_document import (
     unit_normals,
 )
 from pretravel.files.logs.qif_measure_points import read_measure_points
+from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import Source, opened, shortened
 from pretravel.measurement import Points
-from pretravel.touches import Touches
+from pretravel.touches import Touches, word_fields
 
 _Q = f"{{{NAMESPACE}}}"
 _SETS = "Results", "MeasurementResultsSet", "MeasurementResults", "MeasuredPointSets"
@@ -66,8 +68,12 @@ def read_point_sets(source: Source) -> list[PointSet]:
         sets = [] if found is None else [found]
     else:
         scale, main_unit = document.scale(), document.main_unit()
-        elements = document.root.findall(document.path(*_SETS, "MeasuredPointSet"))
-        sets = [_SetElement(document, element).point_set(scale, main_unit) for element in elements]
+        results = document.root.findall(document.path(*_SETS[:-1]))
+        sets = []
+        for number, result in enumerate(results, start=1):
+            elements = result.findall(document.path(_SETS[-1], "MeasuredPointSet"))
+            made = [_SetElement(document, each).point_set(scale, main_unit) for each in elements]
+            sets += [replace(each, part=f"part {number}") for each in made]
     if not sets:
         raise file.error(
             "the document contains no measured points (QIF 3: Results/MeasurementResultsSet/"
@@ -109,7 +115,7 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
     lines = tuple(line for s in sets for line in s.lines)
     normals = [s.normals for s in sets if s.normals is not None]
     if len(normals) < len(sets):
-        return FilePositions(file.path, points, lines)
+        return FilePositions(file.path, points, lines, words=_words(sets))
     radii = np.unique(np.concatenate([_radii(s) for s in sets]).round(_RADIUS_DIGITS))
     with file.named_in_errors(lines):
         touches = Touches(
@@ -118,9 +124,19 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
             labels=tuple(label for s in sets for label in s.labels),
             source=file.name,
             lines=lines,
+            **word_fields(_words(sets)),
         )
     common = len(radii) == 1 and radii[0] > 0.0
     return FileReadings(touches, tip_radius=float(radii[0]) if common else None)
+
+
+def _words(sets: list[PointSet]) -> dict[str, tuple[str, ...]]:
+    """Tip and part of each point, where there are several of them."""
+    radii = [each for s in sets for each in _radii(s).round(_RADIUS_DIGITS).tolist()]
+    tips = tuple(f"R{radius:.9g}" if np.isfinite(radius) else "" for radius in radii)
+    parts = tuple(s.part for s in sets for _ in s.lines)
+    words = {"tip": tips, "part": parts}
+    return {name: each for name, each in words.items() if len(set(each)) > 1}
 
 
 def _radii(point_set: PointSet) -> FloatArray:
@@ -141,13 +157,30 @@ class _SetElement:
         return self.document.file.error(f"{self.name}: {message}")
 
     def _own_scale(self, scale: float, main_unit: str | None) -> float:
-        """Return the millimetres in the set's own unit, or else in the document's."""
-        unit = self.element.get("linearUnit")
-        if unit is None or unit == main_unit:
+        """Return the millimetres in the set's own unit, or else in the document's.
+
+        A set states it in Units, or as linearUnit; a name may be one that FileUnits declares.
+        """
+        units = self.element.find(f"{_Q}Units")
+        own = {} if units is None else self.document.units_in(units)
+        attributes = [] if units is None else [e.get("linearUnit") for e in units.iter()]
+        named = [self.element.get("linearUnit"), *attributes]
+        words = {*own, *(word.strip() for word in named if word and word.strip())}
+        if units is not None and not words:
+            plain = (own_text(units) or "").strip()
+            if not plain and len(units):
+                return scale  # units of other quantities
+            words = {plain} if plain else words
+        if len(words) > 1:
+            raise self.error(f"it states several units of length: {', '.join(sorted(words))}")
+        unit = words.pop() if words else None
+        if unit is None or (unit == main_unit and unit not in own):
             return scale
-        if unit.strip().lower() not in UNIT_NAMES:
-            raise self.error(f"its length unit '{unit}' is not known")
-        return UNIT_NAMES[unit.strip().lower()]
+        known = {**UNIT_NAMES, **self.document.declared_units(), **own}
+        for word in (unit, unit.lower()):
+            if word in known:
+                return known[word]
+        raise self.error(f"its length unit '{unit}' is not known, and FileUnits has none of it")
 
     def point_set(self, scale: float, main_unit: str | None) -> PointSet:
         """Read the whole set; the unit's millimetres and its name are the document's."""
@@ -332,6 +365,13 @@ def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
     )
 
 
+_STATED = (
+    RowStatement("`ProbeRadius` that differs between sets", "", "tip", "carried"),
+    RowStatement("`MeasurementResults` of several parts", "", "part", "carried"),
+    RowStatement("`CoordinateSystemId`, `TranformId` of a set", "", "frame", "refused"),
+    RowStatement("`Compensated` true", "", "radius", "refused"),
+)
+
 QIF = FileFormat(
     name="qif",
     what="QIF 3 MeasuredPointSet, QIF 2 MeasurePoint (.qif)",
@@ -347,4 +387,5 @@ QIF = FileFormat(
     self_contained=True,
     write_touches=_write_touches,
     write_points=_write_points,
+    columns=_STATED,
 )

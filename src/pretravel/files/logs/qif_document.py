@@ -45,6 +45,8 @@ class PointSet:
         in QIF 2, the ids of the points.
     lines : tuple of int
         Line of the file that each point begins in.
+    part : str
+        The results that the set belongs to: those of one part.
     """
 
     points: FloatArray
@@ -53,6 +55,7 @@ class PointSet:
     radii: FloatArray | None
     labels: tuple[str, ...]
     lines: tuple[int, ...]
+    part: str = ""
 
 
 class QifDocument:
@@ -134,8 +137,24 @@ class QifDocument:
     def scale(self) -> float:
         """Return the millimetres in the document's unit of length."""
         unit = self.root.find(self.path("FileUnits", "PrimaryUnits", "LinearUnit"))
-        if unit is None:
-            return METRE
+        return METRE if unit is None else self._millimetres(unit)
+
+    def declared_units(self) -> dict[str, float]:
+        """Return the millimetres of each unit of length that FileUnits/OtherUnits declares."""
+        others = self.root.find(self.path("FileUnits", "OtherUnits"))
+        return {} if others is None else self.units_in(others)
+
+    def units_in(self, units: ET.Element) -> dict[str, float]:
+        """Return the millimetres of each unit of length in an element of units, by its name."""
+        found = {}
+        for unit in units.iter(self.path("LinearUnit")):
+            name = (unit.findtext(self.path("UnitName")) or own_text(unit) or "").strip()
+            if name:
+                found[name] = self._millimetres(unit, name)
+        return found
+
+    def _millimetres(self, unit: ET.Element, name: str = "") -> float:
+        """Return the millimetres in a unit of length."""
         if finite_number(unit.findtext(self.path("UnitConversion", "Offset")) or "0") != 0.0:
             raise self.file.error("a length unit with an offset is not read")
         factor = unit.findtext(self.path("UnitConversion", "Factor"))
@@ -146,7 +165,7 @@ class QifDocument:
                     f"the factor '{shortened(factor)}' of the length unit is no number of metres"
                 )
             return metres * METRE
-        name = (unit.findtext(self.path("UnitName")) or "meter").strip().lower()
+        name = (unit.findtext(self.path("UnitName")) or name or "meter").strip().lower()
         if name not in UNIT_NAMES:
             raise self.file.error(f"the length unit '{name}' is not known and has no factor")
         return UNIT_NAMES[name]

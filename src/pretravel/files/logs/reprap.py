@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
-from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_STATEMENTS, LoggedHeights
+from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
 _STOPPED = re.compile(r"\bStopped at height (-?[\d.]+) mm")
@@ -44,7 +44,7 @@ def read_reprap_log(source: Source, *, look_only: bool = False) -> FileReadings:
     [-0.005, 0.001, 0.002]
     """
     file = opened(source)
-    found = LoggedHeights(file, statements=TERMINAL_STATEMENTS)
+    found = LoggedHeights(file, statements=TERMINAL_LINES)
     for number, line in enumerate(file.lines("console output of RepRapFirmware"), start=1):
         if stopped := _STOPPED.search(line):
             found.take("G30", stopped.groups(), number)

@@ -14,6 +14,7 @@ from pretravel.base import DEGREE, MICROMETRE, BoolArray, FloatArray
 from pretravel.files import DatedFile
 from pretravel.maps import PretravelMap
 from pretravel.qualification import (
+    FEWEST_VALUES,
     DailyQuantity,
     DayTerms,
     DriftOverTime,
@@ -134,6 +135,9 @@ def drift_verdict(drift: DriftOverTime) -> str:
     """
     since = drift.moments[drift.starts[-1]]
     after = f"since the jump or new map of {_date(since)}: " if drift.starts[-1] else ""
+    span = float(drift.times[-1] - drift.times[drift.starts[-1]])
+    if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
+        return f"{after}all within {span * 24:.2g} hours, which say nothing of a drift in days"
     if not drift.last:
         return f"{after}too few days to tell drift from scatter (3 are needed)"
     limit = value_text(drift.limit / MICROMETRE, "µm")

@@ -134,11 +134,28 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
     )
 
 
-def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
-    """What of the reference was assumed: everybody who leaves it out reads it, so no warning."""
-    if result.setup.u_diameter is not None:
+def _assumed_axial(result: Qualification) -> tuple[KeyFigure, ...]:
+    """The pretravel along the axis, on which centre and level of a harmonic map rest."""
+    axial = result.setup.axial_pretravel
+    if result.setup.ring or axial is None or result.pretravel_map.kind != "harmonic":
         return ()
     return (
+        KeyFigure(
+            "assumed",
+            f"a pretravel of {axial / MICROMETRE:g} µm along the probe's axis, which touches on a "
+            "sphere do not determine: each µm more moves the centre along the axis by as much, and "
+            "is not in its u. State it where the probe has another",
+        ),
+    )
+
+
+def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
+    """What of the reference was assumed: everybody who leaves it out reads it, so no warning."""
+    figures = _assumed_axial(result)
+    if result.setup.u_diameter is not None:
+        return figures
+    return (
+        *figures,
         KeyFigure(
             "assumed",
             f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "

@@ -9,17 +9,17 @@ from typing import Literal, TypeAlias
 
 from pretravel.files.source_file import SourceFile, shortened
 
-Meaning: TypeAlias = Literal[
+StatementMeaning: TypeAlias = Literal[
     "nothing", "tip", "frame", "unit", "radius", "part", "pass", "orientation"
 ]
 """What a statement changes for the rows after it; radius: what was taken off the points."""
-Treatment: TypeAlias = Literal["harmless", "carried", "refused"]
+StatementOutcome: TypeAlias = Literal["harmless", "carried", "refused"]
 _SHOWN = 3
 """Most unknown lines that a warning quotes."""
 
 
 @dataclass(frozen=True)
-class Statement:
+class RowStatement:
     """One kind of line of a format that contains no reading.
 
     Attributes
@@ -40,8 +40,8 @@ class Statement:
 
     words: str
     pattern: str
-    means: Meaning = "nothing"
-    then: Treatment = "harmless"
+    means: StatementMeaning = "nothing"
+    then: StatementOutcome = "harmless"
     example: str = ""
 
 
@@ -55,22 +55,22 @@ def any_of(words: str) -> str:
     return "(?:" + "|".join(re.escape(word).replace("_", r"\s?") for word in every) + r")\b"
 
 
-class Statements:
+class RowStatements:
     """The statements of a format, tried in order.
 
     Parameters
     ----------
-    table : sequence of Statement
+    table : sequence of RowStatement
     """
 
-    def __init__(self, table: Sequence[Statement]) -> None:
+    def __init__(self, table: Sequence[RowStatement]) -> None:
         self.table = tuple(table)
         self._patterns = [(re.compile(one.pattern, re.IGNORECASE), one) for one in self.table]
 
-    def of(self, line: str) -> tuple[Statement, str] | None:
+    def of(self, line: str) -> tuple[RowStatement, str] | None:
         r"""The statement that a line is, with the value that it states; None: not known.
 
-        >>> table = Statements([Statement("TIP/…", r"TIP/(\w+)", "tip", "carried")])
+        >>> table = RowStatements([RowStatement("TIP/…", r"TIP/(\w+)", "tip", "carried")])
         >>> table.of("TIP/T1A0B0, ANGLE=0")[1], table.of("HIT/BASIC")
         ('T1A0B0', None)
         """
@@ -120,12 +120,12 @@ class StatedRows:
         if self.rows and (before is None or before[0] != value):
             self._broken = (what, number)
 
-    def take(self, found: tuple[Statement, str] | None, line: str, number: int) -> None:
+    def take(self, found: tuple[RowStatement, str] | None, line: str, number: int) -> None:
         """Take a line that is no reading.
 
         Parameters
         ----------
-        found : Statement and value, or None
+        found : RowStatement and value, or None
             From `Statements.of`.
         line : str
         number : int
@@ -201,3 +201,24 @@ def unknown_lines(lines: Sequence[tuple[int, str]]) -> tuple[str, ...]:
     more = " …" if len(lines) > _SHOWN else ""
     plural = "s are" if len(lines) > 1 else " is"
     return (f"{len(lines)} line{plural} not known, and not read: {shown}{more}",)
+
+
+def statement_rows(name: str, table: Sequence[RowStatement], other_lines: str) -> list[str]:
+    """Rows of the documentation: what each statement of a format changes, and what is done.
+
+    >>> print(statement_rows("dmis", [RowStatement("`UNITS/`", "", "unit", "refused")], "named")[0])
+    | `dmis` | `UNITS/` | the unit | refused |
+    >>> print(statement_rows("dmis", [], "named")[0])
+    | `dmis` | other lines | not known | named |
+    """
+    rows = []
+    for then in ("carried", "refused", "harmless"):
+        for one in table:
+            if one.then == then:
+                words = one.words.replace("|", "\\|")
+                outcome = f"column `{one.means}`" if then == "carried" else then
+                changes = CHANGES.get(one.means, "nothing")
+                rows.append(f"| `{name}` | {words} | {changes} | {outcome} |")
+    if other_lines:
+        rows.append(f"| `{name}` | other lines | not known | {other_lines} |")
+    return rows
