@@ -234,8 +234,8 @@ def test_read_scatter_has_the_machines_errors(separated: Path) -> None:
 
 def test_check_budget_with_a_separation() -> None:
     """A mean map knows one repeatability: in loud directions a touch scatters 4.6 times as much as
-    in quiet ones. The errors of points there are those of the separation, and U follows them. Errors of
-    the machine of 4 µm are in the errors of points, too."""
+    in quiet ones. The errors of points there are those of the separation, and U follows them.
+    Errors of the machine of 4 µm are in the errors of points, too."""
     n = np.repeat(np.concatenate([OUTWARD, [[0.0, 0.0, 1.0]]]), 3, axis=0)
     noise = np.random.default_rng(1).normal(0.0, 0.5 * UM, len(n))
     touches = Touches(n * (12.0 - 0.010 + noise)[:, None], n)
