@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.tasks.export import ControlForm
-from pretravel.tasks.fields import ModelName, Reported, existing, output
+from pretravel.tasks.fields import ModelName, Reported, ShownQuantity, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ class Compare(Reported):
     ] = None
     form: ControlForm = None
     model: ModelName = "analytic"
+    quantity: ShownQuantity = "pretravel"
     output: Annotated[
         Path | None,
         output(
@@ -105,6 +106,11 @@ class Compare(Reported):
 
         if self.other is not None:
             return self._of_probes(self.other, progress)
+        if self.quantity != "pretravel":
+            raise PretravelError(
+                "a map has pretravel; other quantities are those of two described probes",
+                inputs=("quantity",),
+            )
         with progress.working("comparing"):
             pretravel_map = map_or_prediction(self.map_file, self.model)
             normals = None if self.part is None else _normals_of(self.part)
@@ -232,7 +238,9 @@ class ComparedProbes(Result):
     def document(self) -> Document:
         """The report."""
         assert self.task.other is not None
-        return self.designs.document((Path(self.task.map_file).name, Path(self.task.other).name))
+        return self.designs.document(
+            (Path(self.task.map_file).name, Path(self.task.other).name), self.task.quantity
+        )
 
     def write(self, output: str, path: Path) -> None:
         """Write the predictions, a row for each direction."""

@@ -12,6 +12,7 @@ from pretravel.prediction.description import Probe
 from pretravel.prediction.predict import Trigger, predict
 from pretravel.show.document import Document
 from pretravel.tasks.reports.design_comparison_report import design_comparison_document
+from pretravel.tasks.reports.prediction_view import Quantity
 
 _POLAR = np.radians(np.arange(0.0, 91.0, 5.0))
 _AZIMUTH = np.radians(np.arange(0.0, 360.0, 5.0))
@@ -31,15 +32,17 @@ class DesignComparison:
     probes: tuple[Probe, Probe]
     triggers: tuple[Trigger, Trigger]
 
-    def document(self, names: tuple[str, str]) -> Document:
+    def document(self, names: tuple[str, str], quantity: Quantity = "pretravel") -> Document:
         """The report.
 
         Parameters
         ----------
         names : two str
             Of the files or in the catalogue.
+        quantity : str
+            Of the verdict and the pictures: pretravel, sensing_distance or trigger_force.
         """
-        return design_comparison_document(self.probes, self.triggers, names)
+        return design_comparison_document(self.probes, self.triggers, names, quantity)
 
 
 def compare_designs(

@@ -144,6 +144,19 @@ ProbeName: TypeAlias = Annotated[
     str,
     Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
 ]
+ShownQuantity: TypeAlias = Annotated[
+    Literal["pretravel", "sensing_distance", "trigger_force"],
+    Field(
+        help="Quantity of the verdict and the pictures beside the force: pretravel; the sensing "
+        "distance, which is the deflection across the axis (Rodrigues 2021); or the force alone.",
+        label="Quantity of the pictures",
+        words={
+            "pretravel": "pretravel",
+            "sensing_distance": "sensing distance",
+            "trigger_force": "trigger force",
+        },
+    ),
+]
 Workpiece: TypeAlias = Annotated[
     str,
     Field(

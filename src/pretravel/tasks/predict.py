@@ -15,6 +15,7 @@ from pretravel.tasks.fields import (
     Polars,
     ProbeName,
     Reported,
+    ShownQuantity,
     Workpiece,
     models,
     output,
@@ -69,6 +70,7 @@ class Predict(Reported):
     ] = None
     workpiece: Workpiece = "steel"
     gravity: Gravity = None
+    quantity: ShownQuantity = "pretravel"
     output: Annotated[
         Path | None,
         output("Map: .json; table: .csv, .nc; or a page, .html or .pdf.", *MAPS, ".nc", *PAGES),
@@ -142,7 +144,7 @@ class PredictedProbe(Result):
         """The report."""
         from pretravel.tasks.reports.prediction_report import prediction_document
 
-        return prediction_document(self.trigger, self.probe)
+        return prediction_document(self.trigger, self.probe, self.task.quantity)
 
     def table(self) -> Mapping[str, npt.ArrayLike]:
         """The columns of a file, one row for each direction; angles as they were typed."""

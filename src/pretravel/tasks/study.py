@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base.errors import PretravelError
-from pretravel.tasks.fields import Reported, existing, output
+from pretravel.tasks.fields import Reported, ShownQuantity, existing, output
 from pretravel.tasks.task import PAGES, SILENT, Field, Progress, Result, Task, TextResult
 
 if TYPE_CHECKING:
     from pretravel.show.document import Document
     from pretravel.studies.results import StudyResults
+    from pretravel.tasks.reports.prediction_view import Quantity
 
 PAGE = Field(help="A page, .html or .pdf.", writes=PAGES)
 """Of a task whose main output is no page."""
@@ -56,6 +57,7 @@ class RunStudy(Reported):
     restart: Annotated[
         bool, Field(help="Begin anew, also where an earlier run was interrupted.")
     ] = False
+    quantity: ShownQuantity = "pretravel"
     page: Annotated[Path | None, PAGE] = None
 
     def run(self, progress: Progress = SILENT) -> FinishedStudy:
@@ -69,12 +71,11 @@ class RunStudy(Reported):
                 raise PretravelError(
                     "a study needs a file for its results: -o study.nc", inputs=("output",)
                 )
-            return FinishedStudy(read_results(self.study))
+            return FinishedStudy(read_results(self.study), self.quantity)
         workers = Workers(self.workers, self.scheduler)
         with progress.working("study"):
-            return FinishedStudy(
-                run_study(load_study(self.study), self.output, workers, restart=self.restart)
-            )
+            run_study(load_study(self.study), self.output, workers, restart=self.restart)
+        return FinishedStudy(read_results(self.output), self.quantity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,15 +85,18 @@ class FinishedStudy(Result):
     Attributes
     ----------
     results : StudyResults
+    quantity : str
+        That the report is about.
     """
 
     results: StudyResults
+    quantity: Quantity = "pretravel"
 
     def document(self) -> Document:
         """The report."""
         from pretravel.tasks.reports.study_report import study_document
 
-        return study_document(self.results)
+        return study_document(self.results, self.quantity)
 
     def write(self, output: str, path: Path) -> None:
         """Nothing: the results are written while they come."""
