@@ -85,7 +85,10 @@ def test_a_study_of_one_number_draws_a_curve_for_each_level(tmp_path: Path) -> N
     force, distance = curves.view.charts
     low, high = (mark.y for mark in _lines(force).values())
     assert low / high == pytest.approx(np.full(len(low), 4.0 / 5.91))
-    assert [name.split(": ")[-1] for name in _lines(distance)] == ["preload 4.00 N", "preload 5.91 N"]
+    assert [name.split(": ")[-1] for name in _lines(distance)] == [
+        "preload 4.00 N",
+        "preload 5.91 N",
+    ]
 
 
 def test_a_study_of_two_numbers_draws_a_line_for_each_level(tmp_path: Path) -> None:
