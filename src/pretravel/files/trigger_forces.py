@@ -6,11 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, InputError, PretravelError, from_angles
+from pretravel.design import MeasuredForces
 from pretravel.files.csv_table import read_csv_table
-from pretravel.identification.measured_forces import MeasuredForces
 
 
 def read_trigger_forces(path: str | Path) -> MeasuredForces:
