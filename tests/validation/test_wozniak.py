@@ -445,3 +445,58 @@ def test_every_model_knows_the_transducer(model: str) -> None:
 def test_a_stated_opening_of_zero_is_the_full_model() -> None:
     found = predict(_described('criterion = "arm_lift"\nopening_um = 0'), AROUND, "wozniak")
     assert found.pretravel == pytest.approx(_closed_form(AROUND, 0.0, None), rel=1e-9)
+
+
+@pytest.mark.parametrize(("mu", "mu_p"), [(0.02, 0.0), (0.0, 0.15), (0.2, 0.15)])
+def test_friction_of_his_model_by_vectors(mu: float, mu_p: float) -> None:
+    """Moments about the line through two supports, as vectors in space: spring, normal force,
+    friction of the tip against its slide (the tip's displacement less the part of the normal), and
+    the supports' resistance. The tip is displaced across the axis."""
+    probe = replace(FULL, tip_friction=mu, support_friction=mu_p, arm_end_diameter=2.5, opening=0.0)
+    radius = probe.seat_distance / np.sqrt(3.0)
+    seats = radius * np.array([[np.cos(a), np.sin(a), 0.0] for a in np.radians([0, 120, 240])])
+    tip = np.array([0.0, 0.0, -(probe.stylus_length + probe.axis_distance)])
+    normals = np.array([[0.8, 0.3, 0.52], [1.0, 0.0, 0.0], [-0.9, 0.2, 0.39], [0.3, -0.6, 0.74]])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    found = wozniak_pretravel(normals, probe)
+    for n, force in zip(normals, found.force, strict=True):
+        across = np.array([n[0], n[1], 0.0]) / np.hypot(n[0], n[1])
+        slide = across - (across @ n) * n
+        if np.linalg.norm(slide) > 1e-12:
+            slide /= np.linalg.norm(slide)
+        on_tip = force * (n - mu * slide)
+        left = []
+        for arm in range(3):  # the arm that lifts has the force on its side
+            one, other = np.delete(seats, arm, axis=0)
+            along = (other - one) / np.linalg.norm(other - one)
+            along *= np.sign(np.cross(along, seats[arm] - one)[2])  # the arm rises about it
+            spring = np.array([0.0, 0.0, -probe.spring_force])
+            turning = np.cross(tip - one, on_tip) @ along
+            holding = -np.cross(-one, spring) @ along
+            reaction = np.linalg.norm(on_tip + spring)
+            left.append(turning - holding - mu_p * 0.5 * 2.5 * reaction)
+        assert max(left) == pytest.approx(0.0, abs=1e-12)
+        stem = 64.0 * probe.stylus_length**3
+        stem /= 3.0 * np.pi * probe.stylus_modulus * probe.stylus_diameter**4
+        bending = stem * (on_tip @ across) * (across @ n)
+        assert found.bending[list(normals.tolist()).index(n.tolist())] == pytest.approx(bending)
+
+
+def test_friction_needs_the_ends_of_the_arms_and_zero_is_none() -> None:
+    with pytest.raises(PretravelError, match="state their diameter"):
+        replace(FULL, support_friction=0.1)
+    plain, none = (
+        wozniak_pretravel(XY, FULL),
+        wozniak_pretravel(XY, replace(FULL, tip_friction=0.0)),
+    )
+    assert none.pretravel == pytest.approx(plain.pretravel, rel=1e-15)
+    # On walls the tip does not slide: its friction changes nothing across the axis.
+    rough = wozniak_pretravel(XY, replace(FULL, tip_friction=0.02))
+    assert rough.force == pytest.approx(plain.force, rel=1e-12)
+
+
+FULL = WozniakProbe(
+    spring_force=0.6, seat_distance=8.0, stylus_length=40.0, stylus_diameter=2.0,
+    tip_diameter=4.0, stylus_modulus=210e3, tip_modulus=400e3, part_modulus=210e3,
+)  # fmt: skip
+"""The window of Figure 2."""

@@ -242,8 +242,14 @@ def map_body(
                       note=chart.note)  # fmt: skip
 
 
-def body_chart(polar_deg: FloatArray, azimuth_deg: FloatArray, values: FloatArray) -> SpaceChart:
-    """Pretravel over directions as a body about the origin.
+def body_chart(
+    polar_deg: FloatArray,
+    azimuth_deg: FloatArray,
+    values: FloatArray,
+    name: str = "pretravel",
+    unit: str = "µm",
+) -> SpaceChart:
+    """Pretravel, or another quantity, over directions as a body about the origin.
 
     Parameters
     ----------
@@ -253,13 +259,15 @@ def body_chart(polar_deg: FloatArray, azimuth_deg: FloatArray, values: FloatArra
     values : (p, a) float
         Pretravel, the distance of the body from the origin; it is not drawn where there is none,
         nor below zero. [µm]
+    name, unit : str
+        Of the quantity.
 
     >>> polar, azimuth = np.array([0.0, 90.0]), np.array([0.0, 120.0, 240.0])
     >>> body = body_chart(polar, azimuth, np.full((2, 3), 5.0))
     >>> float(np.linalg.norm(body.marks[0].vertices[4]))
     5.0
     """
-    scale = Scale.of("pretravel", "µm", values)
+    scale = Scale.of(name, unit, values)
     drawn = np.isfinite(values) & (values >= 0.0)
     directions = grid(polar_deg * DEGREE, azimuth_deg * DEGREE)
     radius = np.where(drawn, values, 0.0).ravel()
@@ -267,8 +275,8 @@ def body_chart(polar_deg: FloatArray, azimuth_deg: FloatArray, values: FloatArra
     triangles = triangles[drawn.ravel()[triangles].all(axis=1)]
     mesh = SpaceMesh(radius[:, None] * directions, triangles, values=radius, outwards=True)
     below = np.isfinite(values) & (values < 0.0)
-    note = "Where the pretravel is below zero there is no body." if below.any() else ""
-    return SpaceChart("pretravel as a body", (mesh,), "probe", "µm", scale, note=note)
+    note = f"Where the {name} is below zero there is no body." if below.any() else ""
+    return SpaceChart(f"{name} as a body", (mesh,), "probe", unit, scale, note=note)
 
 
 def grid_triangles(rows: int, columns: int) -> IntArray:

@@ -13,6 +13,7 @@ from .fields import GRAVITY as GRAVITY
 from .fields import PROBE_AXIS as PROBE_AXIS
 from .fields import REFERENCE_SPHERE as REFERENCE_SPHERE
 from .fields import RING as RING
+from .fields import SHOWN_QUANTITY as SHOWN_QUANTITY
 from .fields import SPHERE_FORM as SPHERE_FORM
 from .fields import START_CLEARANCE as START_CLEARANCE
 from .fields import STYLUS_OF_SUBROUTINES as STYLUS_OF_SUBROUTINES
@@ -37,9 +38,11 @@ from .fields import Polars as Polars
 from .fields import ProbeAxis as ProbeAxis
 from .fields import ProbeName as ProbeName
 from .fields import QualifiedMap as QualifiedMap
+from .fields import QuantityWord as QuantityWord
 from .fields import Reported as Reported
 from .fields import Ring as Ring
 from .fields import Series as Series
+from .fields import ShownQuantity as ShownQuantity
 from .fields import SphereCenter as SphereCenter
 from .fields import StartClearance as StartClearance
 from .fields import StatedUnits as StatedUnits

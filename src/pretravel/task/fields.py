@@ -181,6 +181,18 @@ ProbeName: TypeAlias = Annotated[
         word=is_probe,
     ),
 ]
+QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
+SHOWN_QUANTITY = Field(
+    help="Quantity of the verdict and the pictures beside the force: pretravel; the sensing "
+    "distance, which is the deflection across the axis (Rodrigues 2021); or the force alone.",
+    label="Quantity of the pictures",
+    words={
+        "pretravel": "pretravel",
+        "sensing_distance": "sensing distance",
+        "trigger_force": "trigger force",
+    },
+)
+ShownQuantity: TypeAlias = Annotated[QuantityWord, SHOWN_QUANTITY]
 WORKPIECE = Field(
     help="Material of the part: of the package, or of the probe's description.",
     metavar="MATERIAL",

@@ -49,6 +49,36 @@ def test_rig_shows_every_touch_and_no_line_between_directions(calibration: RigCa
     assert dict(zip(touches.labels, touches.y.tolist(), strict=True)) == pytest.approx(wanted)
 
 
+def test_a_direction_along_the_axis_leaves_the_plane_a_circle(calibration: RigCalibration) -> None:
+    """Ren 2020, Figure 8, with +Z: the directions across the axis stay around the circle, all of
+    them are on the sphere, and forces (8c) are those of the touches, in the plane."""
+    along = [replace(touch, trace=f"rig_+Z_{k}") for k, touch in enumerate(calibration.touches[:2])]
+    both = calibrate_rig([*calibration.touches, *along])
+    forces = [0.1 + 0.01 * k for k in range(len(both.touches))]
+    forces[-2:] = [math.nan, math.nan]
+    plane, sphere, repeatability, _, force = rig_view(both, "", forces).charts
+    assert isinstance(plane, PolarChart)
+    (means,) = [m for m in plane.marks if isinstance(m, Dots) and m.name == "mean of a direction"]
+    across = [d for d in both.directions if d.across]
+    assert len(across) == len(both.directions) - 1 == 3
+    assert means.y == pytest.approx([1e3 * d.pretravel for d in across])
+    assert isinstance(sphere, PolarChart)
+    (placed,) = sphere.marks
+    assert isinstance(placed, Dots)
+    assert sorted(placed.y) == pytest.approx([0.0, 90.0, 90.0, 90.0])
+    assert isinstance(repeatability, PlaneChart)
+    assert repeatability.x.unit == "°"
+    assert isinstance(force, PolarChart)
+    (drawn,) = [m for m in force.marks if isinstance(m, Dots)]
+    wanted = [
+        np.mean([f for f, t in zip(forces, both.touches, strict=True)
+                 if t.trace.startswith(d.name) or d.name in t.trace])
+        for d in across
+    ]  # fmt: skip
+    assert drawn.y == pytest.approx(wanted)
+    assert np.degrees(drawn.x) == pytest.approx([0.0, 60.0, 90.0])
+
+
 def test_a_touch_is_at_its_own_direction_alone(calibration: RigCalibration) -> None:
     """rig_000 is the beginning of rig_000_090, a direction of its own."""
     touches = [

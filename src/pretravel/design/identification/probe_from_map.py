@@ -1,11 +1,11 @@
-"""Identification of a probe description from a measured map."""
+"""Identification of a probe description from a measured map, measured forces, or both."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, DescriptionError, FloatArray, PretravelError
 from pretravel.design.identification.evidence import Evidence, evidence_of
+from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.maps import MapLike, as_map
 from pretravel.prediction import ComplianceModel, Probe, StylusSegment, predict, rewritten
 
@@ -32,6 +33,8 @@ _DIFFERENCE = 1e-5  # of a code, for slopes
 _SAME_SCATTER = 0.05  # probability of the F test
 _SURELY_WORSE = 9.2  # chi-squared beyond the best one: a probability of 1 % against it
 _SAME_MAXIMUM = 1.0  # in standard uncertainties
+_RARE_MISFIT = 0.01
+_MOST_FRICTION = 0.35
 _OUTSIDE = 1e6  # whitened residual of a description that cannot exist
 
 
@@ -57,6 +60,10 @@ class Identification:
     unknown : tuple of str
         Sentences on numbers that the map does not determine, and on other descriptions that explain
         it nearly as well.
+    forces : MeasuredForces or None
+        That were fitted, too.
+    force_residuals : (m,) float
+        Measured less predicted. [N]
     """
 
     probe: Probe
@@ -68,27 +75,34 @@ class Identification:
     directions: FloatArray
     shift: FloatArray
     unknown: tuple[str, ...]
+    forces: MeasuredForces | None = None
+    force_residuals: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def identify(
-    pretravel_map: MapLike,
+    pretravel_map: MapLike | None,
     probe: Probe,
     free: Sequence[str],
     *,
     model: str | ComplianceModel = "analytic",
+    forces: MeasuredForces | None = None,
 ) -> Identification:
-    """Identify numbers of a description from a measured map.
+    """Identify numbers of a description from a measured map, from measured forces, or both.
 
     Parameters
     ----------
-    pretravel_map : PretravelMap, Qualification, str or Path
-        Of any kind, with what was touched; else predicted, harmonic, physical or averaged.
+    pretravel_map : PretravelMap, Qualification, str, Path or None
+        Of any kind, with what was touched; else predicted, harmonic, physical or averaged. None:
+        forces alone.
     probe : Probe
         The start, and the numbers that are not free.
     free : names
         Of `FREE`.
     model : str or callable
         As for `predict`.
+    forces : MeasuredForces, optional
+        They tell the preload and the lever, which a map does not; with them alone friction at the
+        seats can be free.
 
     Returns
     -------
@@ -97,8 +111,9 @@ def identify(
     Raises
     ------
     PretravelError
-        Unknown names; a fit that leaves the range of possible probes; a description with friction;
-        a map that cannot carry the answer (`pretravel.design.identification.evidence`).
+        Neither map nor forces; unknown names; a fit that leaves the range of possible probes; a
+        description with friction; a map that cannot carry the answer
+        (`pretravel.design.identification.evidence`).
 
     Notes
     -----
@@ -111,8 +126,15 @@ def identify(
     stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
     read `unknown`.
     """
-    pretravel_map = as_map(pretravel_map)
     numbers = free_numbers(free)
+    if pretravel_map is None:
+        return _from_forces(forces, probe, tuple(free), model)
+    pretravel_map = as_map(pretravel_map)
+    if "friction" in free:
+        raise PretravelError(
+            "a map hardly shows friction: it is identified from measured forces alone",
+            inputs=("free", "map_file"),
+        )
     if probe.seats.friction > 0.0:
         raise PretravelError(
             f"{probe.name} has friction {probe.seats.friction:g} at its seats; numbers are "
@@ -121,7 +143,7 @@ def identify(
             inputs=("probe",),
         )
     evidence = evidence_of(pretravel_map)
-    fit = _MapFit(evidence, probe, tuple(numbers), model)
+    fit = _MapFit(evidence, probe, tuple(numbers), model, forces)
     maxima = _maxima(fit, free)
     parameters, jacobian = maxima[0].parameters, maxima[0].jacobian
     try:
@@ -142,6 +164,8 @@ def identify(
     unknown += misfit
     unknown += _others_nearly_as_good(fit, maxima, codes, widening)
     unknown += evidence.warnings
+    if forces is not None:
+        unknown += _misfit_of_forces(forces, fitted, model, len(numbers))
     if "rotation" in free:
         fitted = _with_nearest_rotation(fitted, probe)
     values = np.array([number.of(fitted) for number in numbers])
@@ -157,7 +181,110 @@ def identify(
         directions=evidence.directions,
         shift=np.asarray(-parameters[len(numbers) : len(numbers) + 3]),
         unknown=tuple(unknown),
+        forces=forces,
+        force_residuals=np.zeros(0) if forces is None else forces.residuals(fitted, model),
     )
+
+
+def _from_forces(
+    forces: MeasuredForces | None,
+    probe: Probe,
+    free: tuple[str, ...],
+    model: str | ComplianceModel,
+) -> Identification:
+    """Numbers of a description from measured forces alone."""
+    from scipy.optimize import least_squares
+
+    if forces is None:
+        raise PretravelError(
+            "a description is identified from a map, from measured forces, or both: state one",
+            inputs=("map_file", "forces"),
+        )
+    numbers = free_numbers(free)
+    measured = forces
+    if len(numbers) > len(measured):
+        raise PretravelError(
+            f"{len(measured)} forces do not determine {len(numbers)} numbers: free fewer",
+            inputs=("free", "forces"),
+        )
+
+    def described(codes: FloatArray) -> Probe:
+        found = probe
+        for number, code in zip(numbers, codes, strict=True):
+            found = number.put(found, number.value(float(code)))
+        return found
+
+    def whitened(codes: FloatArray) -> FloatArray:
+        try:
+            return measured.white(described(codes), model)
+        except DescriptionError:
+            return np.full(len(measured), _OUTSIDE)
+
+    start = np.array([number.code(number.of(probe)) for number in numbers])
+    starts = [start]
+    if "rotation" in free:
+        turns = np.arange(0.0, 2.0 * math.pi, 2.0 * _FIRST_STEP * 5.0)
+        starts = [start + (np.arange(len(start)) == free.index("rotation")) * t for t in turns]
+        starts = sorted(starts, key=lambda each: float(np.sum(whitened(each) ** 2)))[:3]
+    # Friction moves forces in steps of its solution: slopes over a step that is larger than those.
+    wide = "friction" in free
+    slope = 1e-2 if wide else 1e-4
+    high = np.array([_MOST_FRICTION if name == "friction" else np.inf for name in free])
+    low = np.array([0.0 if name == "friction" else -np.inf for name in free])
+    found = min(
+        (
+            least_squares(
+                whitened,
+                np.clip(each, low, high),
+                bounds=(low, high),
+                x_scale=_CODE_SCALE,
+                diff_step=np.full(len(each), slope),
+                xtol=1e-3 if wide else 1e-10,
+                ftol=1e-6 if wide else 1e-12,
+            )
+            for each in starts
+        ),
+        key=lambda each: float(each.cost),
+    )  # fmt: skip
+    fitted = described(found.x)
+    codes, unknown = _uncertainty(np.asarray(found.jac), numbers, free)
+    unknown = [sentence.replace("the map", "the forces", 1) for sentence in unknown]
+    unknown += _misfit_of_forces(measured, fitted, model, len(numbers))
+    if "rotation" in free:
+        fitted = _with_nearest_rotation(fitted, probe)
+    values = np.array([number.of(fitted) for number in numbers])
+    scale = np.where([number.relative for number in numbers], values, 1.0)
+    return Identification(
+        probe=fitted,
+        names=free,
+        values=values,
+        standard_uncertainty=codes * scale,
+        relative_uncertainty=codes,
+        residuals=np.zeros(0),
+        directions=np.zeros((0, 3)),
+        shift=np.zeros(3),
+        unknown=tuple(unknown),
+        forces=measured,
+        force_residuals=measured.residuals(fitted, model),
+    )
+
+
+def _misfit_of_forces(
+    forces: MeasuredForces, probe: Probe, model: str | ComplianceModel, free: int
+) -> list[str]:
+    """A sentence where the forces differ from the model by more than their u."""
+    from scipy.special import chdtrc
+
+    white = forces.white(probe, model)
+    dof = max(len(white) - free, 1)
+    if chdtrc(dof, float(np.sum(white**2))) > _RARE_MISFIT:
+        return []
+    most = float(np.abs(white).max())
+    words = (
+        f"the measured forces differ from the model by {most:.1f} times their u: this is another "
+        "kind of probe, or other numbers than these should be free; u does not contain it"
+    )
+    return [words]
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +299,7 @@ class _MapFit:
     probe: Probe
     numbers: tuple[FreeNumber, ...]
     model: str | ComplianceModel
+    forces: MeasuredForces | None = None
 
     @cached_property
     def root(self) -> FloatArray:
@@ -224,12 +352,16 @@ class _MapFit:
         return self.evidence.value - self.modelled(probe, turned.reshape(-1, 3)).reshape(x.shape)
 
     def whitened(self, parameters: FloatArray) -> FloatArray:
-        """Residuals of unit variance, (n,)."""
+        """Residuals of unit variance of the map, then of the forces, (n,)."""
+        count = 0 if self.forces is None else len(self.forces)
         try:
-            residuals = self.residuals(self.described(parameters), parameters)
+            probe = self.described(parameters)
+            of_map = self.white(self.residuals(probe, parameters))
         except DescriptionError:
-            return np.full(len(self.evidence.value), _OUTSIDE)
-        return self.white(residuals)
+            return np.full(len(self.evidence.value) + count, _OUTSIDE)
+        if self.forces is None:
+            return of_map
+        return np.concatenate([of_map, self.forces.white(probe, self.model)])
 
     def white(self, columns: FloatArray) -> FloatArray:
         """Values of each direction in units of their errors."""
@@ -246,7 +378,10 @@ class _MapFit:
             step[index] = _DIFFERENCE
             more, less = self.whitened(parameters + step), self.whitened(parameters - step)
             columns.append((more - less) / (2.0 * _DIFFERENCE))
-        return np.column_stack([*columns, self.white(self.reference)])
+        reference = self.white(self.reference)
+        if self.forces is not None:
+            reference = np.vstack([reference, np.zeros((len(self.forces), reference.shape[1]))])
+        return np.column_stack([*columns, reference])
 
 
 class _Maximum(NamedTuple):
@@ -408,7 +543,7 @@ def _misfit_of_touches(
     """
     from scipy.special import fdtrc
 
-    dof = len(residuals) - len(best.parameters)
+    dof = len(best.whitened) - len(best.parameters)
     if dof < 1 or evidence.noise_dof is None:
         return 1.0, []
     square = best.chi_squared / dof
@@ -583,6 +718,14 @@ FREE: Mapping[str, FreeNumber] = {
         DEGREE,
         lambda p: p.orientation.rotation,
         lambda p, v: replace(p, orientation=replace(p.orientation, rotation=v)),
+        relative=False,
+    ),
+    "friction": FreeNumber(
+        "seats",
+        "friction",
+        1.0,
+        lambda p: p.seats.friction,
+        lambda p, v: p.with_friction(v),
         relative=False,
     ),
     "rod_azimuth_1": _rod(0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,10 @@ class StudyResults:
         Unit and text of each output.
     reasons : n str
         Why a design failed; empty: it did not.
+    azimuth : (a,) float
+        Of the values on walls; none where the study kept no directions. [rad]
+    on_walls : mapping of str to (n, a) float
+        trigger_force [N], sensing_distance and pretravel [µm] at the largest polar angle.
     """
 
     name: str
@@ -42,6 +46,8 @@ class StudyResults:
     numbers: Mapping[str, FloatArray]
     meanings: Mapping[str, OutputMeaning]
     reasons: tuple[str, ...]
+    azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    on_walls: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.reasons)

@@ -146,7 +146,7 @@ def _write_directions(
 
 
 def read_results(path: str | Path) -> StudyResults:
-    """The results that `write_results` wrote, without the values over directions.
+    """The results that `write_results` wrote, of the values over directions those on walls.
 
     Raises
     ------
@@ -176,6 +176,25 @@ def read_results(path: str | Path) -> StudyResults:
                 for name, v in found.items()
             },
             reasons=tuple(str(reason) for reason in stored.variables["reason"].values),
+            **_on_walls(stored),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise file.error(f"results of a study that are not whole ({error})") from None
+
+
+_MOST_CURVES = 1000
+"""Designs of which the values over directions are read again, for pictures."""
+
+
+def _on_walls(stored: Any) -> dict[str, Any]:
+    """Azimuths and values at the largest polar angle, where they were kept and are few."""
+    variables = stored.variables
+    if "azimuth" not in variables or len(variables["reason"].values) > _MOST_CURVES:
+        return {}
+    largest = int(np.argmax(variables["polar"].values))
+    return {
+        "azimuth": np.radians(np.asarray(variables["azimuth"].values, np.float64)),
+        "on_walls": {
+            name: np.asarray(variables[name].values, np.float64)[:, largest] for name in _DIRECTIONS
+        },
+    }

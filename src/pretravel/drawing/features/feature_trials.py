@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import FloatArray, PretravelError, frozen
-from pretravel.drawing import FeatureErrors, MeasuredFeature, Quantity
+from pretravel.drawing import MeasuredFeature
+from pretravel.drawing.features.feature_uncertainty import FeatureErrors
+from pretravel.drawing.features.measured_feature import Quantity
 from pretravel.measurement import associate
 
 _COVERAGE = (0.025, 0.975)

@@ -113,6 +113,12 @@ class WozniakProbe:
         without it. [N]
     arm_azimuth : float
         Of the first arm. [rad]
+    tip_friction : float
+        mu, of tip and part: against the sliding of the tip down the surface.
+    support_friction : float
+        mu_p, of the arms in the supports on which they turn.
+    arm_end_diameter : float
+        d_2: of the end of an arm, on whose surface that friction acts. [mm]
     """
 
     spring_force: float
@@ -127,6 +133,9 @@ class WozniakProbe:
     opening: float = 0.0
     sensor_force: float = 0.0
     arm_azimuth: float = 0.0
+    tip_friction: float = 0.0
+    support_friction: float = 0.0
+    arm_end_diameter: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("spring_force", "seat_distance", "stylus_length", "stylus_diameter",
@@ -134,10 +143,15 @@ class WozniakProbe:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise PretravelError(f"{name} is {value:g}; it must be positive")
-        for name in ("axis_distance", "opening", "sensor_force"):
+        for name in ("axis_distance", "opening", "sensor_force", "tip_friction",
+                     "support_friction", "arm_end_diameter"):  # fmt: skip
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise PretravelError(f"{name} is {value:g}; it cannot be negative")
+        if self.support_friction > 0.0 and not self.arm_end_diameter > 0.0:
+            raise PretravelError(
+                "friction in the supports acts on the ends of the arms: state their diameter"
+            )
 
     @property
     def transducer(self) -> Literal["contact", "piezo"]:
@@ -169,7 +183,7 @@ class WozniakPretravel:
 
 
 def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> WozniakPretravel:
-    """Pretravel of Woźniak's full model, without friction.
+    """Pretravel of Woźniak's full model, with friction at the tip and in the supports.
 
     Parameters
     ----------
@@ -189,6 +203,11 @@ def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> Wozniak
     F_T = F_s R / (2 ((L + l_1) sin θ cos ψ + R/2 cos θ)). After it the arm opens by a, a turn of
     a / (1.5 R). A piezoelectric stage triggers before an arm lifts.
 
+    The tip slides down the surface (on a wall it does not slide), so that friction turns the force
+    by atan(mu) towards the axis: sin θ - mu cos θ across, cos θ + mu sin θ along it, times the
+    normal force. The two supports that carry the probe resist its turn by mu_p d_2 / 2 times their
+    reaction, the spring less the force on the tip, as vectors.
+
     References
     ----------
     Woźniak, equations 2 and 3, his Figure 2.
@@ -204,6 +223,11 @@ def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> Wozniak
     radius = probe.seat_distance / math.sqrt(3.0)
     lever = probe.stylus_length + probe.axis_distance
     across, along = np.hypot(d[:, 0], d[:, 1]), d[:, 2]
+    # Of the force on the tip for one newton along the normal. Where the tip would stick (mu above
+    # tan θ) friction turns the force into the axis, and no further.
+    mu = np.minimum(probe.tip_friction, across / np.maximum(along, 1e-300))
+    mu = np.where(along > 1e-9, mu, 0.0)  # on a wall it does not slide
+    sideways, upwards = across - mu * along, along + mu * across
     third = 2.0 * math.pi / 3.0
     psi = np.mod(azimuth_angle(d) - probe.arm_azimuth + 0.5 * third, third) - 0.5 * third
     # The path of the normal, per turn about the line through the two other seats.
@@ -211,8 +235,8 @@ def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> Wozniak
     if probe.sensor_force > 0.0:
         force, switching = np.full(len(d), probe.sensor_force), np.zeros(len(d))
     else:
-        with np.errstate(divide="ignore"):
-            force = np.where(arm > 0.0, 0.5 * probe.spring_force * radius / arm, math.inf)
+        turning = lever * sideways * np.cos(psi) + 0.5 * radius * upwards
+        force = _lifting_force(probe, turning, sideways, upwards)
         switching = probe.opening / (1.5 * radius) * arm
     bending = cantilever_compliance(
         probe.stylus_length, probe.stylus_diameter, probe.stylus_modulus
@@ -221,7 +245,29 @@ def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> Wozniak
     hertz = (9.0 / 16.0 / (modulus**2 * 0.5 * probe.tip_diameter)) ** (1.0 / 3.0)
     return WozniakPretravel(
         force=np.asarray(force),
-        bending=np.asarray(bending * force * across**2),
+        bending=np.asarray(bending * force * sideways * across),
         contact=np.asarray(hertz * np.cbrt(force**2)),
         switching=np.asarray(switching),
     )
+
+
+def _lifting_force(
+    probe: WozniakProbe, turning: FloatArray, sideways: FloatArray, upwards: FloatArray
+) -> FloatArray:
+    """Normal force at which an arm lifts, (n,); infinite where none does. [N]
+
+    The friction of the supports depends on the force itself: the equation of moments is solved by
+    repeated substitution, which contracts by mu_p d_2 / 2 over the lever.
+    """
+    held = 0.5 * probe.spring_force * probe.seat_distance / math.sqrt(3.0)
+    resistance = 0.5 * probe.support_friction * probe.arm_end_diameter
+    lifts = turning > 0.0
+    moment = np.where(lifts, turning, 1.0)
+    force = held / moment
+    for _ in range(_SUBSTITUTIONS if resistance else 0):
+        reaction = np.hypot(force * sideways, probe.spring_force - force * upwards)
+        force = (held + resistance * reaction) / moment
+    return np.asarray(np.where(lifts, force, math.inf))
+
+
+_SUBSTITUTIONS = 60

@@ -10,6 +10,7 @@ from pretravel.base import grid
 from pretravel.prediction import Probe, Trigger, load_probe, predict
 from pretravel.show import Document
 from pretravel.tasks.compare.designs_report import design_comparison_document
+from pretravel.tasks.predict import Quantity
 
 _POLAR = np.radians(np.arange(0.0, 91.0, 5.0))
 _AZIMUTH = np.radians(np.arange(0.0, 360.0, 5.0))
@@ -29,15 +30,17 @@ class DesignComparison:
     probes: tuple[Probe, Probe]
     triggers: tuple[Trigger, Trigger]
 
-    def document(self, names: tuple[str, str]) -> Document:
+    def document(self, names: tuple[str, str], quantity: Quantity = "pretravel") -> Document:
         """The report.
 
         Parameters
         ----------
         names : two str
             Of the files or in the catalogue.
+        quantity : str
+            Of the verdict and the pictures: pretravel, sensing_distance or trigger_force.
         """
-        return design_comparison_document(self.probes, self.triggers, names)
+        return design_comparison_document(self.probes, self.triggers, names, quantity)
 
 
 def compare_designs(

@@ -36,7 +36,7 @@ from pretravel.show import (
     significant,
     values_on_grid,
 )
-from pretravel.tasks.predict import by_level, polar_axis
+from pretravel.tasks.predict import Quantity, by_level, polar_axis, values_of
 
 A: Colour = "series8"
 B: Colour = "series5"
@@ -44,7 +44,10 @@ B: Colour = "series5"
 
 
 def design_comparison_document(
-    probes: tuple[Probe, Probe], triggers: tuple[Trigger, Trigger], names: tuple[str, str]
+    probes: tuple[Probe, Probe],
+    triggers: tuple[Trigger, Trigger],
+    names: tuple[str, str],
+    quantity: Quantity = "pretravel",
 ) -> Document:
     """The report of two designs.
 
@@ -54,6 +57,8 @@ def design_comparison_document(
     triggers : two Triggers
         Predicted for the same directions, a grid that contains polar angle 90°.
     names : two str
+    quantity : str
+        Of the verdict and the pictures.
 
     Returns
     -------
@@ -61,11 +66,15 @@ def design_comparison_document(
     """
     title = f"A: {names[0]}, B: {names[1]}"
     first, second = (_on_walls(trigger) for trigger in triggers)
-    mean = [float(values.mean()) for values in (first.pretravel, second.pretravel)]
+    words, unit, _ = values_of(triggers[0], quantity)
+    mean = [
+        float(values_of(trigger, quantity)[2][walls.rows].mean())
+        for trigger, walls in zip(triggers, (first, second), strict=True)
+    ]
     return Document(
         title=title,
-        verdict=f"{title}: on vertical walls the pretravel of B is {_against(mean)} that of A: "
-        f"{number_text(mean[1])} instead of {number_text(mean[0])} µm in the mean",
+        verdict=f"{title}: on vertical walls the {words} of B is {_against(mean)} that of A: "
+        f"{number_text(mean[1])} instead of {number_text(mean[0])} {unit} in the mean",
         figures=tuple(
             figure
             for name, one in (("A", first), ("B", second))
@@ -77,8 +86,10 @@ def design_comparison_document(
         ),
         tables=(_results_table(triggers), *_description_tables(probes)),
         pictures=(
-            Picture("Both designs: force and pretravel over directions, elastic parts",
-                    lambda: design_comparison_view(triggers, names)),
+            Picture(f"Both designs: force and {words} over directions"
+                    if quantity != "pretravel"
+                    else "Both designs: force and pretravel over directions, elastic parts",
+                    lambda: design_comparison_view(triggers, names, quantity)),
         ),
         notes=(
             (
@@ -292,7 +303,9 @@ def design_comparison_columns(
     }
 
 
-def design_comparison_view(triggers: tuple[Trigger, Trigger], names: tuple[str, str]) -> View:
+def design_comparison_view(
+    triggers: tuple[Trigger, Trigger], names: tuple[str, str], quantity: Quantity = "pretravel"
+) -> View:
     """Two designs overlaid.
 
     Parameters
@@ -300,15 +313,34 @@ def design_comparison_view(triggers: tuple[Trigger, Trigger], names: tuple[str, 
     triggers : two Triggers
         For the same directions, a grid that contains polar angle 90°.
     names : two str
+    quantity : str
+        Beside the force; see `prediction_view`.
 
     Returns
     -------
     View
         Force and pretravel over azimuth on walls and over the polar angle, elastic parts on
         walls, and the difference of the pretravel over directions.
+
+    References
+    ----------
+    Rodrigues 2021, Figures 4.27 to 4.36: force and sensing distance of two designs.
     """
     own = f"A: {names[0]}", f"B: {names[1]}"
     force = triggers[0].force, triggers[1].force
+    if quantity != "pretravel":
+        shown = [(force, Axis("trigger force", "N", low=0.0))]
+        if quantity == "sensing_distance":
+            words, unit, first = values_of(triggers[0], quantity)
+            second = values_of(triggers[1], quantity)[2]
+            shown.append(((first, second), Axis(words, unit, low=0.0)))
+        return View(
+            f"{own[0]}, {own[1]}",
+            (
+                *(_around(triggers, values, own, axis) for values, axis in shown),
+                *(_over_polar(triggers, values, own, axis) for values, axis in shown),
+            ),
+        )
     pretravel = triggers[0].pretravel / MICROMETRE, triggers[1].pretravel / MICROMETRE
     charts: tuple[Chart, ...] = (
         _around(triggers, force, own, Axis("trigger force", "N", low=0.0)),

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 from pretravel.base import InputError, PretravelError
 from pretravel.task import (
     PAGES,
+    SHOWN_QUANTITY,
     SILENT,
     Field,
     ModelOfMap,
     Progress,
+    QuantityWord,
     Reported,
     Result,
     existing,
@@ -97,6 +99,7 @@ class Compare(Reported):
     ] = None
     form: Annotated[FormOnControl, replace(CONTROL_FORM, only=("control",))] = None
     model: ModelOfMap = "analytic"
+    quantity: Annotated[QuantityWord, replace(SHOWN_QUANTITY, only=("other",))] = "pretravel"
     output: Annotated[
         Path | None,
         output(
@@ -120,6 +123,11 @@ class Compare(Reported):
 
         if self.other is not None:
             return self._of_probes(self.other, progress)
+        if self.quantity != "pretravel":
+            raise PretravelError(
+                "a map has pretravel; other quantities are those of two described probes",
+                inputs=("quantity",),
+            )
         with progress.working("comparing"):
             pretravel_map = map_or_prediction(self.map_file, self.model)
             normals = None if self.part is None else _normals_of(self.part)
@@ -232,7 +240,9 @@ class ComparedProbes(Result):
     def document(self) -> Document:
         """The report."""
         assert self.task.other is not None
-        return self.designs.document((Path(self.task.map_file).name, Path(self.task.other).name))
+        return self.designs.document(
+            (Path(self.task.map_file).name, Path(self.task.other).name), self.task.quantity
+        )
 
     def write(self, output: str, path: Path) -> None:
         """Write the predictions, a row for each direction."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle, polar_angle
@@ -17,11 +19,13 @@ from pretravel.show import (
     number_text,
     value_text,
 )
-from pretravel.tasks.predict.view import prediction_view
+from pretravel.tasks.predict.view import Quantity, prediction_view, values_of
 from pretravel.tasks.probes import probe_picture
 
 
-def prediction_document(trigger: Trigger, probe: Probe) -> Document:
+def prediction_document(
+    trigger: Trigger, probe: Probe, quantity: Quantity = "pretravel"
+) -> Document:
     """The report of a prediction.
 
     Parameters
@@ -29,6 +33,8 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
     trigger : Trigger
     probe : Probe
         That the prediction is of.
+    quantity : str
+        Of the verdict and the pictures; see `prediction_view`.
 
     Returns
     -------
@@ -41,7 +47,7 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
     where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}; in the probe's frame"
     return Document(
         title=title,
-        verdict=f"{title}: pretravel {_range(trigger.pretravel / MICROMETRE, 'µm', 2)}, trigger "
+        verdict=f"{title}: {_of_quantity(trigger, quantity)}trigger "
         f"force {_range(trigger.force, 'N', 3)} in {len(trigger.force)} directions",
         figures=(
             KeyFigure("trigger force", Span.of(trigger.force), "N", decimals(3)),
@@ -50,11 +56,25 @@ def prediction_document(trigger: Trigger, probe: Probe) -> Document:
         ),
         tables=(shares_table(trigger),),
         pictures=(
-            Picture("Force and pretravel over directions, and the elastic parts of the pretravel",
-                    lambda: prediction_view(trigger, title)),
+            Picture(_PICTURES[quantity], lambda: prediction_view(trigger, title, quantity)),
             probe_picture(probe),
         ),
     )  # fmt: skip
+
+
+_PICTURES: Mapping[Quantity, str] = {
+    "pretravel": "Force and pretravel over directions, and the elastic parts of the pretravel",
+    "sensing_distance": "Force and sensing distance over directions",
+    "trigger_force": "Trigger force over directions",
+}
+
+
+def _of_quantity(trigger: Trigger, quantity: Quantity) -> str:
+    """The range of the quantity beside the force, for the verdict."""
+    if quantity == "trigger_force":
+        return ""
+    words, unit, values = values_of(trigger, quantity)
+    return f"{words} {_range(values, unit, 2)}, "
 
 
 def shares_table(trigger: Trigger) -> Table:

@@ -22,6 +22,7 @@ from pretravel.task import (
     Progress,
     Reported,
     Result,
+    ShownQuantity,
     Workpiece,
     models,
     output,
@@ -73,6 +74,7 @@ class Predict(Reported):
     ] = None
     workpiece: Workpiece = "steel"
     gravity: Gravity = None
+    quantity: ShownQuantity = "pretravel"
     output: Annotated[
         Path | None,
         output("Map: .json; table: .csv, .nc; or a page, .html or .pdf.", *MAPS, ".nc", *PAGES),
@@ -145,7 +147,7 @@ class PredictedProbe(Result):
         """The report."""
         from pretravel.tasks.predict.report import prediction_document
 
-        return prediction_document(self.trigger, self.probe)
+        return prediction_document(self.trigger, self.probe, self.task.quantity)
 
     def table(self) -> Mapping[str, npt.ArrayLike]:
         """The columns of a file, one row for each direction; angles as they were typed."""

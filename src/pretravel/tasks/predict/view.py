@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle
@@ -30,42 +32,94 @@ that of the spring: in a diagram over azimuth it would squeeze the rest into the
 _LEVELS = 5
 
 
-def prediction_view(trigger: Trigger, title: str = "") -> View:
+Quantity = Literal["pretravel", "sensing_distance", "trigger_force"]
+"""What a picture of a prediction shows beside the force."""
+
+
+def values_of(trigger: Trigger, quantity: Quantity) -> tuple[str, str, FloatArray]:
+    """Words, unit and values of a predicted quantity, in the unit of pictures.
+
+    Parameters
+    ----------
+    trigger : Trigger
+    quantity : str
+
+    >>> from pretravel.prediction.catalogue import load_probe
+    >>> from pretravel.prediction.trigger import predict
+    >>> values_of(predict(load_probe("omp40-2"), [[1.0, 0.0, 0.0]]), "trigger_force")[:2]
+    ('trigger force', 'N')
+    """
+    words = quantity.replace("_", " ")
+    if quantity == "trigger_force":
+        return words, "N", trigger.force
+    values = trigger.pretravel if quantity == "pretravel" else trigger.sensing_distance
+    return words, "µm", np.asarray(values / MICROMETRE)
+
+
+def prediction_view(trigger: Trigger, title: str = "", quantity: Quantity = "pretravel") -> View:
     """A prediction over its directions.
 
     Parameters
     ----------
     trigger : Trigger
     title : str
+    quantity : str
+        pretravel, or the sensing distance of the thesis (the deflection across the axis): what is
+        drawn beside the force; trigger_force: the force alone.
 
     Returns
     -------
     View
         Where the directions are on one ring: force, pretravel and its parts over azimuth. Else
-        these at several polar angles, over the polar angle, and the pretravel as a body.
+        these at several polar angles, over the polar angle, and the pretravel as a body. The
+        sensing distance is drawn over the polar angle at each azimuth, where these are few.
+
+    References
+    ----------
+    Rodrigues 2021, Figures 4.7 to 4.16.
     """
     title = title or f"Prediction, model {trigger.model}"
     polar, azimuth = angles_deg(trigger.directions)
     polar, azimuth = np.round(polar, 6), np.round(azimuth, 6)
     around = levels_around(polar, azimuth)
-    micrometres = trigger.pretravel / MICROMETRE
+    shown = [("trigger force", "N", trigger.force)]
+    if quantity != "trigger_force":
+        shown.append(values_of(trigger, quantity))
     charts: list[Chart] = []
     if len(around):
-        charts = [
-            _around_chart("trigger force", "N", trigger.force, trigger, polar, around),
-            _around_chart("pretravel", "µm", micrometres, trigger, polar, around),
-        ]
+        charts = [_around_chart(*one, trigger, polar, around) for one in shown]
+    with_parts = quantity == "pretravel"
     if len(np.unique(polar)) > 2:
-        body = _body(polar, azimuth, micrometres)
+        body = _body(polar, azimuth, shown[-1])
         charts += [] if body is None else [body]
-        charts.append(_over_polar("trigger force", "N", trigger.force, polar))
-        charts.append(_over_polar("pretravel", "µm", micrometres, polar))
-        charts.append(_shares_over_polar(trigger, polar))
+        each = quantity == "sensing_distance" and len(np.unique(azimuth)) <= _FEW_AZIMUTHS
+        charts += [
+            _at_each_azimuth(*one, polar, azimuth) if each else _over_polar(*one, polar)
+            for one in shown
+        ]
+        charts += [_shares_over_polar(trigger, polar)] if with_parts else []
     elif len(around):
-        charts.append(_shares_over_azimuth(trigger, polar, float(around[0])))
+        if with_parts:
+            charts.append(_shares_over_azimuth(trigger, polar, float(around[0])))
     else:
         charts.append(_mean_shares(trigger))
     return View(title, tuple(charts))
+
+
+_FEW_AZIMUTHS = 8
+
+
+def _at_each_azimuth(
+    name: str, unit: str, values: FloatArray, polar: FloatArray, azimuth: FloatArray
+) -> PlaneChart:
+    """Values over the polar angle, a line for each azimuth (Rodrigues 2021, Figure 4.16)."""
+    lines = []
+    for index, turn in enumerate(np.unique(azimuth)):
+        rows = np.flatnonzero(azimuth == turn)
+        rows = rows[np.argsort(polar[rows])]
+        lines.append(LineMark(polar[rows], values[rows], f"azimuth {turn:g}°", series(index)))
+    title = f"{name} over the polar angle, at each azimuth"
+    return PlaneChart(title, polar_axis(np.unique(polar)), Axis(name, unit, 0.0), tuple(lines))
 
 
 def levels_around(polar: FloatArray, azimuth: FloatArray) -> FloatArray:
@@ -113,12 +167,15 @@ def _around_chart(
     return PolarChart(f"{name} over azimuth", Axis(name, unit, low=0.0), tuple(lines), note=note)
 
 
-def _body(polar: FloatArray, azimuth: FloatArray, values: FloatArray) -> Chart | None:
-    """The pretravel as a body, where the directions are a grid all around."""
+def _body(
+    polar: FloatArray, azimuth: FloatArray, shown: tuple[str, str, FloatArray]
+) -> Chart | None:
+    """A quantity as a body, where the directions are a grid all around."""
+    name, unit, values = shown
     levels, turns, body = values_on_grid(polar, azimuth, values)
     if len(turns) < 8 or np.diff(np.append(turns, turns[0] + 360.0)).max() > 46.0:
         return None
-    return None if np.isnan(body).any() else body_chart(levels, turns, body)
+    return None if np.isnan(body).any() else body_chart(levels, turns, body, name, unit)
 
 
 def by_level(values: FloatArray, polar: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""Identify quantities of a probe's description from a measured map."""
+"""Identify quantities of a probe's description from a measured map, measured forces, or both."""
 
 import lazy_loader
 

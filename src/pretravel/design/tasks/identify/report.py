@@ -45,6 +45,8 @@ def identification_document(found: Identification, *, model: str, map_name: str 
     Document
     """
     title = f"{map_name}, {found.probe.name}" if map_name else found.probe.name
+    if not len(found.directions):
+        return _of_forces(found, title, model)
     rms = float(np.sqrt(np.mean(found.residuals**2)))
     largest = float(np.abs(found.residuals).max())
     return Document(
@@ -64,14 +66,94 @@ def identification_document(found: Identification, *, model: str, map_name: str 
                 detail=True,
             ),
         ),
-        tables=(_numbers_table(found),),
+        tables=(_numbers_table(found), *_force_table(found)),
         pictures=(
             Picture(
                 "Map less model over the directions", lambda: identification_view(found, title)
             ),
+            *_force_picture(found, title),
         ),
         warnings=found.unknown,
     )
+
+
+def _of_forces(found: Identification, title: str, model: str) -> Document:
+    """The report of an identification from forces alone."""
+    rms = float(np.sqrt(np.mean(found.force_residuals**2)))
+    largest = float(np.abs(found.force_residuals).max())
+    return Document(
+        title=title,
+        verdict=f"{found.probe.name}, model {model}: with the identified numbers the measured and "
+        f"the predicted forces differ by {value_text(rms, 'N', decimals(4))} (rms of "
+        f"{len(found.force_residuals)} directions)",
+        figures=(
+            KeyFigure("measured less predicted", rms, "N", decimals(4), remark="rms"),
+            KeyFigure("largest difference", largest, "N", decimals(4)),
+        ),
+        tables=(_numbers_table(found), *_force_table(found)),
+        pictures=_force_picture(found, title),
+        warnings=found.unknown,
+    )
+
+
+def _force_table(found: Identification) -> tuple[Table, ...]:
+    """The forces with their residuals, by direction."""
+    if found.forces is None:
+        return ()
+    polar, azimuth = angles_deg(found.forces.directions)
+    forces, residuals = found.forces, found.force_residuals
+    return (
+        Table(
+            (
+                Column.of("polar", polar, "°", decimals(1)),
+                Column.of("azimuth", azimuth, "°", decimals(1)),
+                Column.of("measured", forces.force, "N", decimals(4)),
+                Column.of("u", forces.u, "N", decimals(4)),
+                Column.of("predicted", forces.force - residuals, "N", decimals(4)),
+                Column.of("difference", residuals, "N", signed_decimals(4)),
+                Column.of("in u", residuals / forces.u, "", signed_decimals(1)),
+            ),
+            title="Measured trigger forces",
+        ),
+    )
+
+
+def _force_picture(found: Identification, title: str) -> tuple[Picture, ...]:
+    if found.forces is None:
+        return ()
+    return (Picture("Measured and predicted forces", lambda: forces_view(found, title)),)
+
+
+def forces_view(found: Identification, title: str = "") -> View:
+    """Measured and predicted trigger forces over the azimuth, and their differences.
+
+    Parameters
+    ----------
+    found : Identification
+        With forces.
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    assert found.forces is not None
+    forces, residuals = found.forces, found.force_residuals
+    _, azimuth = angles_deg(forces.directions)
+    labels = tuple(direction_words(forces.directions))
+    axis = Axis("azimuth", "°")
+    both = PlaneChart(
+        "trigger force", axis, Axis("force", "N"),
+        (Dots(azimuth, forces.force, "measured, bars: 2 u", "series1", u=2.0 * forces.u,
+              labels=labels),
+         Dots(azimuth, forces.force - residuals, "predicted", "series2", labels=labels)),
+    )  # fmt: skip
+    difference = PlaneChart(
+        "measured less predicted", axis, Axis("difference", "N"),
+        (Rule(0.0), Dots(azimuth, residuals, "bars: 2 u", "series1", u=2.0 * forces.u,
+                         labels=labels)),
+    )  # fmt: skip
+    return View(title or "Trigger forces", (both, difference), 2)
 
 
 def _numbers_table(found: Identification) -> Table:
@@ -91,7 +173,7 @@ def _numbers_table(found: Identification) -> Table:
         ),
         title="Identified numbers",
         explanation="The key names the unit (deg: degrees). u: standard uncertainty from "
-        "the scatter of the touches and the u of the reference.",
+        "the scatter of the touches and the u of the reference, and from u of measured forces.",
     )
 
 

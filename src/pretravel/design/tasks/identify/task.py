@@ -1,4 +1,4 @@
-"""Identify quantities of a probe's description from a measured map."""
+"""Identify quantities of a probe's description from a measured map, measured forces, or both."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Identify(Reported):
-    """Identify quantities of a probe's description from a measured map."""
+    """Identify quantities of a probe's description from a measured map, from forces, or both."""
 
     name = "identify"
     group = "Predict"
@@ -33,21 +33,31 @@ class Identify(Reported):
         "pretravel identify map.json --probe omp40-2 --free rotation,stem_diameter -o mine.toml"
     )
 
-    map_file: Annotated[
-        Path,
-        Field(help="Map from qualify: .json or .csv.", positional=True, metavar="MAP", reads=True),
-    ]
     probe: Annotated[
         str,
         Field(
             help="Initial description: catalogue name or TOML file.", reads=existing, word=is_probe
         ),
     ]
+    map_file: Annotated[
+        Path | None,
+        Field(help="Map from qualify: .json or .csv.", positional=True, metavar="MAP", reads=True),
+    ] = None
+    forces: Annotated[
+        Path | None,
+        Field(
+            help="Measured trigger forces, .csv: azimuth_deg,force_N,u_N and, off the walls, "
+            "polar_deg; alone or with a map.",
+            label="Measured trigger forces",
+            reads=True,
+        ),
+    ] = None
     free: Annotated[
         str,
         Field(
             help="Quantities to fit, a,b,…: preload, lever, tripod_radius, support_angle, "
-            "ball_radius, rod_radius, stem_diameter, rotation, rod_azimuth_1, _2, _3."
+            "ball_radius, rod_radius, stem_diameter, rotation, rod_azimuth_1, _2, _3; from forces "
+            "alone also friction."
         ),
     ] = "rotation,stem_diameter"
     model: ModelName = "analytic"
@@ -59,14 +69,15 @@ class Identify(Reported):
     def run(self, progress: Progress = SILENT) -> IdentifiedProbe:
         """Fit the quantities."""
         from pretravel.design.identification.probe_from_map import identify
-        from pretravel.files import read_map
+        from pretravel.files import read_map, read_trigger_forces
         from pretravel.prediction import load_probe
 
         description = load_probe(self.probe)
-        pretravel_map = read_map(self.map_file)
+        pretravel_map = None if self.map_file is None else read_map(self.map_file)
+        forces = None if self.forces is None else read_trigger_forces(self.forces)
         names = [name.strip() for name in self.free.split(",") if name.strip()]
         with progress.working("identifying"):
-            found = identify(pretravel_map, description, names, model=self.model)
+            found = identify(pretravel_map, description, names, model=self.model, forces=forces)
         return IdentifiedProbe(self, found)
 
 
@@ -83,12 +94,17 @@ class IdentifiedProbe(Result):
     task: Identify
     found: Identification
 
+    @property
+    def source(self) -> str:
+        """Names of the files that were fitted."""
+        files = (self.task.map_file, self.task.forces)
+        return " and ".join(path.name for path in files if path is not None)
+
     def document(self) -> Document:
         """The report."""
         from pretravel.design.tasks.identify.report import identification_document
 
-        task = self.task
-        return identification_document(self.found, model=task.model, map_name=task.map_file.name)
+        return identification_document(self.found, model=self.task.model, map_name=self.source)
 
     def write(self, output: str, path: Path) -> None:
         """Write the description, which is read once before."""
@@ -98,6 +114,6 @@ class IdentifiedProbe(Result):
         from pretravel.prediction import parse_probe, source_text
 
         task = self.task
-        text = identified_description(source_text(task.probe), self.found, task.map_file.name)
+        text = identified_description(source_text(task.probe), self.found, self.source)
         parse_probe(text, str(path), path.parent)
         write_text(path, text)

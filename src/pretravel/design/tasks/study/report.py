@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from pretravel.base import PretravelError
 from pretravel.design.studies.results import StudyResults
 from pretravel.design.studies.sensitivity import Sensitivity, sensitivities
 from pretravel.show import (
@@ -19,17 +20,21 @@ from pretravel.show import (
     Document,
     Dots,
     KeyFigure,
+    LineMark,
     Picture,
     PlaneChart,
+    PolarChart,
     Span,
     Table,
     View,
     decimals,
     number_text,
+    series,
     shown_unit,
     significant,
     words_of_key,
 )
+from pretravel.tasks.predict import Quantity
 
 _MAIN = (
     "pretravel_range",
@@ -38,23 +43,35 @@ _MAIN = (
     "trigger_force_least",
 )
 """Outputs that the verdict speaks of: the first one that the study has."""
+_OF_QUANTITY: Mapping[Quantity, tuple[str, ...]] = {
+    "pretravel": _MAIN,
+    "sensing_distance": ("sensing_distance_greatest", "sensing_distance_mean"),
+    "trigger_force": ("trigger_force_greatest", "trigger_force_mean"),
+}
 _MOST_FACTORS = 8
 """Charts of one picture."""
 _MOST_DOTS = 4000
 
 
-def study_document(results: StudyResults) -> Document:
+def study_document(results: StudyResults, quantity: Quantity = "pretravel") -> Document:
     """The report of a study.
 
     Parameters
     ----------
     results : StudyResults
+    quantity : str
+        That the report is about; of outputs that the study does not have, another one.
+
+    Raises
+    ------
+    PretravelError
+        A study without outputs of this quantity.
 
     Returns
     -------
     Document
     """
-    main = main_output(results)
+    main = main_output(results, quantity)
     failed = int(np.sum(~results.succeeded))
     title = f"{results.name}: {len(results)} designs of {results.probe}"
     if failed == len(results):
@@ -78,6 +95,7 @@ def study_document(results: StudyResults) -> Document:
         ),
         pictures=(
             Picture(f"{_words(main)} over each factor", lambda: _factors_view(results, main)),
+            *_curves_picture(results, quantity),
             *(
                 ()
                 if found is None
@@ -92,9 +110,22 @@ def study_document(results: StudyResults) -> Document:
     )  # fmt: skip
 
 
-def main_output(results: StudyResults) -> str:
-    """The output that the report is about."""
-    known = [name for name in (*_MAIN, *results.numbers) if name in results.numbers]
+def main_output(results: StudyResults, quantity: Quantity = "pretravel") -> str:
+    """The output that the report is about.
+
+    Raises
+    ------
+    PretravelError
+        A study without outputs of another quantity than pretravel that is wanted.
+    """
+    first = [name for name in _OF_QUANTITY[quantity] if name in results.numbers]
+    if quantity != "pretravel" and not first:
+        raise PretravelError(
+            f"the study has no {quantity.replace('_', ' ')} among its outputs "
+            f"({', '.join(results.numbers)}): add it to outputs of [study]",
+            inputs=("quantity",),
+        )
+    known = [*first, *results.numbers]
     finite = [name for name in known if np.isfinite(results.numbers[name]).any()]
     return (finite or known)[0]
 
@@ -204,6 +235,9 @@ def _factors_view(results: StudyResults, main: str) -> View:
     good = good[:: max(1, len(good) // _MOST_DOTS)]
     label = Axis(_words(main), _unit(results, main))
     charts: list[Chart] = []
+    together = _both_factors(results, values, label)
+    if together is not None:
+        return View(results.name, (together,))
     for key, column in list(results.factors.items())[:_MOST_FACTORS]:
         x, axis = _places(column[good], key)
         dots = Dots(x, values[good], "designs", size=4.0)
@@ -213,6 +247,79 @@ def _factors_view(results: StudyResults, main: str) -> View:
         )
         charts.append(PlaneChart(words_of_key(key)[0], axis, label, (dots, best)))
     return View(results.name, tuple(charts))
+
+
+_MOST_LEVELS = 8
+"""Lines of one chart."""
+
+
+def _both_factors(
+    results: StudyResults, values: npt.NDArray[np.float64], label: Axis
+) -> PlaneChart | None:
+    """Two factors in every combination: over one of them, a line for each level of the other.
+
+    None for other studies.
+    """
+    keys = list(results.factors)
+    if len(keys) != 2:
+        return None
+    counts = [len(set(results.factors[key].tolist())) for key in keys]
+    if min(counts) < 2 or max(counts) < 3 or counts[0] * counts[1] != len(values):
+        return None
+    over, lines = keys if counts[0] >= counts[1] else keys[::-1]
+    if min(counts) > _MOST_LEVELS:
+        return None
+    x, axis = _places(results.factors[over], over)
+    words, unit = words_of_key(lines)
+    levels = list(dict.fromkeys(results.factors[lines].tolist()))
+    marks = []
+    for number, level in enumerate(levels):
+        rows = np.flatnonzero(results.factors[lines] == level)
+        rows = rows[np.argsort(x[rows])]
+        value = level if isinstance(level, str) else number_text(float(level))
+        name = " ".join(part for part in (words, str(value), unit) if part)
+        marks.append(LineMark(x[rows], values[rows], name, series(number), marked=True))
+    return PlaneChart(f"{label.label} over {words_of_key(over)[0]}", axis, label, tuple(marks))
+
+
+def _curves_picture(results: StudyResults, quantity: Quantity) -> tuple[Picture, ...]:
+    """The quantity over the azimuth, a curve for each design, where these are few."""
+    good = np.flatnonzero(results.succeeded)
+    if quantity not in results.on_walls or not 1 <= len(good) <= _MOST_LEVELS:
+        return ()
+    if len(results.azimuth) < 3:
+        return ()
+    words = quantity.replace("_", " ")
+    return (Picture(f"{words} over the azimuth", lambda: _curves_view(results, quantity, good)),)
+
+
+def _curves_view(results: StudyResults, quantity: Quantity, rows: npt.NDArray[np.intp]) -> View:
+    """Force and the quantity over the azimuth on walls (Rodrigues 2021, Figures 4.27 to 4.36)."""
+    names = ["trigger_force", *(() if quantity == "trigger_force" else (quantity,))]
+    order = np.argsort(results.azimuth)
+    closed = np.append(order, order[0])
+    charts = []
+    for name in names:
+        unit = "N" if name == "trigger_force" else "µm"
+        words = name.replace("_", " ")
+        lines = tuple(
+            LineMark(results.azimuth[closed], results.on_walls[name][row][closed],
+                     _design_words(results, int(row)), series(number))
+            for number, row in enumerate(rows)
+        )  # fmt: skip
+        charts.append(PolarChart(f"{words} over the azimuth", Axis(words, unit, low=0.0), lines))
+    return View(results.name, tuple(charts))
+
+
+def _design_words(results: StudyResults, row: int) -> str:
+    """The levels of a design: preload 4 N."""
+    parts = []
+    for key, column in results.factors.items():
+        words, unit = words_of_key(key)
+        value = column[row]
+        text = value if isinstance(value, str) else number_text(float(value))
+        parts.append(" ".join(part for part in (words, text, unit) if part))
+    return ", ".join(parts)
 
 
 def _places(column: npt.NDArray[Any], key: str) -> tuple[npt.NDArray[np.float64], Axis]:

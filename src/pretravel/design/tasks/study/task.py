@@ -15,6 +15,7 @@ from pretravel.task import (
     Progress,
     Reported,
     Result,
+    ShownQuantity,
     Task,
     TextResult,
     existing,
@@ -24,6 +25,7 @@ from pretravel.task import (
 if TYPE_CHECKING:
     from pretravel.design.studies.results import StudyResults
     from pretravel.show import Document
+    from pretravel.tasks.predict import Quantity
 
 PAGE = Field(help="A page, .html or .pdf.", writes=PAGES)
 """Of a task whose main output is no page."""
@@ -82,6 +84,7 @@ class RunStudy(Reported):
         bool,
         Field(help="Begin anew, also where an earlier run was interrupted.", only=("output",)),
     ] = False
+    quantity: ShownQuantity = "pretravel"
     page: Annotated[Path | None, PAGE] = None
 
     @classmethod
@@ -100,12 +103,11 @@ class RunStudy(Reported):
                 raise PretravelError(
                     "a study needs a file for its results: -o study.nc", inputs=("output",)
                 )
-            return FinishedStudy(read_results(self.study))
+            return FinishedStudy(read_results(self.study), self.quantity)
         workers = Workers(self.workers, self.scheduler)
         with progress.working("study"):
-            return FinishedStudy(
-                run_study(load_study(self.study), self.output, workers, restart=self.restart)
-            )
+            run_study(load_study(self.study), self.output, workers, restart=self.restart)
+        return FinishedStudy(read_results(self.output), self.quantity)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,15 +117,18 @@ class FinishedStudy(Result):
     Attributes
     ----------
     results : StudyResults
+    quantity : str
+        That the report is about.
     """
 
     results: StudyResults
+    quantity: Quantity = "pretravel"
 
     def document(self) -> Document:
         """The report."""
         from pretravel.design.tasks.study.report import study_document
 
-        return study_document(self.results)
+        return study_document(self.results, self.quantity)
 
     def write(self, output: str, path: Path) -> None:
         """Nothing: the results are written while they come."""

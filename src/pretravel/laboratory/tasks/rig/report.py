@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, from_angles
 from pretravel.laboratory.rig.calibration import (
     DirectionPerformance,
     RigCalibration,
@@ -35,12 +35,14 @@ from pretravel.show import (
     PlaneChart,
     PolarChart,
     Rule,
+    Scale,
     Section,
     Span,
     Symbol,
     Table,
     View,
     budget_picture,
+    chart_by_place,
     decimals,
     interval_lines,
     number_text,
@@ -103,7 +105,7 @@ def rig_document(
         tables=(direction_table(calibration, forces),),
         sections=(Section(tables=(budget_table(budget, title=BUDGET_TITLE),), detail=True),),
         pictures=(
-            *rig_pictures(calibration, traces, title),
+            *rig_pictures(calibration, traces, title, forces),
             budget_picture(budget, "a direction's mean pretravel"),
         ),
         notes=(
@@ -405,7 +407,10 @@ def _spread_columns(spreads: Sequence[Spread]) -> dict[str, list[float]]:
 
 
 def rig_pictures(
-    calibration: RigCalibration, traces: Sequence[RigTrace], title: str = ""
+    calibration: RigCalibration,
+    traces: Sequence[RigTrace],
+    title: str = "",
+    forces: Sequence[float] | None = None,
 ) -> tuple[Picture, ...]:
     """Pictures of all directions, where there are several touches, and of one touch.
 
@@ -421,50 +426,105 @@ def rig_pictures(
     return (
         Picture(
             "Pretravel, its repeatability and hysteresis over the directions",
-            lambda: rig_view(calibration, title),
+            lambda: rig_view(calibration, title, forces),
         ),
         one,
     )
 
 
-def rig_view(calibration: RigCalibration, title: str = "") -> View:
-    """Pretravel, repeatability and hysteresis over the directions of a calibration.
+def rig_view(
+    calibration: RigCalibration, title: str = "", forces: Sequence[float] | None = None
+) -> View:
+    """Pretravel, repeatability, hysteresis and force over the directions of a calibration.
 
     Parameters
     ----------
     calibration : RigCalibration
     title : str
+    forces : n floats, optional
+        Trigger force of each touch. [N]
 
     Returns
     -------
     View
+        The directions across the axis over the azimuth, where there are three or more; all of them
+        by their place on the sphere, where some lie out of this plane.
+
+    References
+    ----------
+    Ren 2020, Figure 8.
     """
     directions = calibration.directions
-    around = all(d.across for d in directions)
-    if around:
-        places = np.array([d.azimuth for d in directions]) / DEGREE
+    plane = [d for d in directions if d.across]
+    charts: list[Chart] = []
+    if len(plane) == len(directions) or len(plane) >= _FEWEST_AROUND:
+        places = np.array([d.azimuth for d in plane]) / DEGREE
         axis = Axis("azimuth", "°", -10.0, 370.0, ticks=tuple(45.0 * k for k in range(9)))
-        first: Chart = _around(calibration)
+        charts.append(_around(calibration, plane))
+        shown = plane
     else:
         places = np.arange(len(directions), dtype=np.float64)
         axis = Axis("direction", categories=tuple(d.name for d in directions))
         means = np.array([d.pretravel for d in directions]) / MICROMETRE
-        first = PlaneChart("pretravel r1 - r0", axis, Axis("pretravel", "µm", 0.0),
-                           (Bars(places, means, "mean of the direction"),))  # fmt: skip
-    charts = (first, *_spreads(directions, places, axis))
-    return View(title or "Calibration on the rig", charts)
+        charts.append(PlaneChart("pretravel r1 - r0", axis, Axis("pretravel", "µm", 0.0),
+                                 (Bars(places, means, "mean of the direction"),)))  # fmt: skip
+        shown = list(directions)
+    placed = [d for d in directions if math.isfinite(d.azimuth) and math.isfinite(d.polar)]
+    if len(placed) > len(plane) and len(placed) > 1:
+        charts.append(_on_the_sphere(placed))
+    charts += _spreads(shown, places, axis)
+    by_direction = direction_forces(calibration, forces)
+    if by_direction is not None:
+        charts += _forces_around(calibration, by_direction)
+    return View(title or "Calibration on the rig", tuple(charts))
 
 
-def _around(calibration: RigCalibration) -> PolarChart:
+_FEWEST_AROUND = 3
+"""Directions across the axis from which on they are drawn around a circle."""
+
+
+def _on_the_sphere(directions: Sequence[DirectionPerformance]) -> PolarChart:
+    """The mean pretravel of all directions, as seen from the spindle."""
+    values = np.array([d.pretravel for d in directions]) / MICROMETRE
+    normals = from_angles(
+        np.array([d.polar for d in directions]), np.array([d.azimuth for d in directions])
+    )
+    scale = Scale.of("pretravel", "µm", values)
+    labels = tuple(f"{d.name}: {d.pretravel / MICROMETRE:.3f} µm" for d in directions)
+    return chart_by_place(normals, values, scale, "pretravel of all directions, from above",
+                          labels=labels)  # fmt: skip
+
+
+def _forces_around(calibration: RigCalibration, by_direction: Sequence[float]) -> list[Chart]:
+    """The mean force of each direction across the axis (Ren 2020, Figure 8c)."""
+    forces = np.asarray(by_direction)
+    rows = [
+        row
+        for row, d in enumerate(calibration.directions)
+        if d.across and math.isfinite(float(forces[row]))
+    ]
+    if not rows:
+        return []
+    azimuth = np.array([calibration.directions[row].azimuth for row in rows])
+    mean = float(np.mean(forces[rows]))
+    return [
+        PolarChart(
+            "trigger force, from the pretravel",
+            Axis("force", "N", 0.0),
+            (Rule(mean, "mean of all directions", "reference"),
+             Dots(azimuth, forces[rows], "mean of a direction", "series3", symbol="ring",
+                  size=8.0)),
+        )
+    ]  # fmt: skip
+
+
+def _around(calibration: RigCalibration, directions: Sequence[DirectionPerformance]) -> PolarChart:
     """Pretravel around the circle: every touch, and the mean of each direction.
 
     No line connects the directions: nothing was touched between them.
     """
-    directions = calibration.directions
     means = np.array([d.pretravel for d in directions]) / MICROMETRE
-    marks: list[Dots | Rule] = [
-        Rule(calibration.pretravel / MICROMETRE, "mean of all directions", "reference")
-    ]
+    marks: list[Dots | Rule] = [Rule(float(means.mean()), "mean of all directions", "reference")]
     for used, name, role, symbol in _USED_OR_NOT:
         azimuth, pretravel, labels = [], [], []
         for d in directions:
