@@ -24,6 +24,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "Measure": {
         "align": "align:Align",
+        "axis": "axis:Axis",
         "compensate": "compensate:Compensate",
         "measure": "measure:Measure",
         "compare": "compare:Compare",
