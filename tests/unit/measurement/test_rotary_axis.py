@@ -13,6 +13,7 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.measurement.rotary_axis import LETTERS, RotaryAxis, rotary_axis
+from pretravel.tasks.axis import Axis
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
@@ -136,11 +137,18 @@ class TestCommand:
         stated = ("--angles", "0,60,120,180", "--axis", "C")
         check = [word for path in files for word in ("--check", path)]
         out = run("axis", *files, *stated, *check)
-        assert "without a map" in out
+        warnings = Axis(touches=(self.LOG,), axis="C").run().document().warnings
+        assert any("without a map of the probe" in warning for warning in warnings)
         assert "check at another radius" in out
         assert "one angle is needed for each file" in run("axis", *files[1:], *stated, code=2)
-        wrong = [word for path in (*files[1:], files[0]) for word in ("--check", path)]
-        assert "contradict" in run("axis", *files, *stated, *wrong, code=3)
+        moved = []
+        for path in files:
+            cells = [line.split(",") for line in path.read_text().splitlines()[1:]]
+            text = [",".join([c[0], f"{float(c[1]) + 0.02:.6f}", *c[2:]]) for c in cells]
+            moved.append(path.with_name(f"moved_{path.name}"))
+            moved[-1].write_text("\n".join([head, *text]) + "\n")
+        wrong = [word for path in moved for word in ("--check", path)]
+        assert "contradicted" in run("axis", *files, *stated, *wrong, code=3)
 
 
 class TestRefusals:
