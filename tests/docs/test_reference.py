@@ -57,6 +57,7 @@ WRITTEN: dict[str, tuple[tuple[object, ...], ...]] = {
     ),
     "History of a probe": (("history", "probe.jsonl"),),
     "Repeated touches": (("repeat", "octoprint.log"),),
+    "Rotary axis": (("axis", EXAMPLES / "axis_touches.csv", "--axis", "C"),),
     "Terms of machine and probe": (
         ("qualify", EXAMPLES / "block_touches.csv", "--block", "25.4,50.8,76.2"),
     ),

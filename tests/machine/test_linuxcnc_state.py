@@ -55,6 +55,37 @@ class TestOneFalseTrip:
         assert origin == pytest.approx(100.0, abs=2e-4)
 
 
+class TestCorrection:
+    """A bore of 40.000 mm: the tool has cut it 14 µm too small or so, as the nominal size says."""
+
+    BORE = "o<pretravel_bore> call [40] [100] [8] [1] [6000]\n"
+
+    @pytest.mark.parametrize(
+        ("nominal", "limit", "words", "diameter"),
+        [
+            (40.014, 0.05, "the radius of T2 is now 4.993", 9.986),
+            (40.002, 0.05, "is within its uncertainty, T2 is not changed", 10.0),
+            pytest.param(40.1, 0.05, "nothing is changed", 10.0, marks=pytest.mark.slow),
+        ],
+    )
+    def test_the_tool_table(
+        self, tmp_path: Path, nominal: float, limit: float, words: str, diameter: float
+    ) -> None:
+        call = f"o<pretravel_correct> call [1] [{nominal}] [0.003] [{limit}] [2] [10]"
+        said, _ = bored(tmp_path / "a", self.BORE + call)
+        assert words in said
+        table = (tmp_path / "a" / ".machine" / "machine.tbl").read_text()
+        cutter = re.search(r"^T2 .*D\+?(\S+)", table, re.M)
+        assert cutter
+        # The map of the cycle is that of the probe up to 0.1 µm.
+        assert float(cutter[1]) == pytest.approx(diameter, abs=4e-4)
+
+    def test_a_result_is_used_once(self, tmp_path: Path) -> None:
+        call = "o<pretravel_correct> call [1] [40.014] [0.003] [0.05] [2] [10]"
+        said, _ = bored(tmp_path / "a", f"{self.BORE}{call}\n{call}")
+        assert "no cycle has measured this since the last correction" in said
+
+
 class TestWayToStop:
     @pytest.mark.parametrize("mode", ["G64", pytest.param("G61", marks=pytest.mark.slow)])
     def test_it_is_within_what_is_planned(self, tmp_path: Path, mode: str) -> None:

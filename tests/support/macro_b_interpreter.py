@@ -191,8 +191,8 @@ class _Call:
                 if code in codes:
                     self.control.variables[modal] = code
         if ("G", 65.0) not in words:
-            for _, feed in (word for word in words if word[0] == "F"):
-                self.control.variables[4109] = feed
+            for value in (value for letter, value in words if letter == "F"):
+                self.control.variables[4109] = value
         if ("G", 65.0) in words:
             order = [letter for letter, _ in found if letter in "IJK"]
             assert order == sorted(order), code

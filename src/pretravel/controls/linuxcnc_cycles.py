@@ -20,6 +20,7 @@ _TEMPLATES: Mapping[str, tuple[str, bool]] = {
     "pretravel_surface": ("pretravel_surface.ngc", False),
     "pretravel_angle": ("pretravel_angle.ngc", False),
     "pretravel_corner": ("pretravel_corner.ngc", True),
+    "pretravel_correct": ("pretravel_correct.ngc", False),
 }
 """Template of each cycle, and whether it touches from outside, with moves above the part."""
 

@@ -25,6 +25,7 @@ from .normals_from_neighbours import with_errors_of_normals as with_errors_of_no
 from .point_budgets import budget_of_variances as budget_of_variances
 from .point_budgets import point_budget as point_budget
 from .point_budgets import variances_along_normals as variances_along_normals
+from .point_errors import REPEATABILITY as REPEATABILITY
 from .point_errors import PointErrors as PointErrors
 from .point_errors import errors_of_points as errors_of_points
 from .point_errors import point_sources as point_sources
@@ -38,6 +39,8 @@ from .points_summary import TouchSummary as TouchSummary
 from .reversal import ORDERS as ORDERS
 from .reversal import ReversedPairs as ReversedPairs
 from .reversal import reversed_touches as reversed_touches
+from .rotary_axes import RotaryAxis as RotaryAxis
+from .rotary_axes import rotary_axis as rotary_axis
 from .selection import named_feature as named_feature
 from .selection import points_at as points_at
 from .selection import points_of_features as points_of_features

@@ -457,7 +457,17 @@ class TestHeads:
         from parameter 1050 on, or from the one that is chosen."""
         cycles = {
             f"pretravel_{name}.ngc"
-            for name in ("bore", "boss", "pocket", "web", "edge", "surface", "angle", "corner")
+            for name in (
+                "bore",
+                "boss",
+                "pocket",
+                "web",
+                "edge",
+                "surface",
+                "angle",
+                "corner",
+                "correct",
+            )
         }
         own = {f"pretravel_{name}.ngc" for name in
                ("lookup", "compensate", "identity", "radius", "point", "head")}  # fmt: skip

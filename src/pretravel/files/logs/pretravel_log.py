@@ -107,7 +107,7 @@ class _Log:
             self._takers[kind](values, number)
         elif kind == "done":
             self.finished = True
-        elif kind != "point-columns":
+        elif kind not in ("point-columns", "correction"):
             raise self.file.error(f"'{kind}' is not a line of such a log", number)
 
     def _take_head(self, values: list[str], number: int) -> None:
