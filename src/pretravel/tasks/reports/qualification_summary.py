@@ -11,6 +11,7 @@ from pretravel.base.directions import describe
 from pretravel.base.units import MICROMETRE
 from pretravel.maps.pretravel_map import over_support
 from pretravel.qualification.qualification import KindScore, Qualification, radius_budget
+from pretravel.qualification.quantisation import COARSE_STEP
 from pretravel.show.document import Judgement, KeyFigure, Span
 from pretravel.show.formatting import decimals, number_text, value_text
 from pretravel.uncertainty.gum import Budget
@@ -36,6 +37,12 @@ def _grade(result: Qualification) -> str:
     return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
 
 
+def _is_hidden(result: Qualification) -> bool:
+    """Whether repeats differ by less than the step of the positions: they say little of a probe."""
+    step = result.effects.step
+    return step >= COARSE_STEP and result.repeatability < 0.5 * step
+
+
 def judgement(result: Qualification) -> Judgement:
     """Whether the probe is good, in a word.
 
@@ -43,7 +50,7 @@ def judgement(result: Qualification) -> Judgement:
     ----------
     result : Qualification
     """
-    repeated = result.fit.observation.repeats.dof > 0.0
+    repeated = result.fit.observation.repeats.dof > 0.0 and not _is_hidden(result)
     return _GRADES[_grade(result)] if repeated else _NO_REPEATS
 
 
@@ -62,6 +69,12 @@ def verdict(result: Qualification, point: Budget) -> str:
     )
     repeats = value_text(result.repeatability / MICROMETRE, "µm")
     # The grade is of the repeats alone: a good probe can need its map.
+    if _is_hidden(result):
+        return (
+            "Whether the probe is good is not known, because the positions are in steps of "
+            f"{value_text(result.effects.step / MICROMETRE, 'µm')}, and touches differ by less: "
+            f"write them with more digits. {known[0].upper()}{known[1:]}"
+        )
     if result.fit.observation.repeats.dof > 0.0:
         return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
     return (
