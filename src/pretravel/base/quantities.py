@@ -138,6 +138,8 @@ def checked(
     pretravel.base.errors.PretravelError: the noise is -1 mm; it cannot be negative
     """
     try:
+        if "_" in str(value):  # 1_0 is ten in a program of Python, and a mistake elsewhere
+            raise ValueError
         number = float(value)
     except (TypeError, ValueError, OverflowError):
         shown = str(value)[:40] if not isinstance(value, int) else "a number of too many digits"
@@ -209,6 +211,8 @@ def degrees_in(text: str) -> tuple[float, ...]:
     ((0.0, 10.0, 20.0, 30.0), (90.0,))
     """
     try:
+        if "_" in text:
+            raise ValueError
         numbers = tuple(float(part) for part in text.replace(":", ",").split(","))
         start, stop, step = numbers if ":" in text else (0.0, 0.0, 1.0)
     except ValueError:

@@ -255,7 +255,7 @@ def _is_number(cell: str) -> bool:
         float(cell)
     except ValueError:
         return False
-    return True
+    return "_" not in cell  # a number of Python's programs, 1_0, but of no file
 
 
 def _is_finite(cell: str) -> bool:

@@ -53,6 +53,9 @@ _AMPLITUDES = 8
 """Logarithms of the amplitudes of zonal, lobed and other terms; decays of zonal and lobed ones;
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
 _NOISE, _AZIMUTH, _FIXED = 5, 6, 7
+_FEW_RESIDUALS = 8
+"""Fewer of them can all be near zero by chance, or by the step of the positions: they are no scale
+of amplitudes that they do not show."""
 _EXACT = 1e-2  # um: scatter from which normal equations are exact enough
 _WIDEST = 1e5
 """Standard deviation of terms without a prior, so that one that no touch shows has a covariance,
@@ -185,7 +188,7 @@ class _Problem:
         free: IntArray,
         terms: IntArray,
     ) -> None:
-        split = len(free)
+        split, self.step_variance = len(free), places.step_variance / MICROMETRE**2
         # Repeats of a direction enter by their mean and their scatter.
         means = DirectionMeans(places, np.concatenate([free, terms]))
         count = np.bincount(groups).astype(np.float64)
@@ -263,6 +266,7 @@ class _Problem:
         parameter of the covariance M is tr(P M')/2 - (Py)'M'(Py)/2.
         """
         noise, fixed = math.exp(2.0 * h[_NOISE]), self.fixed_variance(h)
+        estimated = fixed - self.step_variance
         of_left = noise + fixed * self.left_count
         design = self.turned(self.small_design, h[_AZIMUTH])
         prior = self.prior_variances(h)
@@ -293,7 +297,7 @@ class _Problem:
         by_left = (self.left_dof - self.left / of_left) / of_left
         slopes[_NOISE] += noise * (on_diagonal.sum() + by_left)
         slopes[_NOISE] += self.within_dof - self.within / noise
-        slopes[_FIXED] += fixed * (self.small_count @ on_diagonal + self.left_count * by_left)
+        slopes[_FIXED] += estimated * (self.small_count @ on_diagonal + self.left_count * by_left)
         turning = self.turn_slopes(design)
         by_turning = np.einsum("ij,ij->j", turning, on_design) - seen * (weighted @ turning)
         slopes[_AZIMUTH] += float(prior @ by_turning)
@@ -308,8 +312,11 @@ class _Problem:
         return np.asarray(turned[:, self.partner] * self.turning_order)
 
     def fixed_variance(self, h: FloatArray) -> float:
-        """Variance of a direction that repeats do not reduce; without repeats it is noise."""
-        return math.exp(2.0 * h[_FIXED]) if self.repeated else 0.0
+        """Variance of a direction that repeats do not reduce; without repeats it is noise.
+
+        That of the step of the positions is known, and not smaller where residuals are.
+        """
+        return self.step_variance + (math.exp(2.0 * h[_FIXED]) if self.repeated else 0.0)
 
     def _minus_log_prior(self, h: FloatArray) -> float:
         return 0.5 * float(np.sum(self._from_usual(h) ** 2))
@@ -408,9 +415,11 @@ def _most_probable(problem: _Problem, near: Amplitudes | None) -> FloatArray:
     noise = math.sqrt((problem.within + problem.left) / dof) if dof > 0.0 else 0.3 * spread
     low = math.log(_SMALLEST_NOISE)
     noise_start = min(max(math.log(max(noise, _SMALLEST_NOISE)), low), math.log(spread) + 1.0)
-    amplitude = math.log(spread)
-    bounds = [(low, amplitude + 4.0)] * 3 + [(1.0, 5.0)] * 2 + [(low, amplitude + 2.0)]
-    bounds += [(-math.inf, math.inf), (low, amplitude + 2.0)]
+    amplitude = most = math.log(spread)
+    if len(residual) - problem.small_free.shape[1] + problem.left_dof < _FEW_RESIDUALS:
+        most = max(amplitude, problem.typical_amplitude, _TYPICAL_NOISE)
+    bounds = [(low, most + 4.0)] * 3 + [(1.0, 5.0)] * 2 + [(low, most + 2.0)]
+    bounds += [(-math.inf, math.inf), (low, most + 2.0)]
     if near is None:
         common = [amplitude, amplitude, amplitude - 2.0, _DECAY, _DECAY, noise_start]
         starts = [np.array([*common, azimuth, _TYPICAL_FIXED]) for azimuth in _AZIMUTHS]
@@ -503,13 +512,13 @@ def _posterior(
     between = np.array(means) - mean
     covariance += (between.T * amplitudes.weights) @ between
     variance = amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, _NOISE])
-    fixed = amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, _FIXED])
+    fixed = amplitudes.weights @ np.array([problem.fixed_variance(h) for h in amplitudes.points])
     return HarmonicFit(
         terms=np.concatenate([free, terms]),
         coefficients=mean * MICROMETRE,
         covariance=0.5 * (covariance + covariance.T) * MICROMETRE**2,
         noise=math.sqrt(variance) * MICROMETRE,
-        fixed_scatter=math.sqrt(fixed) * MICROMETRE if problem.repeated else 0.0,
+        fixed_scatter=math.sqrt(fixed) * MICROMETRE,
         lobe_azimuth=float(np.mod(amplitudes.mode[_AZIMUTH], 60.0 * DEGREE)),
         smoothing=Smoothing(problem.means, problem.direction_count, gains, problem.classes),
         amplitudes=amplitudes,

@@ -334,9 +334,56 @@ def _by_level(observation: Observation, across: FloatArray) -> float:
     return min(beyond / max(abs(float(to_mean @ across)), 1e-3), _MOST_ACROSS)
 
 
+_USUAL_NOISE = 0.3 * MICROMETRE
+_USUAL_NOISE_DOF = 2.0
+"""How many residuals the usual noise of a touch stands for, beside few of its own."""
+
+
+def with_usual_noise(variance: float, dof: float, observation: Observation) -> float:
+    """A variance of few residuals, which can be small by chance, beside what a touch usually has.
+
+    Parameters
+    ----------
+    variance : float
+        Mean square of the residuals. [mm²]
+    dof : float
+        Of them.
+    observation : Observation
+
+    Returns
+    -------
+    float
+        At least that of the step of the positions. [mm²]
+
+    >>> seen = Observation(np.eye(3), np.arange(3), np.zeros(3), 1.0, 2.0, ring=False)
+    >>> [round(1e3 * math.sqrt(with_usual_noise(0.0, dof, seen)), 2) for dof in (1, 100)]
+    [0.24, 0.0]
+    """
+    usual = _USUAL_NOISE**2 + observation.step_scatter**2
+    if dof < FEWEST_OF_SIX_SEATS:
+        variance = max(
+            variance, (dof * variance + _USUAL_NOISE_DOF * usual) / (dof + _USUAL_NOISE_DOF)
+        )
+    return max(variance, observation.step_scatter**2)
+
+
 def _by_residuals(observation: Observation, shapes: FloatArray) -> float:
     """The same from what the least-squares sphere leaves: a shape cannot hide from it. [mm]"""
     columns = np.column_stack([shapes, observation.values])
     left = columns - observation.free_design @ (observation.to_sphere @ columns)
     mean_square = np.mean(left**2, axis=0)
-    return math.sqrt(float(mean_square[-1]) / max(float(mean_square[:-1].sum()), _LEAST_SHOWN))
+    shown = max(float(mean_square[:-1].sum()), _LEAST_SHOWN)
+    seen = math.sqrt(float(mean_square[-1])) + _hiding(observation)
+    return seen / math.sqrt(shown)
+
+
+def _hiding(observation: Observation) -> float:
+    """By how much noise and step can make the residuals of a shape smaller than it is. [mm]
+
+    One residual is near zero by chance; many are not.
+    """
+    count = observation.direction_count
+    left = count - observation.axes - 1
+    usual = _USUAL_NOISE if left < FEWEST_OF_SIX_SEATS else 0.0
+    size = math.hypot(usual, observation.step_scatter)
+    return 2.0 * size * math.sqrt(min(left, FEWEST_OF_SIX_SEATS) / count)

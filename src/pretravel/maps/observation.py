@@ -56,6 +56,9 @@ class Observation:
     u_reference_radius : float
         Standard uncertainty of the radius: its error is a constant part of observed pretravel.
         [mm]
+    step_scatter : float
+        Standard deviation of a direction by the step of the positions: neither repeats nor
+        residuals make it smaller. [mm]
     """
 
     positions: FloatArray
@@ -66,6 +69,7 @@ class Observation:
     ring: bool
     tip_known: bool = True
     u_reference_radius: float = 0.0
+    step_scatter: float = 0.0
 
     @property
     def axes(self) -> int:
@@ -140,8 +144,10 @@ class Observation:
         if len(self.groups) > _MANY:
             apart = np.abs(self.directions - directions[self.groups]).max(initial=0.0)
             if apart < _CLOSE:
-                return Places(directions, np.arange(len(directions)), self.groups)
-        return Places(self.directions, self.groups, np.arange(len(self.groups)))
+                each = np.arange(len(directions))
+                return Places(directions, each, self.groups, self.step_scatter**2)
+        each = np.arange(len(self.groups))
+        return Places(self.directions, self.groups, each, self.step_scatter**2)
 
     @cached_property
     def group_means(self) -> FloatArray:
@@ -187,11 +193,14 @@ class Places:
         Direction of each place.
     of_touches : (n,) int
         Place of each touch.
+    step_variance : float
+        Of each direction, by the step of the positions; see `Observation.step_scatter`. [mm²]
     """
 
     directions: FloatArray
     groups: IntArray
     of_touches: IntArray
+    step_variance: float = 0.0
 
 
 def sphere_columns(directions: FloatArray, axes: int) -> FloatArray:

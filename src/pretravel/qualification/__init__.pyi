@@ -39,6 +39,7 @@ from .qualification import radius_budget as radius_budget
 from .qualifying import qualified as qualified
 from .qualifying import qualify as qualify
 from .qualifying import qualify_like as qualify_like
+from .quantisation import COARSE_STEP as COARSE_STEP
 from .reference_fit import Reference as Reference
 from .reference_fit import ReferenceFit as ReferenceFit
 from .reference_fit import Term as Term

@@ -15,7 +15,14 @@ import numpy as np
 from pretravel.base import MICROMETRE, FloatArray
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
-from pretravel.qualification.quantisation import quantisation_step, repeat_step
+from pretravel.qualification.quantisation import (
+    coarse_warnings,
+    kept_by_directions,
+    kept_by_repeats,
+    quantisation_step,
+    refuse_coarse,
+    step_of_touches,
+)
 from pretravel.qualification.touch_order import (
     between_predecessors,
     drift_columns,
@@ -50,6 +57,8 @@ class MachineEffects:
         Of the latched positions; zero where none is seen. [mm]
     step_scatter : float
         Standard deviation by the step that repeats do not reduce: their noise is below it. [mm]
+    step_in_common : float
+        Standard deviation by the step that all directions can have in common. [mm]
     drift : (3,) float
         Movement of the reference over the run that was subtracted, probe frame. [mm]
     hysteresis : (2,) float
@@ -63,6 +72,7 @@ class MachineEffects:
 
     step: float
     step_scatter: float
+    step_in_common: float
     drift: FloatArray
     hysteresis: FloatArray
     fixed_scatter: float
@@ -97,13 +107,11 @@ def machine_effects(
     """
     groups, count = observation.groups, len(observation.groups)
     order = np.arange(count, dtype=np.float64)
-    step = max(quantisation_step(machine_positions), repeat_step(observation.values, groups))
+    step = step_of_touches(machine_positions, observation.values, groups)
     noise = observation.repeats.deviation
-    # Noise far above the step averages it out.
-    share = math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
     variance = sphere_form**2 / 12.0  # uniform between lowest and highest
     drift, change = np.zeros(3), np.zeros(count)
-    warnings = []
+    warnings = coarse_warnings(step)
     if drift_is_separable(groups, order):
         found = estimated_drift(observation.values, observation.directions, groups, order)
         if found.p_value < DRIFT_LEVEL:
@@ -131,7 +139,8 @@ def machine_effects(
     warnings.extend(_memory_warnings(probability, hysteresis, moments))
     return MachineEffects(
         step=step,
-        step_scatter=step * math.sqrt(share / 12.0),
+        step_scatter=kept_by_repeats(step, noise),
+        step_in_common=kept_by_directions(step, noise),
         drift=drift,
         hysteresis=hysteresis,
         fixed_scatter=math.sqrt(variance),
@@ -178,9 +187,12 @@ def without_machine(
     (25, 3)
     """
     positions = touches.positions if latched is None else latched
+    step = quantisation_step(positions)
+    source = f"{touches.source}: " if touches.source else ""
+    refuse_coarse(step, f"{source}the touches do not show the pretravel of a probe")
     kept = np.ones(len(touches), dtype=bool)
     if setup.search_outliers:
-        wrong = repeat_outliers(observation, touches.where, quantisation_step(positions))
+        wrong = repeat_outliers(observation, touches.where, step)
         kept[[row for outlier in wrong for row in outlier.rows]] = False
     if kept.mean() < FEWEST_LEFT:
         kept[:] = True

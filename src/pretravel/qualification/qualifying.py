@@ -251,6 +251,7 @@ def prepare(
     touches, effects = without_machine(touches, whole, setup, rotation, latched=latched)
     if effects.change.any():
         whole = observe(touches, setup, rotation)
+    whole = replace(whole, step_scatter=effects.step_scatter)
     # What is gross.
     used = np.ones(len(touches), dtype=bool)
     outliers: tuple[Outlier, ...] = ()
@@ -312,7 +313,9 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     modelled = values_in_blocks(fit.basis, about.directions, pretravel_map.coefficients)
     axes = rotation[:, : ready.observation.axes]
     later = rotation @ moved
-    of_center = frozen(axes @ centered.center_covariance @ axes.T + np.outer(later, later))
+    in_common = ready.effects.step_in_common
+    of_center = axes @ centered.center_covariance @ axes.T + np.outer(later, later)
+    of_center = frozen(of_center + in_common**2 * np.eye(3))
     return Qualification(
         pretravel_map=pretravel_map,
         setup=setup,
@@ -321,7 +324,9 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         center_covariance=of_center,
         own_center_covariance=of_center,
         effective_radius=fit.observation.tip_radius - fit.mean,
-        u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_reference_diameter, longer),
+        u_effective_radius=math.hypot(
+            fit.u_mean, 0.5 * setup.u_reference_diameter, longer, in_common
+        ),
         residuals=frozen(observed - modelled),
         degrees_of_freedom=fit.dof,
         repeatability=repeatability.deviation,
@@ -448,7 +453,8 @@ def _map(
         covariance=centered.covariance,
         support=DirectionSupport(fit.observation.group_directions),
         tip_radius=tip_radius,
-        u_tip_radius=0.5 * setup.u_reference_diameter,
+        # Both are the same in all directions.
+        u_tip_radius=math.hypot(0.5 * setup.u_reference_diameter, effects.step_in_common),
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
         fixed_scatter=math.hypot(

@@ -11,27 +11,44 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import INCH, FloatArray
+from pretravel.base import INCH, FloatArray, PretravelError
 
-SMALLEST_STEP, LARGEST_STEP = 1e-5, 5e-3
-"""Steps that are looked for. A smaller one does not matter, a larger one no machine has. [mm]"""
+SMALLEST_STEP, LARGEST_STEP = 1e-5, 0.26
+"""Steps that are looked for: a smaller one does not matter, a larger one no display has. [mm]"""
+COARSE_STEP, COARSEST_STEP = 2e-3, 2e-2
+"""Steps from which people are warned, and from which nothing is said of a probe. Pretravel varies
+by some micrometres over the directions: positions whose step is several times as much do not show
+it. [mm]"""
+_USUAL_VARIATION = 1e-3
+"""By which touches in different directions differ beside the step. [mm]"""
 FALSE_STEP_LEVEL = 1e-4
 """Largest probability that continuous positions are reported as quantised."""
-_USUAL_STEPS = tuple(
-    sorted(
-        {
-            unit * 10.0**exponent * digit
-            for unit in (1.0, INCH)
-            for exponent in range(-7, -2)
-            for digit in (1.0, 1.25, 2.0, 2.5, 5.0)
-            if SMALLEST_STEP * 0.999 <= unit * 10.0**exponent * digit <= LARGEST_STEP * 1.001
-        },
-        reverse=True,
+_LARGEST_PHASED = 5e-3
+"""Larger steps must be exact: in patterns with symmetry, touches whose pretravel differs by
+micrometres have nearly the same phases. [mm]"""
+
+
+def _usual_steps(largest: float) -> tuple[float, ...]:
+    """Steps of scales and displays, the largest first. [mm]"""
+    found = {
+        unit * 10.0**exponent * digit
+        for unit in (1.0, INCH)
+        for exponent in range(-7, 0)
+        for digit in (1.0, 1.25, 2.0, 2.5, 5.0)
+    }
+    return tuple(
+        sorted((s for s in found if SMALLEST_STEP * 0.999 <= s <= largest * 1.001), reverse=True)
     )
-)
-"""Steps of scales and displays, also found where the multiples are not exact. [mm]"""
+
+
+_USUAL_STEPS = _usual_steps(_LARGEST_PHASED)
+"""Also found where the multiples are not exact."""
+_WRITTEN_STEPS = tuple(step for step in _usual_steps(LARGEST_STEP) if step > 0.999e-3)
+"""Of which all numbers of a file can be multiples."""
 _WIDEST_ARC = 0.4
 """Share of a step in which all phases must lie; twice the step has them in an arc of 0.5."""
+_PRINTED = 5.5e-4
+"""Of inches that were converted to millimetres with three decimals. [mm]"""
 _EXACT = 1e-7
 """Remainders below this are rounding of numbers, not of a latch. [mm]"""
 _PRINTED = 1e-4
@@ -71,13 +88,15 @@ def quantisation_step(positions: npt.ArrayLike) -> float:
     >>> round(quantisation_step(0.001 * np.round(touches / 0.001) + 0.0004), 9)
     0.001
     """
-    axes = [_distinct(column, _EXACT) for column in np.asarray(positions, dtype=np.float64).T]
+    positions = np.asarray(positions, dtype=np.float64)
+    axes = [_distinct(column, _EXACT) for column in positions.T]
     axes = [values for values in axes if len(values) >= 3]
+    digits = _step_of_numbers(positions)
     if not axes:
-        return 0.0
+        return digits
     exact = _common_divisor(np.concatenate([values[1:] - values[0] for values in axes]))
     if exact > LARGEST_STEP * 1.001:
-        return 0.0  # a calculated pattern in round numbers
+        return digits  # touches that lie evenly about a centre: their differences are its radius
     reach = max(float(np.ptp(values)) for values in axes)
     for step in _candidates(exact):
         # A step found from the data is one of reach / step that could have been found.
@@ -92,7 +111,23 @@ def quantisation_step(positions: npt.ArrayLike) -> float:
             log_chance += math.log(free + 1.0) + free * math.log(max(arc, _EXACT))
         else:
             if log_chance + math.log(trials * (len(_USUAL_STEPS) + 1)) < math.log(FALSE_STEP_LEVEL):
-                return float(step)
+                return float(max(step, digits))
+    return digits
+
+
+def _step_of_numbers(positions: npt.ArrayLike) -> float:
+    """The largest usual step of which all coordinates are multiples themselves; 0.0 without one.
+
+    Few touches on a sphere lie evenly about its centre, so that their differences are multiples of
+    its radius and show no step. Their numbers do: continuous ones are no multiples of 0.01 mm.
+    """
+    values = np.unique(np.abs(np.asarray(positions, dtype=np.float64)))
+    values = values[values > _EXACT]
+    for step in _WRITTEN_STEPS if len(values) > 1 and np.size(positions) > 9 else ():
+        inch = abs(step / INCH * 1e5 - round(step / INCH * 1e5)) < 1e-6
+        printed = _PRINTED if inch and step > _LARGEST_PHASED else _EXACT
+        if np.all(np.abs(values - step * np.round(values / step)) < printed):
+            return float(step)
     return 0.0
 
 
@@ -192,6 +227,81 @@ def _last_digits(values: FloatArray, smallest: float) -> float:
             rounding = 1.5 * 10.0**-decimals
             return max(rounding, _EXACT) if rounding < _OF_SMALLEST * smallest else _EXACT
     return _EXACT
+
+
+def step_of_touches(
+    positions: npt.ArrayLike, values: npt.ArrayLike = (), groups: npt.ArrayLike = ()
+) -> float:
+    """The step of touches, by their coordinates or their repeats; zero where none is seen. [mm]
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+        In the machine's axes. [mm]
+    values : (n,) float
+        Along the direction of each. [mm]
+    groups : (n,) int
+        Number of the direction of each.
+    """
+    by_repeats = repeat_step(values, groups) if np.size(groups) else 0.0
+    return max(quantisation_step(positions), by_repeats)
+
+
+def kept_by_repeats(step: float, noise: float) -> float:
+    """Standard deviation by a step that repeats of a direction do not reduce. [mm]
+
+    Parameters
+    ----------
+    step : float
+        [mm]
+    noise : float
+        Standard deviation among repeats; zero without repeats. [mm]
+
+    >>> round(1e3 * kept_by_repeats(0.01, 0.0), 3), round(1e3 * kept_by_repeats(0.001, 0.001), 3)
+    (2.887, 0.0)
+    """
+    share = math.exp(-((2.0 * math.pi * noise / step) ** 2)) if step else 0.0
+    return step * math.sqrt(share / 12.0)
+
+
+def kept_by_directions(step: float, noise: float) -> float:
+    """Standard deviation by a step that all directions can have in common. [mm]
+
+    On a sphere at a round place all touches are rounded alike, if they differ by less than the
+    step: nothing in them shows it. It is what no residual can make smaller.
+
+    >>> [round(1e3 * kept_by_directions(step, 0.0), 2) for step in (0.0254, 0.001)]
+    [7.11, 0.0]
+    """
+    return kept_by_repeats(step, max(noise, _USUAL_VARIATION))
+
+
+def refuse_coarse(step: float, what: str) -> None:
+    """Refuse positions that do not show what is asked for.
+
+    Raises
+    ------
+    PretravelError
+        The step is larger than `COARSEST_STEP`.
+    """
+    if step > COARSEST_STEP:
+        raise PretravelError(
+            f"{what}: the positions are in steps of {1e3 * step:.4g} µm, and the pretravel of a "
+            "probe is about 10 µm and varies by less: write the positions with more digits "
+            "(0.001 mm or 0.0001 inch, better 0.0001 mm)"
+        )
+
+
+def coarse_warnings(step: float) -> list[str]:
+    """What to know of a coarse step, as sentences."""
+    if step < COARSE_STEP:
+        return []
+    return [
+        (
+            f"the positions are in steps of {1e3 * step:.4g} µm: scatter and lobes below that are "
+            "not seen, and u contains the step. Write the positions with more digits"
+        )
+    ]
 
 
 def _candidates(exact: float) -> list[float]:

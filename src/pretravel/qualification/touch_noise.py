@@ -19,6 +19,8 @@ _USUAL_TAILS = 0.2
 
 It is that of three touches with the tails of Student's t with seven degrees of freedom, which 25
 directions do not show."""
+_LEAST_SCATTER = 1e-8
+"""Rounding of numbers. [mm]"""
 _LARGEST_RATIO = 1.0
 """Scatters up to this many steps are looked up; beyond them repeats share nothing of a step."""
 
@@ -134,6 +136,8 @@ def touch_noise(observation: Observation, assumed: Scatter, step: float) -> Touc
     prior = 4.0 + 2.0 / spread if spread else math.inf
     weight = free / (prior - 2.0 + free)
     raw = np.where(free > 0.0, squares / np.maximum(free, 1.0), pooled)
+    # Repeats that are all equal say that the scatter is below the digits, not that there is none.
+    pooled = max(pooled, _LEAST_SCATTER**2)
     deviation = math.sqrt(pooled)
     return TouchNoise(
         scatter=Scatter(deviation, dof),

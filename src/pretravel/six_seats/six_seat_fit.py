@@ -153,7 +153,9 @@ class SixSeatProblem:
     def covariance(self, scales: PriorScales) -> SharedCovariance:
         """Of the mean touches about a six-seat probe. [mm²]"""
         return SharedCovariance(
-            scales.fixed_scatter**2 + scales.noise**2 / self.count,
+            scales.fixed_scatter**2
+            + self.observation.step_scatter**2
+            + scales.noise**2 / self.count,
             self.harmonics * np.sqrt(self.correction_variances(scales.correction)),
         )
 

@@ -150,7 +150,7 @@ def polar_angles(text: str) -> Angles:
 
 def _numbers(text: str, count: int, expected: str, quantity: QuantityRange) -> list[float]:
     try:
-        numbers = [float(part) for part in text.split(",")]
+        numbers = [] if "_" in text else [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(math.isfinite(value) for value in numbers):

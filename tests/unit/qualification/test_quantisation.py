@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import from_angles, sphere_pattern_25, unit
+from pretravel.base.directions import (
+    five_point_pattern,
+    from_angles,
+    ring_pattern,
+    sphere_pattern_25,
+    unit,
+)
 from pretravel.qualification.quantisation import (
     _USUAL_STEPS,
     _common_divisor,
@@ -144,14 +150,34 @@ def test_usual_steps_of_scales_are_looked_for(unit_of_display: float, digit: flo
     assert list(_USUAL_STEPS) == sorted(_USUAL_STEPS, reverse=True)
 
 
-def test_no_machine_has_a_step_above_five_micrometres() -> None:
-    """A calculated pattern in round numbers."""
+def test_a_step_above_five_micrometres_is_found_where_it_is_exact() -> None:
+    """Displays in hundredths of a millimetre, thousandths of an inch, or what an axis has."""
     rng = np.random.default_rng(8)
     directions = sphere_pattern_25()
     positions = _touches(rng, directions, 1, 0.0003)[0]
     assert quantisation_step(_rounded(positions, 0.005)) == pytest.approx(0.005, rel=1e-6)
-    assert quantisation_step(_rounded(positions, 0.006)) == 0.0
-    assert quantisation_step(_rounded(positions, 0.012)) == 0.0
+    for step in (0.006, 0.012, 0.0254, 0.1):
+        assert quantisation_step(_rounded(positions, step)) == pytest.approx(step, rel=1e-6)
+
+
+@pytest.mark.parametrize("step", [0.001, 0.005, 0.01, 0.0254, 0.1])
+def test_five_touches_show_the_step_by_their_numbers(step: float) -> None:
+    """On an even pattern all differences are those of the radius, which show no step."""
+    rng = np.random.default_rng(4)
+    touches = 15.4917 * five_point_pattern() + rng.uniform(-400.0, 400.0, 3)
+    assert quantisation_step(touches) == 0.0
+    assert quantisation_step(_rounded(touches, step)) >= 0.999 * step
+
+
+@pytest.mark.parametrize("directions", [5, 9, 25])
+def test_continuous_touches_of_even_patterns_have_no_large_step(directions: int) -> None:
+    """Touches whose pretravel differs by micrometres have nearly the same phases of 127 µm."""
+    rng = np.random.default_rng(5)
+    n = {5: five_point_pattern(), 9: ring_pattern(np.radians([0.0, 45.0, 90.0]), 4),
+         25: sphere_pattern_25()}[directions]  # fmt: skip
+    for _ in range(60):
+        reach = 15.49 + rng.normal(0.0, 2e-3, len(n))
+        assert quantisation_step(n * reach[:, None] + rng.uniform(-400.0, 400.0, 3)) == 0.0
 
 
 @pytest.mark.parametrize(("reach", "found"), [(0.19, 1e-3), (0.3, 0.0)])

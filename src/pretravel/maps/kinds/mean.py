@@ -17,6 +17,7 @@ from pretravel.maps.kind import (
     MapFit,
     hidden_variance,
     usual_shift_covariance,
+    with_usual_noise,
 )
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.uncertainty import Covariance
@@ -111,10 +112,12 @@ def averaged(
     directions = observation.direction_count
     left = max(directions - observation.axes - basis.size, 1)
     variance = float(np.mean(residuals**2)) * directions / left
+    variance = with_usual_noise(variance, left, observation)
     if directions < FEWEST_OF_SIX_SEATS:
         variance += hidden_variance(observation)
     sphere_dof = max(len(centred) - free.shape[1], 1)
     sphere_variance = float(np.sum((centred - solution[0]) ** 2)) / sphere_dof
+    sphere_variance = with_usual_noise(sphere_variance, sphere_dof, observation)
     sphere_covariance = to_sphere @ to_sphere.T * sphere_variance
     return MapFit(
         observation=observation,

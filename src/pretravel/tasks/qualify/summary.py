@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, describe
 from pretravel.maps import over_support
-from pretravel.qualification import KindScore, Qualification, radius_budget
+from pretravel.qualification import COARSE_STEP, KindScore, Qualification, radius_budget
 from pretravel.show import Judgement, KeyFigure, Span, decimals, number_text, value_text
 from pretravel.uncertainty import Budget
 
@@ -33,6 +33,12 @@ def _grade(result: Qualification) -> str:
     return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
 
 
+def _is_hidden(result: Qualification) -> bool:
+    """Whether repeats differ by less than the step of the positions: they say little of a probe."""
+    step = result.effects.step
+    return step >= COARSE_STEP and result.repeatability < 0.5 * step
+
+
 def judgement(result: Qualification) -> Judgement:
     """Whether the probe is good, in a word.
 
@@ -40,7 +46,7 @@ def judgement(result: Qualification) -> Judgement:
     ----------
     result : Qualification
     """
-    repeated = result.fit.observation.repeats.dof > 0.0
+    repeated = result.fit.observation.repeats.dof > 0.0 and not _is_hidden(result)
     return _GRADES[_grade(result)] if repeated else _NO_REPEATS
 
 
@@ -59,6 +65,12 @@ def verdict(result: Qualification, point: Budget) -> str:
     )
     repeats = value_text(result.repeatability / MICROMETRE, "µm")
     # The grade is of the repeats alone: a good probe can need its map.
+    if _is_hidden(result):
+        return (
+            "Whether the probe is good is not known, because the positions are in steps of "
+            f"{value_text(result.effects.step / MICROMETRE, 'µm')}, and touches differ by less: "
+            f"write them with more digits. {known[0].upper()}{known[1:]}"
+        )
     if result.fit.observation.repeats.dof > 0.0:
         return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
     return (
