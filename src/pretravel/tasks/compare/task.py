@@ -123,11 +123,6 @@ class Compare(Reported):
 
         if self.other is not None:
             return self._of_probes(self.other, progress)
-        if self.quantity != "pretravel":
-            raise PretravelError(
-                "a map has pretravel; other quantities are those of two described probes",
-                inputs=("quantity",),
-            )
         with progress.working("comparing"):
             pretravel_map = map_or_prediction(self.map_file, self.model)
             normals = None if self.part is None else _normals_of(self.part)
