@@ -8,6 +8,7 @@ from .features.conformity import form_conformity as form_conformity
 from .features.conformity import position_conformity as position_conformity
 from .features.conformity import size_conformity as size_conformity
 from .features.measured_feature import MeasuredFeature as MeasuredFeature
+from .features.measured_feature import Quantity as Quantity
 from .features.measured_feature import measure_feature as measure_feature
 from .tasks.measure.picture import feature_view as feature_view
 from .tasks.measure.picture import features_view as features_view

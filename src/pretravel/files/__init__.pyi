@@ -99,4 +99,3 @@ from .touches_csv import read_plan as read_plan
 from .touches_csv import read_targets as read_targets
 from .touches_csv import read_touches as read_touches
 from .touches_csv import write_touches as write_touches
-from .trigger_forces import read_trigger_forces as read_trigger_forces

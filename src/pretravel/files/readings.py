@@ -95,7 +95,7 @@ def read_readings(
 
 
 def touches_meant(
-    source: Source, reference_diameter: float | None = None, *, ring: bool = False
+    source: object, reference_diameter: float | None = None, *, ring: bool = False
 ) -> Touches:
     r"""The touches of a file that is given in the place of touches, in machine axes.
 

@@ -25,7 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "Measure": {
         "align": "drawing.tasks.align:Align",
-        "axis": "tasks.axis:Axis",
+        "axis": "tasks.axis:FindAxis",
         "compensate": "tasks.compensate:Compensate",
         "measure": "drawing.tasks.measure:Measure",
         "compare": "tasks.compare:Compare",

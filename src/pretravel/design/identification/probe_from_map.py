@@ -186,6 +186,22 @@ def identify(
     )
 
 
+def _starts_of_forces(
+    whitened: Callable[[FloatArray], FloatArray],
+    numbers: Sequence[FreeNumber],
+    probe: Probe,
+    free: tuple[str, ...],
+) -> list[FloatArray]:
+    """Codes from which the fit to forces begins; of a free rotation, the best three of a turn."""
+    start = np.array([number.code(number.of(probe)) for number in numbers])
+    starts = [start]
+    if "rotation" in free:
+        turns = np.arange(0.0, 2.0 * math.pi, 2.0 * _FIRST_STEP * 5.0)
+        starts = [start + (np.arange(len(start)) == free.index("rotation")) * t for t in turns]
+        starts = sorted(starts, key=lambda each: float(np.sum(whitened(each) ** 2)))[:3]
+    return starts
+
+
 def _from_forces(
     forces: MeasuredForces | None,
     probe: Probe,
@@ -220,12 +236,7 @@ def _from_forces(
         except DescriptionError:
             return np.full(len(measured), _OUTSIDE)
 
-    start = np.array([number.code(number.of(probe)) for number in numbers])
-    starts = [start]
-    if "rotation" in free:
-        turns = np.arange(0.0, 2.0 * math.pi, 2.0 * _FIRST_STEP * 5.0)
-        starts = [start + (np.arange(len(start)) == free.index("rotation")) * t for t in turns]
-        starts = sorted(starts, key=lambda each: float(np.sum(whitened(each) ** 2)))[:3]
+    starts = _starts_of_forces(whitened, numbers, probe, free)
     # Friction moves forces in steps of its solution: slopes over a step that is larger than those.
     wide = "friction" in free
     slope = 1e-2 if wide else 1e-4

@@ -1,3 +1,3 @@
 """What other rooms use of this one."""
 
-from .task import Axis as Axis
+from .task import FindAxis as FindAxis

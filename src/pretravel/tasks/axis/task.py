@@ -38,7 +38,7 @@ _AT = re.compile(r"at(-?\d+(?:\.\d+)?)_")
 """Beginning of a label that states the angle, in degrees."""
 
 
-class Axis(TouchFilesWithFeed, Reported):
+class FindAxis(TouchFilesWithFeed, Reported):
     """Place and direction of a rotary axis, from touches of a sphere at several of its angles.
 
     A file for each angle, in the order of --angles; or one file whose labels begin with the angle,
@@ -194,14 +194,14 @@ class FoundAxis(Result):
 
     Attributes
     ----------
-    task : Axis
+    task : FindAxis
     found : RotaryAxis
     again : RotaryAxis or None
     exit_code : int
         `ANSWER` where the two radii contradict each other.
     """
 
-    task: Axis
+    task: FindAxis
     found: RotaryAxis
     again: RotaryAxis | None
     exit_code: int = 0
@@ -321,8 +321,7 @@ class FoundAxis(Result):
 
 
 def _view(found: RotaryAxis) -> View:
-    from pretravel.show import SERIES, Dots, PlaneChart, Rule, View
-    from pretravel.show import Axis as ChartAxis
+    from pretravel.show import SERIES, Axis, Dots, PlaneChart, Rule, View
 
     angle = found.angles / DEGREE
     dots = tuple(
@@ -331,8 +330,8 @@ def _view(found: RotaryAxis) -> View:
     )
     chart = PlaneChart(
         "Centres off their circle",
-        ChartAxis(f"angle of {found.letter}", "°"),
-        ChartAxis("off the circle", "µm"),
+        Axis(f"angle of {found.letter}", "°"),
+        Axis("off the circle", "µm"),
         (Rule(0.0), *dots),
     )
     return View("Centres of the sphere off their circle", (chart,))

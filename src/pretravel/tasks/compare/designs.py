@@ -9,8 +9,8 @@ import numpy as np
 from pretravel.base import grid
 from pretravel.prediction import Probe, Trigger, load_probe, predict
 from pretravel.show import Document
+from pretravel.task import QuantityWord
 from pretravel.tasks.compare.designs_report import design_comparison_document
-from pretravel.tasks.predict import Quantity
 
 _POLAR = np.radians(np.arange(0.0, 91.0, 5.0))
 _AZIMUTH = np.radians(np.arange(0.0, 360.0, 5.0))
@@ -30,7 +30,7 @@ class DesignComparison:
     probes: tuple[Probe, Probe]
     triggers: tuple[Trigger, Trigger]
 
-    def document(self, names: tuple[str, str], quantity: Quantity = "pretravel") -> Document:
+    def document(self, names: tuple[str, str], quantity: QuantityWord = "pretravel") -> Document:
         """The report.
 
         Parameters

@@ -36,7 +36,8 @@ from pretravel.show import (
     significant,
     values_on_grid,
 )
-from pretravel.tasks.predict import Quantity, by_level, polar_axis, values_of
+from pretravel.task import QuantityWord
+from pretravel.tasks.predict import by_level, polar_axis, values_of
 
 A: Colour = "series8"
 B: Colour = "series5"
@@ -47,7 +48,7 @@ def design_comparison_document(
     probes: tuple[Probe, Probe],
     triggers: tuple[Trigger, Trigger],
     names: tuple[str, str],
-    quantity: Quantity = "pretravel",
+    quantity: QuantityWord = "pretravel",
 ) -> Document:
     """The report of two designs.
 
@@ -304,7 +305,7 @@ def design_comparison_columns(
 
 
 def design_comparison_view(
-    triggers: tuple[Trigger, Trigger], names: tuple[str, str], quantity: Quantity = "pretravel"
+    triggers: tuple[Trigger, Trigger], names: tuple[str, str], quantity: QuantityWord = "pretravel"
 ) -> View:
     """Two designs overlaid.
 

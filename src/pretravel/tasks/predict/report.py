@@ -19,12 +19,13 @@ from pretravel.show import (
     number_text,
     value_text,
 )
-from pretravel.tasks.predict.view import Quantity, prediction_view, values_of
+from pretravel.task import QuantityWord
+from pretravel.tasks.predict.view import prediction_view, values_of
 from pretravel.tasks.probes import probe_picture
 
 
 def prediction_document(
-    trigger: Trigger, probe: Probe, quantity: Quantity = "pretravel"
+    trigger: Trigger, probe: Probe, quantity: QuantityWord = "pretravel"
 ) -> Document:
     """The report of a prediction.
 
@@ -62,14 +63,14 @@ def prediction_document(
     )  # fmt: skip
 
 
-_PICTURES: Mapping[Quantity, str] = {
+_PICTURES: Mapping[QuantityWord, str] = {
     "pretravel": "Force and pretravel over directions, and the elastic parts of the pretravel",
     "sensing_distance": "Force and sensing distance over directions",
     "trigger_force": "Trigger force over directions",
 }
 
 
-def _of_quantity(trigger: Trigger, quantity: Quantity) -> str:
+def _of_quantity(trigger: Trigger, quantity: QuantityWord) -> str:
     """The range of the quantity beside the force, for the verdict."""
     if quantity == "trigger_force":
         return ""

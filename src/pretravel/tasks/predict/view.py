@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle
@@ -25,6 +23,7 @@ from pretravel.show import (
     series,
     values_on_grid,
 )
+from pretravel.task import QuantityWord
 
 _STEEP = 30.0
 """Below this polar angle force and deflection hardly depend on the azimuth, and the force grows to
@@ -32,11 +31,10 @@ that of the spring: in a diagram over azimuth it would squeeze the rest into the
 _LEVELS = 5
 
 
-Quantity = Literal["pretravel", "sensing_distance", "trigger_force"]
 """What a picture of a prediction shows beside the force."""
 
 
-def values_of(trigger: Trigger, quantity: Quantity) -> tuple[str, str, FloatArray]:
+def values_of(trigger: Trigger, quantity: QuantityWord) -> tuple[str, str, FloatArray]:
     """Words, unit and values of a predicted quantity, in the unit of pictures.
 
     Parameters
@@ -56,7 +54,9 @@ def values_of(trigger: Trigger, quantity: Quantity) -> tuple[str, str, FloatArra
     return words, "µm", np.asarray(values / MICROMETRE)
 
 
-def prediction_view(trigger: Trigger, title: str = "", quantity: Quantity = "pretravel") -> View:
+def prediction_view(
+    trigger: Trigger, title: str = "", quantity: QuantityWord = "pretravel"
+) -> View:
     """A prediction over its directions.
 
     Parameters

@@ -63,9 +63,9 @@ class SettingsOfKinds(Task):
         >>> task.kind_of_map("wozniak").transducer, task.kind_of_map("mean").name
         ('piezo', 'mean')
         """
-        from pretravel.maps.kinds import kind_named, kinds
+        from pretravel.maps import KINDS, kind_named
 
         described = [by_name(type(self))[each.name] for each in fields(SettingsOfKinds)]
         given = {each.plain_name: each.inside(getattr(self, each.name)) for each in described}
-        own = {key: value for key, value in given.items() if hasattr(kinds()[name], key)}
+        own = {key: value for key, value in given.items() if hasattr(KINDS[name], key)}
         return kind_named(name, **own)

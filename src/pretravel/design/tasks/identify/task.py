@@ -69,7 +69,8 @@ class Identify(Reported):
     def run(self, progress: Progress = SILENT) -> IdentifiedProbe:
         """Fit the quantities."""
         from pretravel.design.identification.probe_from_map import identify
-        from pretravel.files import read_map, read_trigger_forces
+        from pretravel.design.identification.trigger_forces import read_trigger_forces
+        from pretravel.files import read_map
         from pretravel.prediction import load_probe
 
         description = load_probe(self.probe)

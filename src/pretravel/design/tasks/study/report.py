@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pretravel.base import PretravelError
 from pretravel.design.studies.results import StudyResults
 from pretravel.design.studies.sensitivity import Sensitivity, sensitivities
+from pretravel.drawing import Quantity
 from pretravel.show import (
     Axis,
     Bars,
@@ -34,7 +35,6 @@ from pretravel.show import (
     significant,
     words_of_key,
 )
-from pretravel.tasks.predict import Quantity
 
 _MAIN = (
     "pretravel_range",

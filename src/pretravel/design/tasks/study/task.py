@@ -24,8 +24,8 @@ from pretravel.task import (
 
 if TYPE_CHECKING:
     from pretravel.design.studies.results import StudyResults
+    from pretravel.drawing import Quantity
     from pretravel.show import Document
-    from pretravel.tasks.predict import Quantity
 
 PAGE = Field(help="A page, .html or .pdf.", writes=PAGES)
 """Of a task whose main output is no page."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from pretravel.base import DEGREE, InputError, PretravelError, from_angles
 from pretravel.design import MeasuredForces
-from pretravel.files.csv_table import read_csv_table
+from pretravel.files import read_csv_table
 
 
 def read_trigger_forces(path: str | Path) -> MeasuredForces:
