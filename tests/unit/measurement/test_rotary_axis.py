@@ -13,7 +13,6 @@ from pretravel.base.directions import ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
 from pretravel.measurement.rotary_axes import LETTERS, RotaryAxis, rotary_axis
-from pretravel.show.chart import Axis
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
@@ -137,7 +136,7 @@ class TestCommand:
         stated = ("--angles", "0,60,120,180", "--axis", "C")
         check = [word for path in files for word in ("--check", path)]
         out = run("axis", *files, *stated, *check)
-        warnings = Axis(touches=(self.LOG,), axis="C").run().document().warnings
+        warnings = FindAxis(touches=(self.LOG,), axis="C").run().document().warnings
         assert any("without a map of the probe" in warning for warning in warnings)
         assert "check at another radius" in out
         assert "one angle is needed for each file" in run("axis", *files[1:], *stated, code=2)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from pretravel.design.identification.evidence import Evidence, evidence_of
 from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.maps import MapLike, as_map
 from pretravel.prediction import ComplianceModel, Probe, StylusSegment, predict, rewritten
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 LARGEST_RELATIVE_U = 0.3
 """Relative (angles: in rad) standard uncertainty above which a number is undetermined."""
@@ -202,6 +205,36 @@ def _starts_of_forces(
     return starts
 
 
+def _fit_of_forces(
+    whitened: Callable[[FloatArray], FloatArray],
+    starts: Sequence[FloatArray],
+    free: tuple[str, ...],
+) -> OptimizeResult:
+    """The best of the fits from several starts."""
+    from scipy.optimize import least_squares
+
+    # Friction moves forces in steps of its solution: slopes over a step that is larger than those.
+    wide = "friction" in free
+    slope = 1e-2 if wide else 1e-4
+    high = np.array([_MOST_FRICTION if name == "friction" else np.inf for name in free])
+    low = np.array([0.0 if name == "friction" else -np.inf for name in free])
+    return min(
+        (
+            least_squares(
+                whitened,
+                np.clip(each, low, high),
+                bounds=(low, high),
+                x_scale=_CODE_SCALE,
+                diff_step=np.full(len(each), slope),
+                xtol=1e-3 if wide else 1e-10,
+                ftol=1e-6 if wide else 1e-12,
+            )
+            for each in starts
+        ),
+        key=lambda each: float(each.cost),
+    )  # fmt: skip
+
+
 def _from_forces(
     forces: MeasuredForces | None,
     probe: Probe,
@@ -209,8 +242,6 @@ def _from_forces(
     model: str | ComplianceModel,
 ) -> Identification:
     """Numbers of a description from measured forces alone."""
-    from scipy.optimize import least_squares
-
     if forces is None:
         raise PretravelError(
             "a description is identified from a map, from measured forces, or both: state one",
@@ -237,26 +268,7 @@ def _from_forces(
             return np.full(len(measured), _OUTSIDE)
 
     starts = _starts_of_forces(whitened, numbers, probe, free)
-    # Friction moves forces in steps of its solution: slopes over a step that is larger than those.
-    wide = "friction" in free
-    slope = 1e-2 if wide else 1e-4
-    high = np.array([_MOST_FRICTION if name == "friction" else np.inf for name in free])
-    low = np.array([0.0 if name == "friction" else -np.inf for name in free])
-    found = min(
-        (
-            least_squares(
-                whitened,
-                np.clip(each, low, high),
-                bounds=(low, high),
-                x_scale=_CODE_SCALE,
-                diff_step=np.full(len(each), slope),
-                xtol=1e-3 if wide else 1e-10,
-                ftol=1e-6 if wide else 1e-12,
-            )
-            for each in starts
-        ),
-        key=lambda each: float(each.cost),
-    )  # fmt: skip
+    found = _fit_of_forces(whitened, starts, free)
     fitted = described(found.x)
     codes, unknown = _uncertainty(np.asarray(found.jac), numbers, free)
     unknown = [sentence.replace("the map", "the forces", 1) for sentence in unknown]

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from pretravel.base import PretravelError
 from pretravel.design.studies.results import StudyResults
 from pretravel.design.studies.sensitivity import Sensitivity, sensitivities
-from pretravel.drawing import Quantity
 from pretravel.show import (
     Axis,
     Bars,
@@ -35,6 +34,7 @@ from pretravel.show import (
     significant,
     words_of_key,
 )
+from pretravel.task import QuantityWord
 
 _MAIN = (
     "pretravel_range",
@@ -43,7 +43,7 @@ _MAIN = (
     "trigger_force_least",
 )
 """Outputs that the verdict speaks of: the first one that the study has."""
-_OF_QUANTITY: Mapping[Quantity, tuple[str, ...]] = {
+_OF_QUANTITY: Mapping[QuantityWord, tuple[str, ...]] = {
     "pretravel": _MAIN,
     "sensing_distance": ("sensing_distance_greatest", "sensing_distance_mean"),
     "trigger_force": ("trigger_force_greatest", "trigger_force_mean"),
@@ -53,7 +53,7 @@ _MOST_FACTORS = 8
 _MOST_DOTS = 4000
 
 
-def study_document(results: StudyResults, quantity: Quantity = "pretravel") -> Document:
+def study_document(results: StudyResults, quantity: QuantityWord = "pretravel") -> Document:
     """The report of a study.
 
     Parameters
@@ -110,7 +110,7 @@ def study_document(results: StudyResults, quantity: Quantity = "pretravel") -> D
     )  # fmt: skip
 
 
-def main_output(results: StudyResults, quantity: Quantity = "pretravel") -> str:
+def main_output(results: StudyResults, quantity: QuantityWord = "pretravel") -> str:
     """The output that the report is about.
 
     Raises
@@ -282,7 +282,7 @@ def _both_factors(
     return PlaneChart(f"{label.label} over {words_of_key(over)[0]}", axis, label, tuple(marks))
 
 
-def _curves_picture(results: StudyResults, quantity: Quantity) -> tuple[Picture, ...]:
+def _curves_picture(results: StudyResults, quantity: QuantityWord) -> tuple[Picture, ...]:
     """The quantity over the azimuth, a curve for each design, where these are few."""
     good = np.flatnonzero(results.succeeded)
     if quantity not in results.on_walls or not 1 <= len(good) <= _MOST_LEVELS:
@@ -293,7 +293,7 @@ def _curves_picture(results: StudyResults, quantity: Quantity) -> tuple[Picture,
     return (Picture(f"{words} over the azimuth", lambda: _curves_view(results, quantity, good)),)
 
 
-def _curves_view(results: StudyResults, quantity: Quantity, rows: npt.NDArray[np.intp]) -> View:
+def _curves_view(results: StudyResults, quantity: QuantityWord, rows: npt.NDArray[np.intp]) -> View:
     """Force and the quantity over the azimuth on walls (Rodrigues 2021, Figures 4.27 to 4.36)."""
     names = ["trigger_force", *(() if quantity == "trigger_force" else (quantity,))]
     order = np.argsort(results.azimuth)

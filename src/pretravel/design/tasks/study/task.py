@@ -24,8 +24,8 @@ from pretravel.task import (
 
 if TYPE_CHECKING:
     from pretravel.design.studies.results import StudyResults
-    from pretravel.drawing import Quantity
     from pretravel.show import Document
+    from pretravel.task import QuantityWord
 
 PAGE = Field(help="A page, .html or .pdf.", writes=PAGES)
 """Of a task whose main output is no page."""
@@ -122,7 +122,7 @@ class FinishedStudy(Result):
     """
 
     results: StudyResults
-    quantity: Quantity = "pretravel"
+    quantity: QuantityWord = "pretravel"
 
     def document(self) -> Document:
         """The report."""
