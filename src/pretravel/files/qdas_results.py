@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import write_text
+from pretravel.base import PretravelError, write_text
 
 _OF_A_VALUE, _OF_A_CHARACTERISTIC = "\x14", "\x0f"
 """What separates the fields of a value, and the characteristics of a line of values."""
@@ -36,7 +35,7 @@ def write_qdas_results(
     ----------
     path : str or Path
     rows : sequence of mapping
-        As of `pretravel.files.feature_results.result_rows`.
+        As of `pretravel.drawing.features.feature_results.result_rows`.
     part : str
         Its number or name.
     nominals : mapping of (feature, quantity) to float, optional

@@ -13,9 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.version import installed_version
-from pretravel.base.whole_file import whole_file
+from pretravel.base import PretravelError, installed_version, whole_file
 
 _NAMESPACE = "http://qifstandards.org/xsd/qif3"
 _SIZES = {"diameter": "Diameter", "width": "Width"}
@@ -49,7 +47,7 @@ def write_qif_results(
     ----------
     path : str or Path
     rows : sequence of mapping
-        As of `pretravel.files.feature_results.result_rows`.
+        As of `pretravel.drawing.features.feature_results.result_rows`.
     part : str
         What was measured.
     nominals : mapping of (feature, quantity) to float, optional

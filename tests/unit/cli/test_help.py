@@ -8,8 +8,8 @@ import pytest
 import typer
 
 from pretravel.cli import main
-from pretravel.tasks import GROUPS, PLACES, task_named
-from pretravel.tasks.task import settings_of
+from pretravel.task.listed import GROUPS, PLACES, task_named
+from pretravel.task.task import settings_of
 from tests.support.commands import both_outputs, run
 from tests.support.examples import SPHERE
 

@@ -7,7 +7,7 @@ import pytest
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTet, RefTri
 
-from pretravel.prediction.fem.quadrature import ELEMENT_DEGREE, FACE_DEGREE
+from pretravel.design.fem.quadrature import ELEMENT_DEGREE, FACE_DEGREE
 
 
 @pytest.mark.parametrize(
