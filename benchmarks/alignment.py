@@ -27,9 +27,9 @@ from benchmarks.departures.tripod import TIP_RADIUS
 from benchmarks.features import Workshop, around, workshop
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
-from pretravel.measurement.alignment import Alignment, TipCentres, align, points_in_part
-from pretravel.measurement.alignment_search import found_placements
-from pretravel.measurement.measured_feature import measure_feature
+from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align, points_in_part
+from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.measurement.selection import points_at
 from pretravel.uncertainty.gum import coverage_factor
 from tests.support.touched_bracket import beside, bracket, random_placement, random_targets

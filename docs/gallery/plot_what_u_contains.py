@@ -17,12 +17,12 @@ from published import ROOT, Statement, finish
 from pretravel import PretravelMap, Touches, apply, measure_feature, qualify
 from pretravel.base.directions import from_angles
 from pretravel.base.frames import Placement
-from pretravel.measurement.alignment import Alignment, TipCentres, align
+from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
+from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature
 from pretravel.measurement.compensation import embed
-from pretravel.measurement.feature_uncertainty import FORM_OF_PART
-from pretravel.measurement.geometric_tolerances import inspect_geometry
 from pretravel.measurement.selection import points_at
-from pretravel.measurement.tolerance_frame import GeometricTolerance, PlacedFeature
 from pretravel.surface.cad.part_file import read_part
 
 NOISE, WAVE = 0.3e-3, 1.5e-3

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray
 
 _UNEQUAL_DEG = {
     4: (0, 75, 194, 292),

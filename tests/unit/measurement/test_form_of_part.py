@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.features.form_families import families_of, families_of_faces
+from pretravel.drawing.features.form_of_part import UNSEEN, form_of_part
+from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.association import associate
-from pretravel.measurement.feature_uncertainty import FORM_OF_PART
-from pretravel.measurement.form_families import families_of, families_of_faces
-from pretravel.measurement.form_of_part import UNSEEN, form_of_part
-from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
 from pretravel.probing.steps_around import steps_around
 from tests.support.feature_points import OWN, around, feature_points
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pretravel.measurement.largest_distance import largest_distance
+from pretravel.drawing.features.largest_distance import largest_distance
 
 SETS = 200
 

@@ -1,0 +1,134 @@
+"""Smooth shapes that the form of a surface may have, by the kind of feature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.base import FloatArray, IntArray
+from pretravel.drawing.features.form_of_part import Family
+from pretravel.measurement import Association
+from pretravel.uncertainty import across
+
+LOBES = range(2, 13)
+"""Numbers of lobes of a round surface that are tried."""
+_ORDERS = (2, 3, 4)  # of polynomials on a plane, beyond its tilt
+_OF_FACES = (1, 2, 3)  # on the faces of an alignment
+
+
+def families_of(kind: str, found: Association) -> tuple[Family, ...]:
+    """The families of a feature's form; none of spheres, tori and slots.
+
+    Parameters
+    ----------
+    kind : str
+    found : Association
+
+    Returns
+    -------
+    tuple of Family
+        Lobes of round features, bows and twists of planes and lines. They are at right angles to
+        what the whole surface would add to size, place and direction.
+
+    >>> from pretravel.measurement.association import associate
+    >>> angle = np.arange(8) * np.pi / 4
+    >>> ring = associate("circle", np.c_[np.cos(angle), np.sin(angle), 0.0 * angle])
+    >>> [each.name for each in families_of("circle", ring)][:2]
+    ['2 lobes', '3 lobes']
+    """
+    if kind in ("circle", "bore", "boss", "cylinder", "cone"):
+        return _round(kind, found)
+    if kind in ("plane", "line"):
+        return _flat(kind, found)
+    return ()
+
+
+def _round(kind: str, found: Association) -> tuple[Family, ...]:
+    assert found.direction is not None
+    sides = found.outward @ across(found.direction).T
+    turn = np.arctan2(sides[:, 1], sides[:, 0])
+    height = _to_unit(found.points @ found.direction)[:, None]
+    long = kind in ("cylinder", "cone")
+    lobes = []
+    for count in LOBES:
+        waves = np.column_stack([np.cos(count * turn), np.sin(count * turn)])
+        if long:
+            waves = np.hstack([waves, np.sqrt(3.0) * height * waves]) / np.sqrt(2.0)
+        lobes.append(Family(f"{count} lobes", waves, 1.0 / count))
+    if not long:
+        return tuple(lobes)
+    bow = np.sqrt(5.0) * 0.5 * (3.0 * height**2 - 1.0)
+    waves = np.column_stack([np.ones(len(turn)), np.cos(turn), np.sin(turn)])
+    return (*lobes, Family("bow along the axis", bow * waves / np.sqrt(2.0), 0.5))
+
+
+def _flat(kind: str, found: Association) -> tuple[Family, ...]:
+    assert found.direction is not None
+    if kind == "line":
+        along = [_to_unit(found.points @ found.direction)]
+    else:
+        middle = found.points - found.points.mean(axis=0)
+        axes = np.linalg.svd(middle @ across(found.direction).T, full_matrices=False)[2]
+        along = list(map(_to_unit, (middle @ across(found.direction).T @ axes.T).T))
+    names = {2: "bow and twist", 3: "wave of third order", 4: "wave of fourth order"}
+    return tuple(
+        Family(names[order], _polynomials(along, order, order), 1.0 / order) for order in _ORDERS
+    )
+
+
+def families_of_faces(
+    face: IntArray, curved: Sequence[int], parameters: FloatArray
+) -> tuple[Family, ...]:
+    """The families of a part's faces: displaced or of another size, and smooth over each.
+
+    Parameters
+    ----------
+    face : (n,) int
+        Of each touch.
+    curved : sequence of int
+        Faces that have a size: bores, bosses, balls.
+    parameters : (n, 2) float
+        Of the touches on their faces, from -1 to 1.
+
+    Returns
+    -------
+    tuple of Family
+        An error is common to the touches of a face, and independent between faces.
+    """
+    names = np.unique(face)
+    of_face = (face[:, None] == names).astype(float)
+    found = [Family("faces displaced", of_face)]
+    sized = [index for index, name in enumerate(names) if name in set(curved)]
+    if sized:
+        found.append(Family("bores and bosses of another size", of_face[:, sized]))
+    for order in _OF_FACES:
+        shapes = _polynomials(list(parameters.T), 0, order)
+        columns = (of_face[:, :, None] * shapes[:, None, :]).reshape(len(face), -1)
+        used = np.any(columns != 0.0, axis=0)
+        found.append(Family(f"form of order {order} on each face", columns[:, used]))
+    return tuple(found)
+
+
+def _to_unit(values: FloatArray) -> FloatArray:
+    """From -1 to 1 over the touches."""
+    low, high = float(values.min()), float(values.max())
+    return np.asarray((2.0 * values - low - high) / max(high - low, 1e-12))
+
+
+def _polynomials(along: Sequence[FloatArray], least: int, most: int) -> FloatArray:
+    """Products of Legendre polynomials of these orders together; mean square sum 1, (n, f)."""
+    single = [
+        np.polynomial.legendre.legvander(each, most) * np.sqrt(2.0 * np.arange(most + 1) + 1.0)
+        for each in along
+    ]
+    if len(single) == 1:
+        columns = [single[0][:, order] for order in range(least, most + 1)]
+    else:
+        columns = [
+            single[0][:, i] * single[1][:, j]
+            for i in range(most + 1)
+            for j in range(most + 1 - i)
+            if i + j >= least
+        ]
+    return np.asarray(np.column_stack(columns) / np.sqrt(len(columns)), dtype=np.float64)

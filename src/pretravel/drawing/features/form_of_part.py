@@ -1,0 +1,289 @@
+"""The form of a part as an error of its features: from touch to touch, and common to a face.
+
+Form is no noise: a bow or lobes move the touches of a face together, so that more touches do not
+average them out. What the residuals show is compared with families of shapes; what they cannot show
+keeps its probability from before the touches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.special import chdtri
+
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray
+
+UNSEEN = 1.0 * MICROMETRE
+"""Standard deviation of the form over a face where no residual shows it: a plane through three
+touches. That of a face that was milled or ground; a bow of 3 µm has 0.9 µm. [mm]"""
+_RARE = 0.01  # probability that noise alone is taken for form
+_PERFECT = 0.3  # probability, before the touches, that a surface has no form beside the noise
+_SMOOTH = 0.5  # that a form is of one of the families, alone or …
+_BOTH = 0.4  # … with roughness beside it
+_SIZES = 24  # of the form of a part that are tried
+_LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
+_VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
+_MOST_FILLED = 0.5  # largest share of the degrees of freedom that a family takes
+_MOST_TOUCHES = 50_000  # more are taken as rough alone
+_SEEN = 1e-5  # probability of a size that is kept
+_BINS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Shapes of a form that differ in their phases.
+
+    Attributes
+    ----------
+    name : str
+        In words, as "3 lobes".
+    columns : (n, f) float
+        The shapes at the touches; the mean of their squares' sum over the face is 1.
+    share : float
+        Probability before the touches, in relation to that of the other families.
+    """
+
+    name: str
+    columns: FloatArray
+    share: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class FormOfPart:
+    """What the residuals of a feature say of the form of its surface.
+
+    Attributes
+    ----------
+    rough : float
+        Standard deviation from touch to touch that the uncertainty contains. [mm]
+    smooth : (r, n) float
+        Factors of the form that touches have in common, in the uncertainty too. [mm]
+    families : tuple of (f, n) float
+        The shapes that were tried.
+    weights, rough_variances, smooth_variances : (c,) float
+        Probabilities, and the sizes that they are of. Few residuals tell them apart poorly. [mm²]
+    family : (c,) int
+        Of `families`.
+    hidden : tuple of str
+        Families that the places of the touches cannot show.
+    by_prior : bool
+        No residual shows the form: the usual one stands for it.
+    """
+
+    rough: float = 0.0
+    smooth: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    families: tuple[FloatArray, ...] = ()
+    weights: FloatArray = field(default_factory=lambda: np.ones(1))
+    rough_variances: FloatArray = field(default_factory=lambda: np.zeros(1))
+    smooth_variances: FloatArray = field(default_factory=lambda: np.zeros(1))
+    family: IntArray = field(default_factory=lambda: np.zeros(1, dtype=int))
+    hidden: tuple[str, ...] = ()
+    by_prior: bool = False
+
+    @property
+    def excess(self) -> float:
+        """Root mean square of the form from touch to touch that the uncertainty contains. [mm]"""
+        common = float(np.mean(np.sum(self.smooth**2, axis=0))) if self.smooth.size else 0.0
+        return math.sqrt(self.rough**2 + common)
+
+    def covariance(self, weights: FloatArray) -> FloatArray:
+        """Of weighted sums of the touches' movements, (m, m) from (m, n). [mm²]"""
+        found = self.rough**2 * (weights @ weights.T)
+        if self.smooth.size:
+            moved = weights @ self.smooth.T
+            found = found + moved @ moved.T
+        return np.asarray(found)
+
+    def variances(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Variances of a weighted sum, (n,) weights, by sizes, and their probabilities. [mm²]"""
+        alone = float(weights @ weights)
+        common = np.array([float(np.sum((each @ weights) ** 2)) for each in self.families] or [0.0])
+        return _binned(
+            self.rough_variances * alone + self.smooth_variances * common[self.family], self.weights
+        )
+
+    def drawn(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
+        """Movements of the touches by this form, (trials, n). [mm]"""
+        moved = self.rough * generator.standard_normal((trials, count))
+        if self.smooth.size:
+            moved += generator.standard_normal((trials, len(self.smooth))) @ self.smooth
+        return np.asarray(moved)
+
+
+NO_FORM = FormOfPart()
+
+
+def _binned(variances: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fewer variances with the same mean, in bins of equal ratio."""
+    if len(weights) <= _BINS:
+        return variances, weights
+    largest = float(variances.max())
+    if largest <= 0.0:
+        return np.zeros(1), np.ones(1)
+    logs = np.log(np.maximum(variances, 1e-12 * largest))
+    edges = np.linspace(logs.min(), logs.max() + 1e-9, _BINS + 1)
+    bins = np.clip(np.searchsorted(edges, logs, side="right") - 1, 0, _BINS - 1)
+    total = np.bincount(bins, weights, _BINS)
+    mean = np.bincount(bins, weights * variances, _BINS) / np.maximum(total, 1e-300)
+    used = total > 0.0
+    return np.asarray(mean[used], dtype=np.float64), np.asarray(total[used], dtype=np.float64)
+
+
+def form_of_part(
+    residuals: FloatArray,
+    jacobian: FloatArray,
+    expected: float,
+    families: Sequence[Family] = (),
+) -> FormOfPart:
+    """The form of a surface by the residuals of a feature of least squares.
+
+    Parameters
+    ----------
+    residuals : (n,) float
+        [mm]
+    jacobian : (n, k) float
+        Of the feature.
+    expected : float
+        Sum of the squared residuals that the errors of the points produce, on average. [mm²]
+    families : sequence of Family
+        Smooth shapes that are tried beside what is rough from touch to touch.
+
+    Returns
+    -------
+    FormOfPart
+        Its uncertainty contains a form where the errors alone would exceed the observed squares in
+        less than one of a hundred cases.
+
+    Notes
+    -----
+    Before the touches a surface has no form with a probability of 0.3, and all orders of magnitude
+    of a form are alike. With more weight on surfaces without form, sizes of rough bores of five
+    touches would be accepted falsely too often; with less, four touches of a perfect bore would say
+    still less (benchmarks/features.py). The residuals are normal for each size (restricted
+    likelihood: the feature is projected off); their components along a family have its variance.
+    """
+    count, k = jacobian.shape
+    dof = count - k
+    if dof < 1:
+        return _by_prior(families)
+    basis = np.linalg.qr(jacobian)[0]
+    observed = float(np.sum(residuals**2))
+    noise = max(math.sqrt(expected / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
+    tried = list(families) if count <= _MOST_TOUCHES else []
+    spectra = [_Spectrum.of(each.columns, basis, residuals) for each in tried]
+    shown = [each.visible >= _VISIBLE for each in spectra]
+    hidden = tuple(each.name for each, is_in in zip(tried, shown, strict=True) if not is_in)
+    # One that fills the residuals is not told from roughness.
+    shown = [
+        is_in and len(each.variances) <= _MOST_FILLED * dof
+        for is_in, each in zip(shown, spectra, strict=True)
+    ]
+    tried = [each for each, is_in in zip(tried, shown, strict=True) if is_in]
+    spectra = [each for each, is_in in zip(spectra, shown, strict=True) if is_in]
+    largest = _MOST * max(noise, math.sqrt(observed / dof))
+    sizes = np.concatenate([[0.0], np.geomspace(_LEAST * noise, largest, _SIZES)]) ** 2
+    weights = _posterior(sizes, noise**2, (observed, dof), spectra, [t.share for t in tried])
+    found = weights > _SEEN * weights.max()
+    family, rough, smooth = np.nonzero(found)
+    share = weights[found] / weights[found].sum()
+    factors = tuple(each.columns.T for each in tried)
+    form = FormOfPart(0.0, np.zeros((0, count)), factors, share, sizes[rough], sizes[smooth],
+                      family, hidden)  # fmt: skip
+    if observed <= expected * float(chdtri(dof, _RARE)) / dof:
+        return form
+    return _in_uncertainty(form, observed - expected, dof, spectra)
+
+
+def _by_prior(families: Sequence[Family]) -> FormOfPart:
+    """The form that is usual, of all families together, or from touch to touch."""
+    if not families:
+        return FormOfPart(rough=UNSEEN, by_prior=True)
+    whole = sum(each.share for each in families)
+    smooth = [UNSEEN * math.sqrt(each.share / whole) * each.columns.T for each in families]
+    return FormOfPart(smooth=np.vstack(smooth), by_prior=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectrum:
+    """A family in the residuals: variances of unit size, and squared components of what is seen."""
+
+    variances: FloatArray
+    squares: FloatArray
+    visible: float
+
+    @classmethod
+    def of(cls, columns: FloatArray, basis: FloatArray, residuals: FloatArray) -> _Spectrum:
+        left = columns - basis @ (basis.T @ columns)
+        u, size, _ = np.linalg.svd(left, full_matrices=False)
+        kept: BoolArray = size > 1e-6 * max(float(np.linalg.norm(columns)), 1e-300)
+        whole = float(np.sum(columns**2))
+        return cls(
+            size[kept] ** 2,
+            (u[:, kept].T @ residuals) ** 2,
+            float(np.sum(left**2)) / max(whole, 1e-300),
+        )
+
+
+def _posterior(
+    sizes: FloatArray,
+    noise: float,
+    seen: tuple[float, int],
+    spectra: Sequence[_Spectrum],
+    shares: Sequence[float],
+) -> FloatArray:
+    """Probabilities of families, variances that are rough, and that are smooth, (j, s, s)."""
+    observed, dof = seen
+    base = (noise + sizes)[:, None, None]
+    found, prior = [], []
+    smooth = _SMOOTH if spectra else 0.0
+    count = len(sizes) - 1
+    for spectrum, share in zip(
+        spectra or [_Spectrum(np.zeros(0), np.zeros(0), 1.0)], shares or [1.0], strict=True
+    ):
+        each = share / (sum(shares) or 1.0)
+        total = base + sizes[None, :, None] * spectrum.variances
+        rest = max(observed - float(spectrum.squares.sum()), 0.0)
+        found.append(
+            -0.5 * ((dof - len(spectrum.squares)) * np.log(base[..., 0]) + rest / base[..., 0])
+            - 0.5 * np.sum(np.log(total) + spectrum.squares / total, axis=2)
+        )
+        own = np.zeros((count + 1, count + 1))
+        own[0, 0] = _PERFECT
+        own[1:, 0] = (1.0 - _PERFECT) * (1.0 - smooth) / count
+        own[0, 1:] = (1.0 - _PERFECT) * smooth * (1.0 - _BOTH) / count
+        own[1:, 1:] = (1.0 - _PERFECT) * smooth * _BOTH / count**2
+        prior.append(each * own)
+    likelihood = np.array(found)
+    weights = np.array(prior) * np.exp(likelihood - likelihood.max())
+    return np.asarray(weights / weights.sum())
+
+
+def _in_uncertainty(
+    form: FormOfPart, beyond: float, dof: int, spectra: Sequence[_Spectrum]
+) -> FormOfPart:
+    """With what the residuals show beyond the errors, in the shares of its likely shapes."""
+    rough = float(form.weights @ form.rough_variances)
+    each = np.bincount(form.family, form.weights * form.smooth_variances, max(len(spectra), 1))
+    shown = rough * dof + sum(
+        size * float(spectrum.variances.sum())
+        for size, spectrum in zip(each, spectra, strict=False)
+    )
+    scale = beyond / max(shown, 1e-300)
+    smooth = [
+        math.sqrt(scale * size) * factors
+        for size, factors in zip(each, form.families, strict=False)
+        if size > 1e-6 * max(rough, float(each.max()))
+    ]
+    return FormOfPart(
+        math.sqrt(scale * rough),
+        np.vstack(smooth) if smooth else form.smooth,
+        form.families,
+        form.weights,
+        form.rough_variances,
+        form.smooth_variances,
+        form.family,
+        form.hidden,
+    )
