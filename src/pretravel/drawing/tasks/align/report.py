@@ -215,6 +215,12 @@ def _warnings(alignment: Alignment) -> list[str]:
             f"the residuals are {alignment.scatter:.2g} mm (rms): is it the right part, and the "
             "right start?"
         )
+    elif alignment.errors.excess > 0.0:
+        found.append(
+            f"the touches depart from their faces by {alignment.errors.excess / MICROMETRE:.2g} µm "
+            "more than their errors explain: faces that are displaced, of another size or wavy, or "
+            "touches that scatter more than those on the reference. u contains this"
+        )
     if not alignment.errors.map_is_stated:
         found.append(
             "u contains no errors of the pretravel: the map is a prediction, or there is none"
