@@ -7,16 +7,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import probe_rotation
-from pretravel.laboratory.separation import Separation
-from pretravel.maps.kinds.tabulated import TabulatedBasis
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin, Provenance
-from pretravel.maps.support import DirectionSupport
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.base import FloatArray, PretravelError, from_angles, probe_rotation
+from pretravel.laboratory.separation.separation import Separation
+from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, TabulatedBasis
+from pretravel.uncertainty import Covariance
 
 
 def separation_map(
@@ -47,8 +41,8 @@ def separation_map(
     ----------
     Nafi and Mayer 2011, Figure 4b.
 
-    >>> from pretravel.laboratory.multi_step_readings import MultiStepReadings
-    >>> from pretravel.laboratory.separation import separate
+    >>> from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+    >>> from pretravel.laboratory.separation.separation import separate
     >>> i, j = np.divmod(np.arange(144), 12)
     >>> lobes = 1e-3 * np.cos(3 * j * np.pi / 6)
     >>> noise = 1e-5 * np.random.default_rng(1).normal(size=144)

@@ -9,8 +9,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
 from pretravel.prediction.description import Probe
 from pretravel.prediction.hertz import contact_area, contact_modulus, ellipticity
 from pretravel.prediction.materials import Material

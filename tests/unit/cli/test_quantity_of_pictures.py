@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.design.studies.definition import STUDIES
+from pretravel.design.studies.results_file import read_results
+from pretravel.design.tasks.study.report import study_document
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.show.chart import PlaneChart, PolarChart
 from pretravel.show.chart_marks import LineMark
-from pretravel.studies.definition import STUDIES
-from pretravel.studies.results_file import read_results
-from pretravel.tasks.compare_designs import compare_designs
+from pretravel.tasks.compare.designs import compare_designs
+from pretravel.tasks.compare.designs_report import design_comparison_view
 from pretravel.tasks.predict import Predict
-from pretravel.tasks.reports.design_comparison_report import design_comparison_view
-from pretravel.tasks.reports.prediction_view import prediction_view
-from pretravel.tasks.reports.study_report import study_document
+from pretravel.tasks.predict.view import prediction_view
 from tests.support.commands import run
 from tests.support.pictures import coloured_share
 from tests.support.statics_by_hand import direction, first_contact_force

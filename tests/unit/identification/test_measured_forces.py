@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.design.identification.measured_forces import MeasuredForces
+from pretravel.design.identification.probe_from_map import identify
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.map_file import read_map
-from pretravel.identification.measured_forces import MeasuredForces
-from pretravel.identification.probe_from_map import identify
 from pretravel.prediction.catalogue import load_probe
 from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES

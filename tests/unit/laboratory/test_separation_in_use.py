@@ -10,21 +10,21 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
+from pretravel.drawing.features.feature_trials import feature_by_trials
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tasks.check_budget.budget_check import ActingErrors, check_budget
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.map_file import read_map
-from pretravel.files.separation_csv import read_touch_scatter
 from pretravel.files.touches_csv import read_touches, touches_table
-from pretravel.laboratory.multi_step_readings import MultiStepReadings
-from pretravel.laboratory.separation import separate
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.ranges import ranges_of_variances
+from pretravel.laboratory.separation.separation import separate
+from pretravel.laboratory.separation.separation_csv import read_touch_scatter
 from pretravel.laboratory.separation_map import separation_map
-from pretravel.laboratory.separation_ranges import ranges_of_variances
-from pretravel.measurement.budget_check import ActingErrors, check_budget
-from pretravel.measurement.feature_trials import feature_by_trials
-from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.points import Points
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run
 

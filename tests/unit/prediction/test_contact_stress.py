@@ -19,8 +19,8 @@ from pretravel.prediction.contact_stress import (
 )
 from pretravel.prediction.hertz import approach_coefficient, contact_modulus, ellipticity
 from pretravel.prediction.materials import Material, material
-from pretravel.prediction.predict import predict
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict
 
 
 def _integrated_shear(depth: float, ratio: float, nu: float) -> float:

@@ -1,0 +1,205 @@
+"""Report and picture of a description that was identified from a map."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.base import MICROMETRE
+from pretravel.design.identification.probe_from_map import FREE, Identification
+from pretravel.show import (
+    Axis,
+    Column,
+    Document,
+    Dots,
+    KeyFigure,
+    Picture,
+    PlaneChart,
+    Rule,
+    Scale,
+    Table,
+    View,
+    angles_deg,
+    chart_by_place,
+    decimals,
+    direction_words,
+    signed_decimals,
+    significant,
+    value_text,
+)
+from pretravel.uncertainty import COVERAGE_FACTOR
+
+
+def identification_document(found: Identification, *, model: str, map_name: str = "") -> Document:
+    """The report of an identification: the free numbers of the description, with uncertainties.
+
+    Parameters
+    ----------
+    found : Identification
+    model : str
+        That was fitted to the map.
+    map_name : str
+        Of the file with the map.
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{map_name}, {found.probe.name}" if map_name else found.probe.name
+    if not len(found.directions):
+        return _of_forces(found, title, model)
+    rms = float(np.sqrt(np.mean(found.residuals**2)))
+    largest = float(np.abs(found.residuals).max())
+    return Document(
+        title=title,
+        verdict=f"{found.probe.name}, model {model}: with the identified numbers the map and the "
+        f"model differ by {value_text(rms / MICROMETRE, 'µm', decimals(3))} (rms of "
+        f"{len(found.directions)} directions)",
+        figures=(
+            KeyFigure("map less model", rms / MICROMETRE, "µm", decimals(3), remark="rms"),
+            KeyFigure("largest difference", largest / MICROMETRE, "µm", decimals(3)),
+            KeyFigure(
+                "shift",
+                tuple((found.shift / MICROMETRE).tolist()),
+                "µm",
+                signed_decimals(2),
+                remark="between the reference of the map and that of the model",
+                detail=True,
+            ),
+        ),
+        tables=(_numbers_table(found), *_force_table(found)),
+        pictures=(
+            Picture(
+                "Map less model over the directions", lambda: identification_view(found, title)
+            ),
+            *_force_picture(found, title),
+        ),
+        warnings=found.unknown,
+    )
+
+
+def _of_forces(found: Identification, title: str, model: str) -> Document:
+    """The report of an identification from forces alone."""
+    rms = float(np.sqrt(np.mean(found.force_residuals**2)))
+    largest = float(np.abs(found.force_residuals).max())
+    return Document(
+        title=title,
+        verdict=f"{found.probe.name}, model {model}: with the identified numbers the measured and "
+        f"the predicted forces differ by {value_text(rms, 'N', decimals(4))} (rms of "
+        f"{len(found.force_residuals)} directions)",
+        figures=(
+            KeyFigure("measured less predicted", rms, "N", decimals(4), remark="rms"),
+            KeyFigure("largest difference", largest, "N", decimals(4)),
+        ),
+        tables=(_numbers_table(found), *_force_table(found)),
+        pictures=_force_picture(found, title),
+        warnings=found.unknown,
+    )
+
+
+def _force_table(found: Identification) -> tuple[Table, ...]:
+    """The forces with their residuals, by direction."""
+    if found.forces is None:
+        return ()
+    polar, azimuth = angles_deg(found.forces.directions)
+    forces, residuals = found.forces, found.force_residuals
+    return (
+        Table(
+            (
+                Column.of("polar", polar, "°", decimals(1)),
+                Column.of("azimuth", azimuth, "°", decimals(1)),
+                Column.of("measured", forces.force, "N", decimals(4)),
+                Column.of("u", forces.u, "N", decimals(4)),
+                Column.of("predicted", forces.force - residuals, "N", decimals(4)),
+                Column.of("difference", residuals, "N", signed_decimals(4)),
+                Column.of("in u", residuals / forces.u, "", signed_decimals(1)),
+            ),
+            title="Measured trigger forces",
+        ),
+    )
+
+
+def _force_picture(found: Identification, title: str) -> tuple[Picture, ...]:
+    if found.forces is None:
+        return ()
+    return (Picture("Measured and predicted forces", lambda: forces_view(found, title)),)
+
+
+def forces_view(found: Identification, title: str = "") -> View:
+    """Measured and predicted trigger forces over the azimuth, and their differences.
+
+    Parameters
+    ----------
+    found : Identification
+        With forces.
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    assert found.forces is not None
+    forces, residuals = found.forces, found.force_residuals
+    _, azimuth = angles_deg(forces.directions)
+    labels = tuple(direction_words(forces.directions))
+    axis = Axis("azimuth", "°")
+    both = PlaneChart(
+        "trigger force", axis, Axis("force", "N"),
+        (Dots(azimuth, forces.force, "measured, bars: 2 u", "series1", u=2.0 * forces.u,
+              labels=labels),
+         Dots(azimuth, forces.force - residuals, "predicted", "series2", labels=labels)),
+    )  # fmt: skip
+    difference = PlaneChart(
+        "measured less predicted", axis, Axis("difference", "N"),
+        (Rule(0.0), Dots(azimuth, residuals, "bars: 2 u", "series1", u=2.0 * forces.u,
+                         labels=labels)),
+    )  # fmt: skip
+    return View(title or "Trigger forces", (both, difference), 2)
+
+
+def _numbers_table(found: Identification) -> Table:
+    units = np.array([FREE[name].unit for name in found.names])
+    keys = ["lever_mm" if name == "lever" else FREE[name].key for name in found.names]
+    return Table(
+        (
+            Column.of("number", found.names),
+            Column.of("key", keys),
+            Column.of("value", found.values / units, digits=significant(6)),
+            Column.of("u", found.standard_uncertainty / units, digits=significant(2)),
+            Column.of(
+                "U (k = 2)",
+                COVERAGE_FACTOR * found.standard_uncertainty / units,
+                digits=significant(2),
+            ),
+        ),
+        title="Identified numbers",
+        explanation="The key names the unit (deg: degrees). u: standard uncertainty from "
+        "the scatter of the touches and the u of the reference, and from u of measured forces.",
+    )
+
+
+def identification_view(found: Identification, title: str = "") -> View:
+    """Map less model of the identified description: by place, and over the polar angle.
+
+    Parameters
+    ----------
+    found : Identification
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    inside = found.directions @ found.probe.orientation.matrix
+    residuals = found.residuals / MICROMETRE
+    labels = tuple(direction_words(inside))
+    scale = Scale.of("map less model", "µm", residuals, signed=True)
+    by_place = chart_by_place(inside, residuals, scale, "map less model from above", labels=labels)
+    polar, azimuth = angles_deg(inside)
+    over = PlaneChart(
+        "map less model over the polar angle",
+        Axis("polar angle (90° = wall)", "°", ticks=tuple(15.0 * k for k in range(7))),
+        Axis("map less model", "µm"),
+        (Rule(0.0), Dots(polar, residuals, "", values=azimuth, labels=labels)),
+        Scale("azimuth", "°", 0.0, 360.0),
+    )  # fmt: skip
+    return View(title or "Map less model", (by_place, over), 2)

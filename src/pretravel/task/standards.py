@@ -1,0 +1,32 @@
+"""The standards whose probing tests can be evaluated, by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from pretravel.base import FloatArray, Plugins, ring_pattern
+from pretravel.laboratory import Standard
+
+STANDARDS: Mapping[str, Standard] = Plugins(
+    "pretravel.standards", first=("iso10360-5", "iso230-10", "iso230-10-tip-offset")
+)
+"""Standards by name: the group of entry points ``pretravel.standards``."""
+
+
+def patterns() -> dict[str, Callable[[], FloatArray]]:
+    """Directions of the touches of all standards, by the name of the pattern; then the equator.
+
+    >>> list(patterns())[:3], len(patterns()["equator-24"]())
+    (['iso10360-5', 'iso10360-5-cumulative', 'iso230-10'], 24)
+    """
+    return {
+        name: pattern
+        for standard in STANDARDS.values()
+        for name, pattern in standard.patterns.items()
+    } | {f"equator-{count}": partial(ring_pattern, 0.5 * math.pi, count) for count in _AROUND}
+
+
+_AROUND = (12, 24, 36)
+"""Directions around the equator: of a multi-step test (Nafi and Mayer: 24)."""
