@@ -6,5 +6,4 @@ from .fem.mesh import MeshSettings as MeshSettings
 from .fem.reduction_cache import reduced_model as reduced_model
 from .friction.predict_with_friction import rubbed_trigger as rubbed_trigger
 from .friction.seat_friction import friction_cycle as friction_cycle
-from .identification.measured_forces import MeasuredForces as MeasuredForces
 from .identification.probe_from_map import identify as identify

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base import DEGREE, InputError, PretravelError, from_angles
-from pretravel.design import MeasuredForces
+from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.files import read_csv_table
 
 
