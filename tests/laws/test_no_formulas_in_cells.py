@@ -23,7 +23,8 @@ from tests.support.example_maps import lobes
 EXECUTED = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
 """Begin of cells that spreadsheets execute: OWASP, "CSV Injection"."""
 FORMULAS = ("=1+1", "=HYPERLINK(\"http://a\",\"b\")", "+1+1", "-1+1", "@SUM(A1)", "'=1+1", "''@a",
-            "'quoted'", "-1.5", "+5", "'-1.5", "P1", "=", "'", "-", "＝1+1")  # fmt: skip
+            "'quoted'", "-1.5", "+5", "'-1.5", "P1", "=", "'", "-", "＝1+1",
+            "a;=1+1", "a;'=1+1", "=a;=b", "a;-1.5")  # fmt: skip
 
 
 def _executes(cell: str) -> bool:
@@ -39,7 +40,10 @@ def _executes(cell: str) -> bool:
 
 def _cells(path: Path) -> list[str]:
     with path.open(newline="", encoding="utf-8") as file:
-        return [cell for row in csv.reader(file) for cell in row]
+        lines = file.readlines()
+    # In some languages a sheet splits lines at semicolons: what follows one is a cell, too.
+    by_semicolons = (row[1:] for row in csv.reader(lines, delimiter=";"))
+    return [cell for row in (*csv.reader(lines), *by_semicolons) for cell in row]
 
 
 def _touches(labels: tuple[str, ...]) -> Touches:

@@ -66,3 +66,11 @@ def test_every_test_that_the_table_of_entries_names_is_there() -> None:
     assert all(named)
     for file, test in {each for row in named for each in row}:
         assert f"def {test}(" in (tests / file).read_text("utf-8") or not test, f"{file}::{test}"
+
+
+def test_the_release_runs_actions_by_their_commits() -> None:
+    """A tag can be moved to other code, which would sign and publish what it likes."""
+    text = (Path(__file__).parents[2] / ".github/workflows/release.yml").read_text("utf-8")
+    used = re.findall(r"uses: (\S+)", text)
+    assert used
+    assert [each for each in used if not re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40}", each)] == []
