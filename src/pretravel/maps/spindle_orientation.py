@@ -6,10 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import probe_rotation
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, PretravelError, probe_rotation
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.touches import Touches
 

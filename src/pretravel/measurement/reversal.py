@@ -15,10 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray, frozen
-from pretravel.base.directions import azimuth_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, azimuth_angle, frozen
 from pretravel.touches import Touches
 
 ORDERS = (1, 3, 5)

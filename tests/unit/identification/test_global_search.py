@@ -11,12 +11,12 @@ import pytest
 from benchmarks.departures.evaluation import Job, scene_of
 from benchmarks.departures.tripod import Tripod
 from pretravel.base.arrays import FloatArray
-from pretravel.identification.physical import fit_physical
-from pretravel.identification.scale_weights import coarse_scales, usual_scales
-from pretravel.identification.six_seat_fit import SixSeatProblem, beside, modes
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.prediction.six_seats import OF_RODS, OF_SEATS, PARAMETERS
 from pretravel.qualification.observe import observe
+from pretravel.six_seats.physical import fit_physical
+from pretravel.six_seats.scale_weights import coarse_scales, usual_scales
+from pretravel.six_seats.six_seat_fit import SixSeatProblem, beside, modes
+from pretravel.six_seats.uneven_seats import OF_RODS, OF_SEATS, PARAMETERS
 
 
 def _true_unknowns(probe: Tripod) -> dict[str, float]:

@@ -21,7 +21,7 @@ from pretravel.measurement.compensation import apply, conditions_notes
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.change_causes import TURNED
 from pretravel.qualification.prior_update import update_map
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches, with_spindle
 from tests.support.example_maps import mean_map

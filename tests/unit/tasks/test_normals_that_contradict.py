@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap
+from pretravel.drawing.tasks.measure import Measure
 from pretravel.files.map_file import write_map
 from pretravel.files.touches_csv import write_touches
 from pretravel.maps.support import DirectionSupport
 from pretravel.tasks.compensate import Compensate
-from pretravel.tasks.measure import Measure
 from pretravel.touches import Touches
 from tests.support.example_maps import mean_map
 
