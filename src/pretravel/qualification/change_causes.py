@@ -45,6 +45,9 @@ _LOWER_PRELOAD = 0.8
 _SIZES = {PRELOAD: 0.2, STYLUS_LENGTH: 0.3, TIP_SIZE: 3.0 * MICROMETRE}
 """Standard deviations of the sizes before the touches: relative, and of the tip's radius."""
 _TURNS = 20.0 * DEGREE
+_LOG_ANY_TURN = math.log(0.05 * math.sqrt(2.0 * math.pi) * _TURNS / (2.0 * math.pi))
+"""Density of any angle in a twentieth of all turns, over that of no angle: the spindle stood at
+another orientation."""
 _SOFT = 2.0 * MICROMETRE
 _ONE_DIRECTION = 10.0 * MICROMETRE
 _SCATTER = 2.0
@@ -209,12 +212,12 @@ def _of_turn(
     """Of a turn: the map turned by the best of many angles, and its slope there (Laplace)."""
     observation, y = compared.observation, compared.differences
     step = 2.5 * DEGREE
-    angles = np.arange(-24, 25) * step
+    angles = np.arange(-71, 73) * step
     steps = np.stack(
         [turned_value(observation, pretravel_map, angle) - compared.value for angle in angles]
     )
     apart = y - steps
-    prior = 0.5 * (angles / _TURNS) ** 2
+    prior = np.minimum(0.5 * (angles / _TURNS) ** 2, -_LOG_ANY_TURN)
     best = angles[np.argmin(0.5 * np.einsum("ag,gh,ah->a", apart, weights, apart) + prior)]
     for _ in range(2):
         ahead, there, behind = (
@@ -224,13 +227,15 @@ def _of_turn(
         covariance = covariance_if_turned(compared, pretravel_map, best)
         slope, left = (ahead - behind) / DEGREE, y - there
         weights = without_center(covariance, compared.center)
-        variance = 1.0 / (float(slope @ weights @ slope) + 1.0 / _TURNS**2)
-        push = float(slope @ weights @ left) - best / _TURNS**2
+        # Beyond, the spindle stood elsewhere: all angles are alike.
+        tight = 0.0 if 0.5 * (best / _TURNS) ** 2 > -_LOG_ANY_TURN else _TURNS**-2
+        variance = 1.0 / (float(slope @ weights @ slope) + tight)
+        push = float(slope @ weights @ left) - best * tight
         log = _log_probability(compared.center, left, covariance) - _log_probability(
             compared.center, y, compared.covariance
         )
         log += 0.5 * push**2 * variance + 0.5 * math.log(variance / _TURNS**2)
-        log -= 0.5 * (best / _TURNS) ** 2
+        log += max(-0.5 * (best / _TURNS) ** 2, _LOG_ANY_TURN)
         best = best + variance * push
     return _Evidence(log, best, math.sqrt(variance))
 

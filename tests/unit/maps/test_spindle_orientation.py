@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.departures.evaluation import Job, scene_of
+from benchmarks.departures.machine import latched, reference_run
+from benchmarks.departures.patterns import USUAL_25
 from pretravel.base.errors import PretravelError
 from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.pretravel_map import PretravelMap
@@ -17,6 +19,7 @@ from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.spindle_orientation import orientation_note, orientation_of, turned_to
 from pretravel.measurement.compensation import apply, conditions_notes
 from pretravel.measurement.points_summary import TouchSummary
+from pretravel.qualification.change_causes import TURNED
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
@@ -107,3 +110,18 @@ def test_what_is_not_stated_is_said_once() -> None:
     quiet = TouchSummary(10, 1.0, (60.0, 60.0), 0.0, 0)
     assert len(conditions_notes(quiet, none)) == 1
     assert conditions_notes(replace(quiet, states_spindle=True), made) == []
+
+
+def test_verify_names_a_turned_spindle() -> None:
+    """The same probe turned by 180°, where nothing is stated. A tripod that is nearly
+    even looks alike after each third of a turn."""
+    scene = scene_of(Job("turned", 4, "harmonic"))
+    run = replace(scene.departure, directions=USUAL_25)
+    again = reference_run(run, scene.probe, np.random.default_rng(3))
+    at = latched(again.run, scene.probe, run, np.random.default_rng(4))
+    found = verify(Touches(at, again.nominal_normals), _qualified(None), 25.0)
+    assert found.changed
+    assert found.causes[0].name == TURNED
+    third = 2.0 * np.pi / 3.0
+    off = np.mod(found.causes[0].value - np.pi + 0.5 * third, third) - 0.5 * third
+    assert abs(off) < np.radians(5.0)
