@@ -26,7 +26,7 @@ from benchmarks.departures.tripod import Tripod
 from benchmarks.few_touches import DIAMETER, EVEN, NOISE, NORMALS, TIP_DIAMETER
 from pretravel.base.errors import PretravelError
 from pretravel.measurement.compensation import apply
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 
 STEPS = (0.0, 0.0001, 0.001, 0.002, 0.005, 0.01, 0.0254, 0.05, 0.1)

@@ -20,11 +20,11 @@ import pytest
 from pretravel.app.project import Inputs
 from pretravel.app.task_run import file_settings, form_of, run_task, tasks_on_screens
 from pretravel.base.errors import PretravelError
+from pretravel.design.studies.wish import WISHES
 from pretravel.prediction.catalogue import description_text
-from pretravel.studies.wish import WISHES
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks.example_data import example_folder
-from pretravel.tasks.task import settings_of
+from pretravel.task.example_data import example_folder
+from pretravel.task.listed import PLACES, task_named
+from pretravel.task.task import settings_of
 from tests.support.commands import run
 
 ON_SCREENS = [name for tasks in tasks_on_screens().values() for name in tasks]

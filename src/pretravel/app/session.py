@@ -28,8 +28,7 @@ from pretravel.app.project_file import (
 )
 from pretravel.app.project_lock import ProjectLock
 from pretravel.app.uploads import UPLOADS
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import is_unfinished
+from pretravel.base import PretravelError, is_unfinished
 
 _PAUSE = 0.5
 """Time from a change to its saving. [s]"""

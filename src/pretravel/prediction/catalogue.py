@@ -9,9 +9,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.errors import DescriptionError
-from pretravel.base.named_files import refuse_named_file
-from pretravel.base.toml_file import TomlDocument, TomlStructure, parse_toml, quoted, read_toml
+from pretravel.base import (
+    DescriptionError,
+    TomlDocument,
+    TomlStructure,
+    parse_toml,
+    quoted,
+    read_toml,
+    refuse_named_file,
+)
 from pretravel.prediction.description import (
     Hub,
     Moving,

@@ -11,9 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import INCH
+from pretravel.base import INCH, FloatArray, PretravelError
 
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 0.26
 """Steps that are looked for: a smaller one does not matter, a larger one no display has. [mm]"""

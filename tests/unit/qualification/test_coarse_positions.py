@@ -9,9 +9,9 @@ from pretravel.base.directions import fibonacci_cap, five_point_pattern, sphere_
 from pretravel.base.errors import PretravelError
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
-from pretravel.tasks.reports.qualification_summary import judgement
+from pretravel.tasks.qualify.summary import judgement
 from pretravel.touches import Touches
 
 PLACE = np.array([212.34471, -87.91233, -301.45612])
