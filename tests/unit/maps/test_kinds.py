@@ -441,12 +441,11 @@ class TestUsualShape:
         # The level of the sphere is wrong by the cube of a degree.
         assert found == pytest.approx(expected, rel=1e-3, abs=1e-18)
 
-    def test_residuals_limit_it_to_a_thousand_times_their_size(self) -> None:
-        """Of a pretravel of 1 mm across the axis the touches leave at least 1 µm, it is assumed."""
+    def test_few_small_residuals_do_not_limit_it(self) -> None:
+        """They can be near zero by chance: the level of the sphere does, up to 30 µm."""
         seen = _close_to_the_pole(0.1, 5e-6)
-        left = seen.values - seen.free_design @ (seen.to_sphere @ seen.values)
-        amplitude = math.sqrt(np.mean(left**2) / 1e-6)
-        assert 1e-3 < amplitude < 30e-3
+        assert seen.direction_count - 4 < 8
+        amplitude = 30e-3
         expected = (0.05 * amplitude) ** 2 * np.diag([1.0, 1.0, 0.0])
         assert usual_shift_covariance(seen, 0.0) == pytest.approx(expected, rel=1e-6, abs=1e-18)
 
