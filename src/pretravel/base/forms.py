@@ -9,7 +9,6 @@ early rooms take the path of a file in the place of the value that it contains (
 from __future__ import annotations
 
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 _MAKERS: dict[str, str] = {}
@@ -112,7 +111,7 @@ class WithDataset:
             Each variable states its unit in the attribute ``units``.
 
         >>> from pretravel.prediction.catalogue import load_probe
-        >>> from pretravel.prediction.predict import predict
+        >>> from pretravel.prediction.trigger import predict
         >>> trigger = predict(load_probe("omp40-2"), [[1.0, 0.0, 0.0]])
         >>> trigger.to_xarray()["trigger_force"].attrs["units"]
         'N'

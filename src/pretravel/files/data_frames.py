@@ -8,7 +8,7 @@ from typing import Any
 
 import narwhals.stable.v2 as nw
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 from pretravel.files.source_file import SourceFile
 
 _NAME = "data frame"

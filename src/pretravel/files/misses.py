@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base import BoolArray, FloatArray
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 
 _FILLED_IN = (999.0, 999.9, 999.99, 999.999, 9999.0, 9999.9, 9999.99, 9999.999, 99999.0, 999999.0)

@@ -7,12 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.extras import needed
-from pretravel.base.json_text import parsed_json
-from pretravel.base.units import MICROMETRE
+from pretravel.base import (
+    MICROMETRE,
+    FloatArray,
+    PretravelError,
+    checked_unit,
+    frozen,
+    needed,
+    parsed_json,
+)
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.files.file_format import (
     FilePositions,
@@ -29,8 +32,7 @@ from pretravel.files.readings import ALL, chosen
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
-from pretravel.measurement.points import Points
-from pretravel.measurement.selection import points_at
+from pretravel.measurement import Points, points_at
 from pretravel.touches import length_of_run, refuse_several, refuse_several_runs
 
 _WHAT = "compensated points"

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.quantities import TIP_RADIUS, checked
+from pretravel.base import TIP_RADIUS, BoolArray, FloatArray, InputError, PretravelError, checked
 from pretravel.files.file_format import (
     FileFormat,
     FilePositions,

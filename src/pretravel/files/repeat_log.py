@@ -9,8 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.units import MICROMETRE
+from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.files.column_names import LENGTH_UNITS, unit_of
 from pretravel.files.file_format import (
     FilePositions,
@@ -25,7 +24,7 @@ from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import read_touch_columns
-from pretravel.qualification.repeat_series import FEWEST_REPEATS
+from pretravel.qualification import FEWEST_REPEATS
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")

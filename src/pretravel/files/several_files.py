@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError, PretravelError
+from pretravel.base import FloatArray, InputError, PretravelError
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant

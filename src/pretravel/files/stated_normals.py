@@ -8,10 +8,15 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import UNIT_TOLERANCE
-from pretravel.base.errors import InputError, PretravelError, RowError
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    UNIT_TOLERANCE,
+    FloatArray,
+    InputError,
+    PretravelError,
+    RowError,
+)
 from pretravel.files.column_names import NORMAL_ROLES
 from pretravel.files.file_format import (
     FilePositions,
@@ -21,8 +26,8 @@ from pretravel.files.file_format import (
 )
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touch_columns import TouchColumns
-from pretravel.maps.plausibility import LARGEST_PRETRAVEL
-from pretravel.uncertainty.fitting.sphere import algebraic_sphere, fit_sphere
+from pretravel.maps import LARGEST_PRETRAVEL
+from pretravel.uncertainty import algebraic_sphere, fit_sphere
 
 _COARSEST = 0.02
 """Largest deviation of a normal's length from one that rounding explains: two decimals."""

@@ -21,9 +21,9 @@ from pretravel.files.repeat_log import read_repeats
 from pretravel.files.source_file import SourceFile
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
-from pretravel.qualification.drift_over_time import DailyQuantity, drift_over_time
+from pretravel.qualification.drifts import DailyQuantity, drift_over_time
 from pretravel.qualification.repeat_series import step_of_repeats
-from pretravel.tasks.reports.drift_report import drift_verdict
+from pretravel.tasks.history.drift_report import drift_verdict
 from pretravel.touches import refuse_several
 from tests.support.commands import both_outputs, positions, run
 from tests.support.control_logs import written

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.errors import InputError
+from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FilePositions, ReadingOptions
 from pretravel.files.logs.logged_feeds import LoggedFeeds
 from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
