@@ -27,8 +27,8 @@ from benchmarks.departures.tripod import TIP_RADIUS
 from benchmarks.features import Workshop, workshop
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
-from pretravel.measurement.alignment import Alignment, TipCentres, align
-from pretravel.measurement.alignment_search import found_placements
+from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align
+from pretravel.drawing.alignment.alignment_search import found_placements
 from pretravel.uncertainty.gum import coverage_factor
 from tests.support.touched_bracket import beside, bracket, random_placement, random_targets
 

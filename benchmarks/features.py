@@ -27,12 +27,12 @@ from benchmarks.departures.machine import DIAMETER, PART_AT, Run, latched, refer
 from benchmarks.departures.probes import MICROMETRE, MakeProbe, six_seats, uneven
 from benchmarks.departures.tripod import FLAT, TIP_RADIUS, SimulatedProbe
 from pretravel import PretravelMap, Touches, apply, measure_feature, qualify, relations_between
-from pretravel.measurement.conformity import (
+from pretravel.drawing.features.conformity import (
     ConformityVerdict,
     form_conformity,
     size_conformity,
 )
-from pretravel.measurement.measured_feature import MeasuredFeature
+from pretravel.drawing.features.measured_feature import MeasuredFeature
 
 SEED = 23
 U_DIAMETER = 0.1 * MICROMETRE

@@ -31,7 +31,7 @@ from pretravel.base.directions import (
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.touches import Touches
 

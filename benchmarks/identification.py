@@ -39,8 +39,8 @@ from pretravel import (
     read_map,
     write_map,
 )
+from pretravel.design.identification.probe_from_map import FREE
 from pretravel.files.map_json import json_of_map
-from pretravel.identification.probe_from_map import FREE
 from pretravel.prediction.catalogue import source_text
 
 PROBE = "omp40-2-100mm"

@@ -26,23 +26,23 @@ if __package__ in (None, ""):  # run as a file
 from benchmarks.departures.probes import six_seats
 from benchmarks.few_touches import FRESH, NOISE, Drifted, touched
 from pretravel.base.errors import PretravelError
+from pretravel.files.laboratory_statements import LaboratoryStatements
 from pretravel.laboratory.certificate import calibration_certificate
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
-from pretravel.laboratory.multi_step_readings import MultiStepReadings
-from pretravel.laboratory.rig import RigTrace
-from pretravel.laboratory.rig_budget import REN_BUDGET, repeatability_doubts
-from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
-from pretravel.laboratory.rig_events import rig_touch
-from pretravel.laboratory.separation import Method, Separation, separate
+from pretravel.laboratory.rig.budget import REN_BUDGET, repeatability_doubts
+from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
+from pretravel.laboratory.rig.events import rig_touch
+from pretravel.laboratory.rig.trace import RigTrace
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.separation import Method, Separation, separate
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.day_terms import day_quantities, day_terms
-from pretravel.qualification.drift_over_time import (
+from pretravel.qualification.drifts import (
     DailyQuantity,
     DriftOverTime,
     QuantityCourse,
     drift_over_time,
 )
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
+from pretravel.qualification.terms_of_days import day_quantities, day_terms
 
 SEED = 28
 UM = 1e-3

@@ -26,13 +26,13 @@ from benchmarks.results import Figures, Growth
 from benchmarks.sizes import Sizes
 from benchmarks.studies import write_study
 from pretravel.base.directions import fibonacci_cap
+from pretravel.design.studies.definition import load_study
+from pretravel.design.studies.run import Workers, run_study
 from pretravel.maps.kinds import kinds
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict, predicted_map
-from pretravel.qualification.qualify import qualify
-from pretravel.studies.definition import load_study
-from pretravel.studies.run import Workers, run_study
+from pretravel.prediction.trigger import predict, predicted_map
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 
 REPEATS = 10
@@ -71,9 +71,9 @@ def job(name: str, size: float, folder: Path) -> tuple[float, Callable[[], objec
 
 
 def _condensing(refinement: float) -> tuple[float, Callable[[], object]]:
-    from pretravel.prediction.fem.condensation import condense
-    from pretravel.prediction.fem.elasticity import finite_element_model
-    from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe
+    from pretravel.design.fem.condensation import condense
+    from pretravel.design.fem.elasticity import finite_element_model
+    from pretravel.design.fem.mesh import MeshSettings, mesh_probe
 
     probe = load_probe("omp40-2")
     solids, mesh = mesh_probe(probe, MeshSettings(refinement=refinement))

@@ -22,7 +22,7 @@ from pretravel.files.map_file import read_map
 from pretravel.files.touches_csv import write_touches
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.touches import Touches
 
 _COLUMNS = ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz")

@@ -22,29 +22,29 @@ from benchmarks.commands import PRETRAVEL, spent
 from benchmarks.results import Figures, Row, memory_text
 from benchmarks.sizes import Sizes
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
+from pretravel.design.fem.condensation import condense
+from pretravel.design.fem.elasticity import finite_element_model
+from pretravel.design.fem.geometry import probe_solids
+from pretravel.design.fem.mesh import mesh_solids
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_sphere import measured_sphere
+from pretravel.measurement.measured_spheres import measured_sphere
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.elasticity import finite_element_model
-from pretravel.prediction.fem.geometry import probe_solids
-from pretravel.prediction.fem.mesh import mesh_solids
 from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
 from pretravel.prediction.seats import SeatStatics, seat_statics
-from pretravel.prediction.six_seat_slopes import six_seat_slopes
-from pretravel.prediction.six_seats import PARAMETERS, six_seat_response
-from pretravel.probing.targets import Targets
+from pretravel.prediction.trigger import predict
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats.six_seat_slopes import six_seat_slopes
+from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
+from pretravel.touches.targets import Targets
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.errors_by_trials import points_by_trials, sphere_by_trials
 from tests.support.monte_carlo import MonteCarlo

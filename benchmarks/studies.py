@@ -14,10 +14,10 @@ import numpy as np
 from benchmarks.commands import PRETRAVEL, Spent, spent
 from benchmarks.results import Figures, Growth, Row, memory_text, seconds_text
 from benchmarks.sizes import Sizes
-from pretravel.studies.definition import load_study
-from pretravel.studies.plan import Plan
-from pretravel.studies.run import blocks_of
-from pretravel.studies.workers import Block, compute_block, dask_workers, in_this_process
+from pretravel.design.studies.definition import load_study
+from pretravel.design.studies.plan import Plan
+from pretravel.design.studies.run import blocks_of
+from pretravel.design.studies.workers import Block, compute_block, dask_workers, in_this_process
 
 DIRECTIONS = 324
 _FACTORS = {

@@ -23,16 +23,16 @@ if __package__ in (None, ""):  # run as a file
 
 from benchmarks.departures.probes import MICROMETRE
 from benchmarks.features import PART_AT, Workshop, around, workshop
-from pretravel.measurement.compensation import apply
-from pretravel.measurement.extreme_association import associate_by
-from pretravel.measurement.geometric_tolerances import inspect_geometry
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.selection import points_at
-from pretravel.measurement.tolerance_frame import (
+from pretravel.drawing.features.extreme_association import associate_by
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
+from pretravel.drawing.tolerances.tolerance_frame import (
     GeometricResult,
     GeometricTolerance,
     PlacedFeature,
 )
+from pretravel.measurement.compensation import apply
+from pretravel.measurement.selection import points_at
 from pretravel.touches import Touches
 
 X, Y, Z = np.eye(3)

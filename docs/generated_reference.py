@@ -23,8 +23,8 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from sphinx.application import Sphinx
 
 from pretravel.cli.app import App
-from pretravel.tasks import GROUPS, task_named
-from pretravel.tasks.task import Setting, Task, settings_of
+from pretravel.task.listed import GROUPS, task_named
+from pretravel.task.task import Setting, Task, settings_of
 
 HERE = Path(__file__).parent
 END = "<!-- generated until here -->"
@@ -218,9 +218,9 @@ def _table_head(name: str, many: bool) -> str:
 def _toml_kinds() -> dict[str, tuple[Any, Any, Any]]:
     """Structure and root of each kind of file; instead of the root, its tables."""
     from pretravel.base.toml_file import TomlStructure
+    from pretravel.design.studies import conditions, definition, wish
     from pretravel.files import laboratory_file, machine_file
     from pretravel.prediction import catalogue, materials
-    from pretravel.studies import conditions, definition, wish
 
     condition_tables = [
         ("prediction", conditions.Prediction, False),

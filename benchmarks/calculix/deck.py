@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.design.fem.elasticity import FiniteElementModel
+from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.design.fem.interface_loads import SPRING_FORCE
+from pretravel.design.fem.regions import seat_face
+from pretravel.design.fem.seat_ball import CONTACT, ball_held
 from pretravel.prediction.description import Probe
-from pretravel.prediction.fem.elasticity import FiniteElementModel
-from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.prediction.fem.interface_loads import SPRING_FORCE
-from pretravel.prediction.fem.regions import seat_face
-from pretravel.prediction.fem.seat_ball import CONTACT, ball_held
-from pretravel.prediction.seat_frame import seat_frame
+from pretravel.six_seats.seat_frames import seat_frame
 
 # Corners of the faces S1 to S4 of a tetrahedron: the numbers of CalculiX minus one.
 _FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))

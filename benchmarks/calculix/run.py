@@ -30,16 +30,16 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.base.directions import from_angles
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import condense
+from pretravel.design.fem.mesh import MeshSettings
+from pretravel.design.fem.seat_ball import ball_correction
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import TIP_ON_PART
-from pretravel.prediction.compliance.fem import FiniteElements
-from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.mesh import MeshSettings
-from pretravel.prediction.fem.seat_ball import ball_correction
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import material
-from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
+from pretravel.six_seats.seat_frames import seat_frame
 from tests.support.full_contact import resolved_bodies
 
 sys.path.insert(0, str(Path(__file__).parent))

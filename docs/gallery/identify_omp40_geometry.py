@@ -22,13 +22,13 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from pretravel.base.directions import grid
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import condense
+from pretravel.design.fem.elasticity import finite_element_model
+from pretravel.design.fem.geometry import probe_solids
+from pretravel.design.fem.mesh import MeshSettings, mesh_solids
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.description import Hub, Probe
-from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.elasticity import finite_element_model
-from pretravel.prediction.fem.geometry import probe_solids
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_solids
 from pretravel.prediction.loading import loaded_to_trigger
 from pretravel.prediction.materials import material
 from pretravel.prediction.seats import seat_statics

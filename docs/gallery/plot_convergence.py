@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from published import Statement, finish
 
 from pretravel.base.directions import from_angles
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import condense
+from pretravel.design.fem.elasticity import finite_element_model
+from pretravel.design.fem.mesh import MeshSettings, mesh_probe
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.fem import FiniteElements
-from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.elasticity import finite_element_model
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 
 REFINEMENTS = (0.5, 0.7071, 1.0, 1.4142, 2.0)
 DIRECTIONS = from_angles(np.radians([90.0, 90.0, 40.0]), np.radians([0.0, 60.0, 20.0]))

@@ -16,10 +16,10 @@ from published import Statement, finish
 
 from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, TipBehaviour, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.shapes import Plane, Reversed, Sphere
+from pretravel.touches.targets import Targets
 
 POLAR = np.array([10.0, 26.7, 40.0, 60.0, 80.0])
 RADII = np.array([2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 1000.0])  # mm, convex

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from published import ROOT, Statement, finish
 
 from pretravel.measurement.compensation import apply
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 
 TABLE: Path = ROOT / "examples" / "data" / "kp3_ring.csv"

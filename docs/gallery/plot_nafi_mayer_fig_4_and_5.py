@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish
 
-from pretravel.files.separation_csv import read_multi_step_readings
-from pretravel.laboratory.multi_step_readings import RepeatedPair
-from pretravel.laboratory.separation import Separation, separate
+from pretravel.laboratory.separation.multi_step_readings import RepeatedPair
+from pretravel.laboratory.separation.separation import Separation, separate
+from pretravel.laboratory.separation.separation_csv import read_multi_step_readings
+from pretravel.laboratory.tasks.separate.report import separation_view
 from pretravel.show.chart_files import drawn_figure
-from pretravel.tasks.reports.separation_report import separation_view
 
 READINGS = Path(__file__).parents[2] / "examples" / "data" / "redundancy_24x24.csv"
 

@@ -13,7 +13,7 @@ from published import Statement, finish, trigger_table
 
 from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import Trigger, predict
+from pretravel.prediction.trigger import Trigger, predict
 
 AZIMUTH = np.arange(0.0, 351.0, 10.0)
 POLAR = np.arange(90.0, 9.0, -10.0)

@@ -16,10 +16,10 @@ from published import Statement, finish
 
 from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.shapes import Ellipsoid
+from pretravel.touches.targets import Targets
 
 ANGLE = np.arange(10.0, 81.0, 5.0)
 A, C = 10.0, 6.0  # mm, half-axes of the ellipsoid

@@ -15,7 +15,7 @@ from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import Trigger, predict
+from pretravel.prediction.trigger import Trigger, predict
 
 AZIMUTH = np.arange(0.0, 61.0, 5.0)
 

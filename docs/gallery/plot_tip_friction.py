@@ -15,10 +15,10 @@ from published import Statement, finish
 from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.surface_touches import SurfaceTouches
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.shapes import Sphere
+from pretravel.touches.targets import Targets
 
 POLAR = np.concatenate([np.arange(0.0, 20.0, 1.0), np.arange(20.0, 91.0, 5.0)])
 FRICTION = (0.0, 0.05, 0.1, 0.2, 0.4, np.inf)

@@ -17,7 +17,7 @@ from pretravel.base.directions import from_angles
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Seats, StylusSegment, Tip, Tripod
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 
 AZIMUTH, POLAR = np.radians(np.arange(0, 361, 3)), np.radians(np.arange(0, 91, 3))
 

@@ -18,7 +18,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, wozniak_constant
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe, Seats, StylusSegment, Tip, Tripod
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.show.colours import LIGHT
 
 LENGTHS = (30.0, 50.0)

@@ -24,8 +24,8 @@ from pretravel.base import forms
 _load, _names, _listed = lazy_loader.attach_stub(__name__, __file__)
 __all__ = ["__version__", *_listed]
 
-forms.register("card", "pretravel.tasks.reports.notebook_card:notebook_html")
-forms.register("plot", "pretravel.tasks.reports.plots:plotted")
+forms.register("card", "pretravel.task.notebook_card:notebook_html")
+forms.register("plot", "pretravel.task.plots:plotted")
 forms.register("dataframe", "pretravel.files.other_libraries:dataframe")
 forms.register("dataset", "pretravel.files.other_libraries:dataset")
 forms.register("touches", "pretravel.files.readings:touches_meant")
@@ -35,7 +35,7 @@ forms.register("map", "pretravel.files.map_file:read_map")
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from pretravel.base.version import installed_version
+        from pretravel.base import installed_version
 
         return installed_version()
     return _load(name)

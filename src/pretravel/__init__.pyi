@@ -6,13 +6,31 @@ from .base.errors import ExtrapolationError as ExtrapolationError
 from .base.errors import InputError as InputError
 from .base.errors import PretravelError as PretravelError
 from .base.frames import Placement as Placement
-from .controls.linuxcnc_program import linuxcnc_program as linuxcnc_program
+from .controls.linuxcnc_programs import linuxcnc_program as linuxcnc_program
 
 # the machine
 from .controls.machine import Machine as Machine
 from .controls.program import plan_program as plan_program
 from .controls.surroundings import PartObstacle as PartObstacle
 from .controls.surroundings import SphereObstacle as SphereObstacle
+from .design.fem.condensation import ReducedModel as ReducedModel
+from .design.fem.elastic_field import field_at_trigger as field_at_trigger
+from .design.fem.mesh import MeshSettings as MeshSettings
+from .design.fem.reduction_cache import reduced_model as reduced_model
+from .design.friction.seat_friction import friction_cycle as friction_cycle
+
+# both branches
+from .design.identification.probe_from_map import identify as identify
+from .drawing.features.between_features import FeatureRelation as FeatureRelation
+from .drawing.features.between_features import covariance_of_positions as covariance_of_positions
+from .drawing.features.between_features import relations_between as relations_between
+from .drawing.features.conformity import form_conformity as form_conformity
+from .drawing.features.conformity import position_conformity as position_conformity
+from .drawing.features.conformity import size_conformity as size_conformity
+from .drawing.features.measured_feature import MeasuredFeature as MeasuredFeature
+from .drawing.features.measured_feature import measure_feature as measure_feature
+from .drawing.tolerances.tolerances import FeatureTolerances as FeatureTolerances
+from .drawing.tolerances.tolerances import inspect_feature as inspect_feature
 from .files.file_format import FileReadings as FileReadings
 from .files.file_format import ReadingOptions as ReadingOptions
 from .files.machine_file import read_machine as read_machine
@@ -22,8 +40,6 @@ from .files.point_files import write_points as write_points
 from .files.points_reading import read_points as read_points
 from .files.readings import read_readings as read_readings
 from .files.readings import write_readings as write_readings
-from .files.rig_csv import read_rig_trace as read_rig_trace
-from .files.separation_csv import read_multi_step_readings as read_multi_step_readings
 from .files.source_file import SourceFile as SourceFile
 from .files.touches_csv import read_plan as read_plan
 
@@ -31,41 +47,32 @@ from .files.touches_csv import read_plan as read_plan
 from .files.touches_csv import read_targets as read_targets
 from .files.touches_csv import read_touches as read_touches
 from .files.touches_csv import write_touches as write_touches
-
-# both branches
-from .identification.probe_from_map import identify as identify
-from .laboratory.multi_step_readings import MultiStepReadings as MultiStepReadings
-from .laboratory.multi_step_readings import RepeatedPair as RepeatedPair
-from .laboratory.rig import RigTouch as RigTouch
-from .laboratory.rig import RigTrace as RigTrace
-from .laboratory.rig_budget import abbe_error as abbe_error
-from .laboratory.rig_budget import thermal_components as thermal_components
-from .laboratory.rig_calibration import RigCalibration as RigCalibration
-from .laboratory.rig_calibration import calibrate_rig as calibrate_rig
-from .laboratory.rig_events import rig_touch as rig_touch
-from .laboratory.separation import Separation as Separation
-from .laboratory.separation import separate as separate
+from .laboratory.rig.budget import abbe_error as abbe_error
+from .laboratory.rig.budget import thermal_components as thermal_components
+from .laboratory.rig.calibration import RigCalibration as RigCalibration
+from .laboratory.rig.calibration import calibrate_rig as calibrate_rig
+from .laboratory.rig.events import rig_touch as rig_touch
+from .laboratory.rig.rig_csv import read_rig_trace as read_rig_trace
+from .laboratory.rig.trace import RigTouch as RigTouch
+from .laboratory.rig.trace import RigTrace as RigTrace
+from .laboratory.separation.multi_step_readings import MultiStepReadings as MultiStepReadings
+from .laboratory.separation.multi_step_readings import RepeatedPair as RepeatedPair
+from .laboratory.separation.separation import Separation as Separation
+from .laboratory.separation.separation import separate as separate
+from .laboratory.separation.separation_csv import (
+    read_multi_step_readings as read_multi_step_readings,
+)
 from .maps.kind import KindOfMap as KindOfMap
 from .maps.kinds.wozniak import WozniakKind as WozniakKind
 from .maps.pretravel_map import PretravelMap as PretravelMap
 from .maps.provenance import Provenance as Provenance
 from .maps.provenance import QualificationSetup as QualificationSetup
-from .measurement.between_features import FeatureRelation as FeatureRelation
-from .measurement.between_features import covariance_of_positions as covariance_of_positions
-from .measurement.between_features import relations_between as relations_between
 from .measurement.comparison import compare_corrections as compare_corrections
 from .measurement.compensation import apply as apply
 from .measurement.compensation import embed as embed
-from .measurement.conformity import form_conformity as form_conformity
-from .measurement.conformity import position_conformity as position_conformity
-from .measurement.conformity import size_conformity as size_conformity
-from .measurement.measured_feature import MeasuredFeature as MeasuredFeature
-from .measurement.measured_feature import measure_feature as measure_feature
-from .measurement.measured_sphere import measured_sphere as measured_sphere
+from .measurement.measured_spheres import measured_sphere as measured_sphere
 from .measurement.point_errors import point_sources as point_sources
 from .measurement.points import Points as Points
-from .measurement.tolerances import FeatureTolerances as FeatureTolerances
-from .measurement.tolerances import inspect_feature as inspect_feature
 from .prediction.catalogue import load_probe as load_probe
 from .prediction.compliance.ren import RenPretravel as RenPretravel
 from .prediction.compliance.ren import RenProbe as RenProbe
@@ -80,32 +87,26 @@ from .prediction.compliance.wozniak import wozniak_pretravel as wozniak_pretrave
 
 # virtual branch
 from .prediction.description import Probe as Probe
-from .prediction.elastic_field import field_at_trigger as field_at_trigger
-from .prediction.fem.condensation import ReducedModel as ReducedModel
-from .prediction.fem.mesh import MeshSettings as MeshSettings
-from .prediction.fem.reduction_cache import reduced_model as reduced_model
-from .prediction.friction import friction_cycle as friction_cycle
 from .prediction.materials import material as material
-from .prediction.predict import Trigger as Trigger
-from .prediction.predict import predict as predict
-from .prediction.predict import predicted_map as predicted_map
+from .prediction.trigger import Trigger as Trigger
+from .prediction.trigger import predict as predict
+from .prediction.trigger import predicted_map as predicted_map
 from .probing.inspection import InspectionRegion as InspectionRegion
 from .probing.inspection import plan_inspection as plan_inspection
 from .probing.simulation import Latch as Latch
 from .probing.simulation import PartSetup as PartSetup
 from .probing.simulation import simulate as simulate
-from .probing.slide import SlideSettings as SlideSettings
-from .probing.slide import slide as slide
+from .probing.slides import SlideSettings as SlideSettings
+from .probing.slides import slide as slide
 from .probing.surface_touches import SurfaceTouches as SurfaceTouches
 from .probing.surface_touches import TouchStatus as TouchStatus
-from .probing.targets import Targets as Targets
 from .probing.tip import predicted_tip as predicted_tip
 from .probing.touching import touch as touch
 from .qualification.qualification import Qualification as Qualification
 
 # measured branch
-from .qualification.qualify import qualify as qualify
-from .qualification.qualify import qualify_like as qualify_like
+from .qualification.qualifying import qualify as qualify
+from .qualification.qualifying import qualify_like as qualify_like
 from .qualification.verification import verify as verify
 from .surface.cad.part_file import read_part as read_part
 from .surface.cad.step_part import read_step_part as read_step_part
@@ -114,6 +115,7 @@ from .surface.specification import parse_surface as parse_surface
 
 # the two shared types
 from .touches import Touches as Touches
+from .touches.targets import Targets as Targets
 from .uncertainty.covariance import Covariance as Covariance
 from .uncertainty.fitting.circle import fit_circle as fit_circle
 from .uncertainty.fitting.cone import fit_cone as fit_cone

@@ -1,6 +1,6 @@
 """``python -m pretravel``."""
 
-from pretravel.cli.main import run
+from pretravel.cli import run
 
 if __name__ == "__main__":  # not in the processes that it starts
     run()

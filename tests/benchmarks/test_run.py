@@ -13,12 +13,12 @@ from benchmarks import load, long_tables, ratios, run, studies
 from benchmarks.commands import python_file, spent
 from benchmarks.results import Growth
 from benchmarks.sizes import SMALL
+from pretravel.design.studies.definition import load_study
+from pretravel.design.studies.packed_outcome import packed, unpacked
+from pretravel.design.studies.plan import Plan
+from pretravel.design.studies.run import Workers, run_study
+from pretravel.design.studies.workers import in_this_process
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.studies.definition import load_study
-from pretravel.studies.packed_outcome import packed, unpacked
-from pretravel.studies.plan import Plan
-from pretravel.studies.run import Workers, run_study
-from pretravel.studies.workers import in_this_process
 
 QUICK = ("directions", "touches", "surface-touches", "trials", "qualification")
 SLOW = tuple(name for name in run.BENCHMARKS if name not in (*QUICK, "long-tables"))

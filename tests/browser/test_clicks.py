@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from pretravel.app.screens.part_work import example_map
-from pretravel.tasks.example_data import example_folder
+from pretravel.drawing.screen.work import example_map
+from pretravel.task.example_data import example_folder
 from tests.browser.screens import drop, settled
 from tests.browser.test_certificate import sixty_traces
 from tests.browser.workbench_server import RunningWorkbench, new_context, opened

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from pretravel.app.project_file import read_project
-from pretravel.base.whole_file import is_unfinished
+from pretravel.base.whole_files import is_unfinished
 from tests.browser.workbench_server import (
     RunningWorkbench,
     opened,

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from pretravel.app.screens.designer import _PICTURES
 from pretravel.cli.main import app
+from pretravel.design.screen.designer import _PICTURES
 from pretravel.prediction.catalogue import load_probe
 from tests.browser.screens import settled, tab
 from tests.browser.test_clicks import Person

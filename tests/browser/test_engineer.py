@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.files.map_file import read_map
-from pretravel.tasks.example_data import example_folder
+from pretravel.task.example_data import example_folder
 from tests.browser.screens import tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run

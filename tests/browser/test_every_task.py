@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from pretravel.tasks.example_data import example_folder
+from pretravel.task.example_data import example_folder
 from tests.browser.screens import tab
 from tests.browser.test_engineer import SPHERE, downloaded, drop, state_diameters, step
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pretravel.tasks.example_data import example_folder
+from pretravel.task.example_data import example_folder
 from tests.browser.screens import downloaded, drop, resting_box, run_shown_lines, settled, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run

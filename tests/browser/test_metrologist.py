@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pretravel.app.screens.metrologist_work import example_touches
+from pretravel.laboratory.tasks.check.screen_work import example_touches
 from tests.browser.screens import downloaded, drop, run_shown_lines, settled, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run

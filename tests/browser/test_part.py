@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from pretravel.app.screens.part_work import example_map
-from pretravel.tasks.example_data import example_folder
+from pretravel.drawing.screen.work import example_map
+from pretravel.task.example_data import example_folder
 from tests.browser.screens import data_lines, downloaded, drop, run_shown_lines, settled, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run

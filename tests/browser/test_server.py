@@ -106,7 +106,7 @@ def test_strangers_on_loopback_get_nothing(tmp_path: Path) -> None:
 
 
 def test_a_port_is_chosen_when_the_usual_one_is_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
-    from pretravel.app import start
+    from pretravel.app import starting as start
 
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

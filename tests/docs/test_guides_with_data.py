@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.toml_file import parse_toml
-from pretravel.studies.definition import study_in
-from pretravel.studies.plan import Plan
+from pretravel.design.studies.definition import study_in
+from pretravel.design.studies.plan import Plan
 from tests.support.commands import follow
 from tests.support.pictures import coloured_share
 from tests.unit.cli.test_history import month

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from docs.generated_reference import END, HERE, csv_files, renewed, toml_keys
-from pretravel.files.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
+from pretravel.laboratory.rig.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
 

@@ -156,7 +156,7 @@ def test_pages_can_be_read_aloud(pages: dict[Path, _Page]) -> None:
 
 def test_every_public_name_and_command_has_its_place(site: Path, pages: dict[Path, _Page]) -> None:
     from docs.generated_reference import public_names
-    from pretravel.tasks import GROUPS
+    from pretravel.task.listed import GROUPS
 
     named = {name for page in pages.values() for name in page.identifiers}
     missing = [n for n in public_names() if f"pretravel.{n}" not in named]

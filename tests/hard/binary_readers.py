@@ -16,6 +16,10 @@ from pretravel.app.project import Project, StoredFile
 from pretravel.app.project_file import project_bytes, project_of
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
+from pretravel.design.fem import reduction_cache
+from pretravel.design.fem.condensation import ElasticField, ReducedModel
+from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.design.fem.interface_loads import INTERFACE
 from pretravel.files import netcdf
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.netcdf import dataset_content
@@ -24,10 +28,6 @@ from pretravel.files.points_reading import read_points
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.measurement.points import Points
-from pretravel.prediction.fem import reduction_cache
-from pretravel.prediction.fem.condensation import ElasticField, ReducedModel
-from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.prediction.fem.interface_loads import INTERFACE
 from pretravel.prediction.materials import material
 from pretravel.surface.cad.kernel_process import CadContent, understood
 from pretravel.surface.cad.part_file import read_part

@@ -13,6 +13,7 @@ import pytest
 from pretravel.base import toml_file
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.toml_file import parse_toml
+from pretravel.design.fem import step_solids as model_solids
 from pretravel.files import source_file
 from pretravel.files.csv_table import read_csv_table
 from pretravel.files.file_format import FilePositions, ReadingOptions
@@ -27,16 +28,15 @@ from pretravel.files.logs.qif import read_qif
 from pretravel.files.machine_file import read_machine
 from pretravel.files.points_reading import read_points
 from pretravel.files.readings import read_readings
-from pretravel.files.rig_csv import read_budget
-from pretravel.files.separation_csv import read_multi_step_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_touches
+from pretravel.laboratory.rig.rig_csv import read_budget
+from pretravel.laboratory.separation.separation_csv import read_multi_step_readings
 from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.description import StepGeometry
-from pretravel.prediction.fem import step_solids as model_solids
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.surface.cad.part import Part
+from pretravel.touches.targets import Targets
 from tests.hard.text_readers import TEXT_READERS
 from tests.support.control_logs import OWN_LOG_HEAD, OWN_LOG_TOUCH, QIF_FILE
 from tests.support.mutated_files import fault_of, no_longer_than

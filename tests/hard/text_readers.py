@@ -9,7 +9,8 @@ from pathlib import Path
 
 from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
-from pretravel.files.features_file import read_features
+from pretravel.drawing.tolerances.features_file import read_features
+from pretravel.drawing.tolerances.plan_features import read_plan_features
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_named, format_of
 from pretravel.files.history_drift import drift_of_history
@@ -18,22 +19,24 @@ from pretravel.files.linuxcnc_files import read_tool, read_work_offset
 from pretravel.files.machine_file import machine_text, read_machine
 from pretravel.files.map_file import read_map
 from pretravel.files.map_json import json_of_map
-from pretravel.files.plan_features import read_plan_features
 from pretravel.files.points_reading import read_points
 from pretravel.files.preview import look_at
 from pretravel.files.probe_history import read_history
 from pretravel.files.readings import read_directions, read_readings
-from pretravel.files.rig_csv import read_budget, read_rig_trace, read_scale_check
-from pretravel.files.separation_csv import read_multi_step_readings, read_touch_scatter
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touches_csv import read_plan, read_targets
+from pretravel.laboratory.rig.rig_csv import read_budget, read_rig_trace, read_scale_check
+from pretravel.laboratory.separation.separation_csv import (
+    read_multi_step_readings,
+    read_touch_scatter,
+)
 from pretravel.prediction.catalogue import description_text, load_probe, rewritten
 from pretravel.show.page_content import picture_figures
 from pretravel.show.result_file import read_result, result_values
 from pretravel.surface.cad.iges_reader import _entity_types
 from pretravel.surface.cad.step_text import faces_in_text, with_names
 from pretravel.surface.shapes import Sphere
-from pretravel.tasks.reports.history_report import history_columns, history_document
+from pretravel.tasks.history.report import history_columns, history_document
 from tests.support.control_logs import GRBL_OPTIONS, REFUSED_FILES, SAMPLES
 from tests.support.example_maps import mean_map
 from tests.support.mutated_files import Reader, at_a_path

@@ -16,8 +16,8 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance import MODELS
 from pretravel.prediction.compliance.base import TIP_ON_PART, compliance_model
 from pretravel.prediction.description import Moving
-from pretravel.prediction.predict import predict
-from pretravel.prediction.response import probe_response
+from pretravel.prediction.trigger import predict
+from pretravel.six_seats.response import probe_response
 
 PROBE = load_probe("omp40-2")
 UPPER = fibonacci_cap(400, np.radians(95.0))

@@ -38,9 +38,9 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.measurement.compensation import apply, embed
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict, predicted_map
-from pretravel.prediction.response import probe_response, response_map
-from pretravel.qualification.qualify import qualify
+from pretravel.prediction.trigger import predict, predicted_map
+from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats.response import probe_response, response_map
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 

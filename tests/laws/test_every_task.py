@@ -14,11 +14,11 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.derived import command_of, task_of
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks import values as texts
-from pretravel.tasks.qualify_references import block_lengths, stated_reference
-from pretravel.tasks.several_tips import stated_tip
-from pretravel.tasks.task import Setting, Task, by_name, command_line, settings_of
+from pretravel.task import values as texts
+from pretravel.task.listed import PLACES, task_named
+from pretravel.task.task import Setting, Task, by_name, command_line, settings_of
+from pretravel.tasks.qualify.references import block_lengths, stated_reference
+from pretravel.tasks.qualify.several_tips import stated_tip
 
 TASKS = {**{name: task_named(name) for name in PLACES}, App.name: App}
 SAMPLES: dict[Callable[[str], Any], str] = {

@@ -10,41 +10,41 @@ import pytest
 from scipy import sparse
 
 from pretravel.base.directions import from_angles
-from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
-from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.fem import FiniteElements
-from pretravel.prediction.description import Probe
-from pretravel.prediction.elastic_field import field_at_trigger, stress_by_direction
-from pretravel.prediction.event import trigger_force
-from pretravel.prediction.fem import seat_ball
-from pretravel.prediction.fem.condensation import ReducedModel, condense
-from pretravel.prediction.fem.elasticity import (
+from pretravel.design.fem import seat_ball
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import ReducedModel, condense
+from pretravel.design.fem.elastic_field import field_at_trigger, stress_by_direction
+from pretravel.design.fem.elasticity import (
     FiniteElementModel,
     finite_element_model,
     rigid_motions,
     von_mises,
 )
-from pretravel.prediction.fem.finite_element_mesh import (
+from pretravel.design.fem.finite_element_mesh import (
     FiniteElementMesh,
     element_unknowns,
     mesh_quality,
 )
-from pretravel.prediction.fem.geometry import probe_solids
-from pretravel.prediction.fem.interface_loads import (
+from pretravel.design.fem.geometry import probe_solids
+from pretravel.design.fem.interface_loads import (
     INTERFACE,
     SEATS,
     SPRING_FORCE,
     TANGENTIAL,
     TIP_FORCE,
 )
-from pretravel.prediction.fem.linear_solvers import SOLVERS, factorise
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe, mesh_solids
-from pretravel.prediction.fem.quadrature import quadrature
-from pretravel.prediction.fem.seat_ball import ball_correction, ball_mesh
+from pretravel.design.fem.linear_solvers import SOLVERS, factorise
+from pretravel.design.fem.mesh import MeshSettings, mesh_probe, mesh_solids
+from pretravel.design.fem.quadrature import quadrature
+from pretravel.design.fem.seat_ball import ball_correction, ball_mesh
+from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
-from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict
+from pretravel.six_seats.event import trigger_force
+from pretravel.six_seats.seat_frames import seat_frame
 from tests.support.coarse_models import COARSE, coarse_model, coarse_reduced
 
 DIRECTIONS = from_angles(

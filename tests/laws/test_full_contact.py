@@ -11,27 +11,27 @@ from scipy import sparse
 
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import ConvergenceError, DescriptionError
-from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.base import TIP_ON_PART
-from pretravel.prediction.compliance.fem import FiniteElements
-from pretravel.prediction.description import Probe
-from pretravel.prediction.event import trigger_force
-from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.elasticity import rigid_motions
-from pretravel.prediction.fem.interface_loads import (
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import condense
+from pretravel.design.fem.elasticity import rigid_motions
+from pretravel.design.fem.interface_loads import (
     INTERFACE,
     SPRING_FORCE,
     TIP_FORCE,
     half_space_compliance,
     hertz_pressure,
 )
-from pretravel.prediction.fem.mesh import MeshSettings
-from pretravel.prediction.fem.regions import PATCH
-from pretravel.prediction.fem.seat_ball import CONTACT, ball_correction, ball_mesh
+from pretravel.design.fem.mesh import MeshSettings
+from pretravel.design.fem.regions import PATCH
+from pretravel.design.fem.seat_ball import CONTACT, ball_correction, ball_mesh
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.compliance.base import TIP_ON_PART
+from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
-from pretravel.prediction.seat_frame import SEAT_NAMES, seat_frame
 from pretravel.prediction.seats import seat_statics
+from pretravel.six_seats.event import trigger_force
+from pretravel.six_seats.seat_frames import SEAT_NAMES, seat_frame
 from tests.support import full_contact as full
 from tests.support.coarse_models import coarse_model
 from tests.support.full_contact import FullContact, contact_state, full_contact

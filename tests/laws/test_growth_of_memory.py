@@ -22,7 +22,7 @@ from pretravel.qualification.change_tests import touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import repeat_outliers
 from pretravel.qualification.prior_update import update_map
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 
 LARGEST_EXPONENT = 1.2

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.feature_points import features
 from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of

@@ -16,9 +16,9 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import PretravelError
 from pretravel.controls.machine import Machine
 from pretravel.files.file_format import ReadingOptions
-from pretravel.laboratory.rig import RigTouch
-from pretravel.laboratory.separation_plan import plan_separation
-from pretravel.laboratory.standard_check import CalibratedSphere
+from pretravel.laboratory.rig.trace import RigTouch
+from pretravel.laboratory.separation.plan import plan_separation
+from pretravel.laboratory.standards.standard_check import CalibratedSphere
 from pretravel.measurement.points import Points
 from pretravel.touches import with_feed
 from tests.support.example_maps import lobes

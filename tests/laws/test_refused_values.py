@@ -16,32 +16,32 @@ from pretravel.controls.control_table import TableSettings
 from pretravel.controls.exports import table_travel
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.macro_b import renishaw_variables
-from pretravel.identification.probe_from_map import free_numbers
-from pretravel.laboratory.multi_step_readings import MultiStepReadings, RepeatedPair
-from pretravel.laboratory.rig import RigTrace
-from pretravel.laboratory.rig_budget import LengthComponent, constant_and_slope, length_budget
-from pretravel.laboratory.separation import separate
-from pretravel.laboratory.separation_plan import plan_separation
+from pretravel.design.fem.linear_solvers import factorise
+from pretravel.design.identification.probe_from_map import free_numbers
+from pretravel.laboratory.rig.budget import LengthComponent, constant_and_slope, length_budget
+from pretravel.laboratory.rig.trace import RigTrace
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, RepeatedPair
+from pretravel.laboratory.separation.plan import plan_separation
+from pretravel.laboratory.separation.separation import separate
 from pretravel.maps.kinds.averaged import averaged_map
 from pretravel.maps.kinds.wozniak import wozniak_constant
 from pretravel.maps.sector_tables import resampled_sectors
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.compliance.base import compliance_model
-from pretravel.prediction.event import watched_loads
-from pretravel.prediction.fem.linear_solvers import factorise
 from pretravel.prediction.hertz import approach_coefficient, ball_on_flat, ellipticity
-from pretravel.prediction.six_seat_basis import SixSeatBasis
-from pretravel.prediction.six_seats import PARAMETERS
-from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.slide_one_normal import _golden_section
-from pretravel.probing.targets import Targets
+from pretravel.probing.slides import SlideSettings, slide
 from pretravel.qualification.probe_drift import ProbeDrift
 from pretravel.qualification.touch_plan import plan_touches
+from pretravel.six_seats.event import watched_loads
+from pretravel.six_seats.six_seat_basis import SixSeatBasis
+from pretravel.six_seats.uneven_seats import PARAMETERS
 from pretravel.surface.parametric import Convex
 from pretravel.surface.shapes import Sphere
 from pretravel.surface.shapes_of_revolution import Cone
 from pretravel.surface.specification import surface_of
 from pretravel.surface.spline import SplineSurface
+from pretravel.touches.targets import Targets
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.errors_by_trials import map_by_trials
 from tests.support.example_maps import lobes

@@ -9,7 +9,7 @@ import pytest
 
 from pretravel import ReadingOptions, SourceFile, WozniakKind, load_probe, read_points, read_touches
 from pretravel.base.errors import PretravelError
-from pretravel.prediction.fem.reduction_cache import reduced_model
+from pretravel.design.fem.reduction_cache import reduced_model
 
 TABLE = SourceFile("a.csv", b"X;Y;Z;I;J;K\n0,5;0;3;0;0;1\n")
 POINTS = b"label,x_mm,y_mm,z_mm,nx,ny,nz,pretravel_um,u_um\na,0,0,0,0,0,1,1,1\n"

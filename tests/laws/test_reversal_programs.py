@@ -10,11 +10,11 @@ import pytest
 
 from pretravel.base.directions import from_angles
 from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.program import plan_program
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.touches_csv import read_touches
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 from pretravel.uncertainty.fitting.sphere import fit_sphere
 from tests.support.commands import run
 from tests.support.judged_programs import ERROR, MACHINE, touches_on_sphere

@@ -12,7 +12,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict, predicted_map
+from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.touches import Touches
 from tests.support.plain_qualification import qualify_plainly as qualify
 

@@ -10,20 +10,20 @@ import pytest
 
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.interface_loads import TANGENTIAL
+from pretravel.design.friction.predict_with_friction import rubbed_trigger
+from pretravel.design.friction.seat_friction import FrictionCycle, check_conditions, friction_cycle
 from pretravel.prediction.beam import stylus_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
-from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.description import Probe
-from pretravel.prediction.fem.interface_loads import TANGENTIAL
-from pretravel.prediction.friction import FrictionCycle, check_conditions, friction_cycle
 from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.prediction.materials import default_workpiece
-from pretravel.prediction.predict import predict, predicted_map
-from pretravel.prediction.predict_with_friction import rubbed_trigger
-from pretravel.prediction.response import probe_response
-from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict, predicted_map
+from pretravel.six_seats.response import probe_response
+from pretravel.six_seats.seat_frames import seat_frame
 from tests.support.coarse_models import coarse_reduced_sixth
 
 DIRECTIONS = from_angles(
@@ -276,8 +276,8 @@ def test_a_prediction_uses_the_elements_that_it_was_given(
 ) -> None:
     """A coarse mesh, not that of the program: without friction, the deflection is that of `fem`.
     Without friction all touches are equal, and few steps are enough."""
-    monkeypatch.setattr("pretravel.prediction.predict_with_friction.TOUCHES", 1)
-    monkeypatch.setattr("pretravel.prediction.predict_with_friction.STEPS", 5)
+    monkeypatch.setattr("pretravel.design.friction.predict_with_friction.TOUCHES", 1)
+    monkeypatch.setattr("pretravel.design.friction.predict_with_friction.STEPS", 5)
     model, few = FiniteElements(coarse_reduced_sixth()), DIRECTIONS[1:2]
     plain = predict(omp40, few, model)
     cycle, shares = rubbed_trigger(omp40, few, model, default_workpiece())

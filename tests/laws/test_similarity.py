@@ -10,16 +10,16 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles
-from pretravel.laboratory.multi_step_readings import MultiStepReadings
-from pretravel.laboratory.separation import METHODS, Method, Separation, separate
+from pretravel.design.friction.seat_friction import FrictionCycle, friction_cycle
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.separation import METHODS, Method, Separation, separate
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import MODELS, compliance_model
 from pretravel.prediction.description import Probe
-from pretravel.prediction.friction import FrictionCycle, friction_cycle
 from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import Material, default_workpiece
-from pretravel.prediction.predict import predict
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict
 
 UPPER = fibonacci_cap(60, np.radians(90.0))
 AROUND = from_angles(0.5 * np.pi, np.radians([0.0, 40.0, 90.0, 190.0]))

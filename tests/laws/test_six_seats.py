@@ -17,12 +17,12 @@ from pretravel.maps.spherical_harmonics import real_spherical_harmonics
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.predict import predict
-from pretravel.prediction.response import ProbeResponse, probe_response
 from pretravel.prediction.seats import seat_statics
-from pretravel.prediction.six_seat_basis import SixSeatBasis
-from pretravel.prediction.six_seat_slopes import six_seat_pretravel
-from pretravel.prediction.six_seats import PARAMETERS, six_seat_response, six_seats
+from pretravel.prediction.trigger import predict
+from pretravel.six_seats.response import ProbeResponse, probe_response
+from pretravel.six_seats.six_seat_basis import SixSeatBasis
+from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
+from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response, six_seats
 
 CAP = fibonacci_cap(200, np.radians(88.0))
 PROBE = load_probe("omp40-2-100mm")

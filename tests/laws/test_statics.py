@@ -13,9 +13,9 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Moving, Probe
-from pretravel.prediction.event import trigger_force
-from pretravel.prediction.predict import predict
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict
+from pretravel.six_seats.event import trigger_force
 
 UPPER = fibonacci_cap(400, np.radians(95.0))
 

@@ -20,8 +20,8 @@ from pretravel.controls.lookup_table import lookup_table
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.described_map import described_map
-from pretravel.prediction.response import probe_response
+from pretravel.prediction.described_maps import described_map
+from pretravel.six_seats.response import probe_response
 from tests.support.example_maps import mean_map
 from tests.support.machine_model.coordinates import WorkOffset
 from tests.support.machine_model.machine import Machine, run

@@ -12,21 +12,21 @@ from numpy.testing import assert_allclose
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import MeshError
+from pretravel.design.fem import mesh as fem_mesh
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import ElasticField, condense
+from pretravel.design.fem.elastic_field import field_at_trigger
+from pretravel.design.fem.elasticity import FiniteElementModel, finite_element_model
+from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.design.fem.geometry import ProbeSolids, probe_body
+from pretravel.design.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
+from pretravel.design.fem.mesh import MeshSettings, mesh_solids
+from pretravel.design.fem.quadrature import quadrature
+from pretravel.design.fem.regions import SPRING, seat_face
+from pretravel.design.fem.symmetry import ThreefoldSymmetry, adapted, threefold_symmetry
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.description import Probe
-from pretravel.prediction.elastic_field import field_at_trigger
-from pretravel.prediction.fem import mesh as fem_mesh
-from pretravel.prediction.fem.condensation import ElasticField, condense
-from pretravel.prediction.fem.elasticity import FiniteElementModel, finite_element_model
-from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.prediction.fem.geometry import ProbeSolids, probe_body
-from pretravel.prediction.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_solids
-from pretravel.prediction.fem.quadrature import quadrature
-from pretravel.prediction.fem.regions import SPRING, seat_face
-from pretravel.prediction.fem.symmetry import ThreefoldSymmetry, adapted, threefold_symmetry
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from tests.support.coarse_models import COARSE, coarse_reduced, coarse_reduced_sixth, coarse_sixth
 
 COARSER = MeshSettings(refinement=0.2, grading=1.0)
@@ -114,7 +114,7 @@ def test_the_whole_mesh_is_closed_and_everywhere_once() -> None:
 
 def test_every_seat_and_the_spring_have_their_face(omp40: Probe) -> None:
     """The middles of the patches are the contacts; the spring's face is the disc's top."""
-    from pretravel.prediction.seat_frame import seat_frame
+    from pretravel.six_seats.seat_frames import seat_frame
 
     mesh = coarse_reduced_sixth().elastic_field.mesh
     contacts = seat_frame(omp40).contacts(omp40.tripod.rod_radius)

@@ -22,16 +22,15 @@ from pretravel.prediction.compliance.base import ComplianceModel
 from pretravel.prediction.hertz import curved_part_factor
 from pretravel.prediction.loading import Loading
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict, predicted_map
-from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.probing.simulation import PartSetup, simulate, simulate_some
-from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.slide_one_normal import _golden_section
+from pretravel.probing.slides import SlideSettings, slide
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
+from pretravel.six_seats.response import probe_response, response_map
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Surface
@@ -39,6 +38,7 @@ from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.touches import Touches, moved
+from pretravel.touches.targets import Targets
 from tests.support.coarse_models import coarse_reduced_sixth
 from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
@@ -266,7 +266,7 @@ class TestResponse:
         assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
 
     def test_is_the_finite_element_model(self) -> None:
-        from pretravel.prediction.compliance.fem import FiniteElements
+        from pretravel.design.fem.compliance import FiniteElements
 
         probe, n = load_probe("omp40-2"), fibonacci_cap(100)
         fem = FiniteElements(coarse_reduced_sixth())

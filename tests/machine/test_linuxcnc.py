@@ -15,7 +15,7 @@ from pretravel.base.errors import InputError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.controls.control_table import TableSettings
-from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
@@ -30,9 +30,9 @@ from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.logs.probeopen import read_probeopen
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
-from pretravel.probing.targets import Targets
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import moved
+from pretravel.touches.targets import Targets
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.linuxcnc_interpreter import interpret
 

@@ -17,7 +17,7 @@ import pytest
 
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
-from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
@@ -26,7 +26,7 @@ from pretravel.controls.program import plan_program
 from pretravel.controls.program_log import FAULTS
 from pretravel.controls.surroundings import SphereObstacle
 from pretravel.files.logs.pretravel_log import read_own_log
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 from tests.machine.conftest import SIMULATOR, run_program, run_together
 from tests.support.example_maps import mean_map
 from tests.support.linuxcnc_interpreter import interpret

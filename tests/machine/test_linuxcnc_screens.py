@@ -19,7 +19,7 @@ from pretravel.controls.machine import work_placement
 from pretravel.controls.program_log import FAULTS
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.measurement.compensation import apply
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import moved
 from tests.machine.conftest import SIMULATOR, run_program
 from tests.support.simulated_probe import simulated_map, simulated_pretravel

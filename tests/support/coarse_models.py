@@ -9,12 +9,12 @@ from functools import cache, partial
 
 import pytest
 
+from pretravel.design.fem import reduction_cache
+from pretravel.design.fem.condensation import ReducedModel, condense
+from pretravel.design.fem.elasticity import FiniteElementModel, finite_element_model
+from pretravel.design.fem.geometry import probe_body, probe_solids
+from pretravel.design.fem.mesh import MeshSettings, mesh_solids
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.fem import reduction_cache
-from pretravel.prediction.fem.condensation import ReducedModel, condense
-from pretravel.prediction.fem.elasticity import FiniteElementModel, finite_element_model
-from pretravel.prediction.fem.geometry import probe_body, probe_solids
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_solids
 
 COARSE = MeshSettings(refinement=0.4)
 MESH_ERROR = {"coarse": 0.01, "default": 0.0}

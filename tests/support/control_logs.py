@@ -9,7 +9,7 @@ import numpy as np
 from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.logs.qif import NAMESPACE
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 
 OWN_LOG_HEAD = (
     "pretravel-log,1,plan,2,end\nwork,G54,30.0000000,end\ncolumns," + ",".join(TOUCH_COLUMNS)

@@ -17,7 +17,7 @@ from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.examples import SPHERE
 

@@ -16,24 +16,24 @@ from scipy import sparse
 
 from pretravel.base.arrays import FloatArray, IntArray, frozen
 from pretravel.base.errors import ConvergenceError, DescriptionError
-from pretravel.prediction.description import Probe
-from pretravel.prediction.fem.condensation import free_body
-from pretravel.prediction.fem.elasticity import (
+from pretravel.design.fem.condensation import free_body
+from pretravel.design.fem.elasticity import (
     FiniteElementModel,
     element_stiffness,
     finite_element_model,
     rigid_motions,
     upper_stiffness,
 )
-from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.prediction.fem.geometry import probe_solids
-from pretravel.prediction.fem.interface_loads import INTERFACE, SPRING_FORCE, TIP_FORCE
-from pretravel.prediction.fem.linear_solvers import Solve, factorise
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_solids
-from pretravel.prediction.fem.quadrature import face_quadrature, triangle_shapes
-from pretravel.prediction.fem.regions import seat_face
-from pretravel.prediction.fem.seat_ball import CONTACT, ball_held, ball_mesh
-from pretravel.prediction.seat_frame import SEAT_NAMES, SeatFrame, seat_frame
+from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.design.fem.geometry import probe_solids
+from pretravel.design.fem.interface_loads import INTERFACE, SPRING_FORCE, TIP_FORCE
+from pretravel.design.fem.linear_solvers import Solve, factorise
+from pretravel.design.fem.mesh import MeshSettings, mesh_solids
+from pretravel.design.fem.quadrature import face_quadrature, triangle_shapes
+from pretravel.design.fem.regions import seat_face
+from pretravel.design.fem.seat_ball import CONTACT, ball_held, ball_mesh
+from pretravel.prediction.description import Probe
+from pretravel.six_seats.seat_frames import SEAT_NAMES, SeatFrame, seat_frame
 
 log = logging.getLogger(__name__)
 

@@ -11,15 +11,15 @@ import numpy as np
 
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
-from pretravel.controls.linuxcnc_program import linuxcnc_program
+from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.machine import Machine
 from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.surroundings import PartObstacle, SphereObstacle
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
+from pretravel.touches.targets import Targets
 from tests.support.example_maps import mean_map
 from tests.support.examples import ROOT
 from tests.support.machine_model.control import Tool

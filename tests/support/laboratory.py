@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from pretravel.files.laboratory_file import laboratory_template
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
+from pretravel.files.laboratory_statements import LaboratoryStatements
 
 
 def filled_statements() -> LaboratoryStatements:

@@ -9,8 +9,8 @@ import numpy as np
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.response import ProbeResponse, probe_response
 from pretravel.prediction.seats import seat_statics
+from pretravel.six_seats.response import ProbeResponse, probe_response
 from pretravel.touches import Touches
 
 NOISE = 0.3e-3

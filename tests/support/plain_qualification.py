@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 
 _PLAIN = {"kind": "harmonic", "u_diameter": 0.0, "u_temperature": 0.0, "sphere_form": 0.0}

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from pretravel.base.cache_folder import cache_folder, mistrust, private
+from pretravel.base.caches import cache_folder, mistrust, private
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no permissions of this kind")
 ME, OTHER = 1000, 1001

@@ -11,11 +11,11 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.extras import PURPOSES, MissingExtraError, needed
+from pretravel.design.fem.geometry import write_step
+from pretravel.design.fem.mesh import mesh_probe
 from pretravel.files.parquet import read_parquet_table
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.fem.geometry import write_step
-from pretravel.prediction.fem.mesh import mesh_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.surface.cad.part_file import read_part
 from pretravel.touches import Touches
 from tests.support.commands import run

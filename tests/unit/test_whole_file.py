@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import temporary_folder, whole_file, write_text, write_texts
+from pretravel.base.whole_files import temporary_folder, whole_file, write_text, write_texts
 from pretravel.cli.files import check_files
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="devices and locks of Unix")
@@ -58,7 +58,7 @@ class TestWhatIsNoFile:
     @pytest.mark.parametrize("name", ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"])
     def test_standard_output_is_a_pipe_or_a_file(self, tmp_path: Path, name: str) -> None:
         code = (
-            "from pretravel.base.whole_file import write_text\n"
+            "from pretravel.base.whole_files import write_text\n"
             f"print('before'); write_text({name!r}, 'content\\n'); print('after')"
         )
         command = [sys.executable, "-c", code]
@@ -118,7 +118,7 @@ def _killed_writer(target: Path) -> None:
     """Kill a process while it writes a file and has a temporary folder."""
     code = (
         "import sys, time\n"
-        "from pretravel.base.whole_file import temporary_folder, whole_file\n"
+        "from pretravel.base.whole_files import temporary_folder, whole_file\n"
         f"with whole_file({str(target)!r}) as file, temporary_folder() as folder:\n"
         "    file.write_text('half'); (folder / 'a').write_text('a')\n"
         "    print('there', flush=True); time.sleep(60)"
@@ -158,7 +158,7 @@ class TestKilledRuns:
 
     def test_many_writers_at_once_lose_nothing(self, tmp_path: Path) -> None:
         code = (
-            "import sys\nfrom pretravel.base.whole_file import write_text\n"
+            "import sys\nfrom pretravel.base.whole_files import write_text\n"
             "for n in range(100):\n    write_text(sys.argv[1], f'{n} ' * 50)"
         )
         writers = [

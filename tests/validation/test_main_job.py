@@ -16,8 +16,8 @@ from pretravel.maps.kinds import kinds
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
-from pretravel.qualification.qualify import qualify
+from pretravel.prediction.trigger import predict
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 

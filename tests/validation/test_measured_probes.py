@@ -11,11 +11,11 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
+from pretravel.design.friction.seat_friction import FrictionCycle, friction_cycle
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import StylusSegment
-from pretravel.prediction.friction import FrictionCycle, friction_cycle
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 
 REFERENCE = Path(__file__).parent / "reference"
 FRICTION = 0.25

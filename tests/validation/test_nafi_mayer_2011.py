@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.files.separation_csv import read_multi_step_readings
-from pretravel.laboratory.multi_step_readings import (
+from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepReadings,
     RepeatedPair,
     multi_step_design,
 )
-from pretravel.laboratory.separation import (
+from pretravel.laboratory.separation.plan import error_factor, plan_separation
+from pretravel.laboratory.separation.separation import (
     Method,
     Separation,
     separate,
 )
-from pretravel.laboratory.separation_plan import error_factor, plan_separation
+from pretravel.laboratory.separation.separation_csv import read_multi_step_readings
 from tests.support.examples import EXAMPLES
 
 UM, UM2 = 1e-3, 1e-6

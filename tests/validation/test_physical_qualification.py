@@ -17,9 +17,9 @@ from pretravel.files.csv_table import read_csv_table
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.response import ProbeResponse, probe_response
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats.response import ProbeResponse, probe_response
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of
@@ -83,7 +83,7 @@ def test_shen_and_springer_1998() -> None:
     Their model has one parameter, and touches on the equator do not determine the height along
     the axis. Lever, support angle and tip are therefore as described here; preload and rotation
     are fitted. Predicted points are compared without a translation."""
-    from pretravel.identification.probe_from_map import identify
+    from pretravel.design.identification.probe_from_map import identify
 
     probe = load_probe("omp40-2-100mm-carbide")
     true = replace(

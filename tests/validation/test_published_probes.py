@@ -18,12 +18,12 @@ from scipy.stats import chi2
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.units import delay_travel
-from pretravel.laboratory.multi_step_readings import MultiStepReadings
-from pretravel.laboratory.separation_variances import direction_variance_uncertainty
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.variances import direction_variance_uncertainty
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.predict import predict
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict
 from tests.support.examples import EXAMPLES
 from tests.support.ren_probe import ren_terms
 from tests.support.small_contact_probe import small_contact_probe

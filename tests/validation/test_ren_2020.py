@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import DescriptionError, PretravelError
-from pretravel.laboratory.rig_budget import (
+from pretravel.design.friction.seat_friction import friction_cycle
+from pretravel.laboratory.rig.budget import (
     REN_BUDGET,
     abbe_component,
     abbe_error,
@@ -17,7 +18,7 @@ from pretravel.laboratory.rig_budget import (
     length_budget,
     thermal_components,
 )
-from pretravel.laboratory.rig_map import compensated_diameter
+from pretravel.laboratory.rig.map import compensated_diameter
 from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.compliance import ren
 from pretravel.prediction.compliance.ren import (
@@ -26,13 +27,12 @@ from pretravel.prediction.compliance.ren import (
     ren_terms_of,
     ren_trigger_force,
 )
-from pretravel.prediction.friction import friction_cycle
 from pretravel.prediction.hertz import ball_on_flat
 from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
-from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_coefficient, seat_statics
+from pretravel.prediction.trigger import predict
+from pretravel.six_seats.seat_frames import seat_frame
 from tests.support.ren_probe import SECTION_4, ren_terms
 from tests.support.statics_by_hand import direction
 

@@ -13,11 +13,11 @@ import pytest
 
 from pretravel.base.directions import from_angles
 from pretravel.base.units import delay_travel
+from pretravel.design.studies.definition import load_study
+from pretravel.design.studies.run import Workers, run_study
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import Trigger, predict
-from pretravel.studies.definition import load_study
-from pretravel.studies.run import Workers, run_study
+from pretravel.prediction.trigger import Trigger, predict
 
 REFERENCE = Path(__file__).parent / "reference"
 

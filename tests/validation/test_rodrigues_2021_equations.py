@@ -14,8 +14,8 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import embed
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
-from pretravel.probing.slide import slide
+from pretravel.prediction.trigger import predict
+from pretravel.probing.slides import slide
 from pretravel.probing.tip import predicted_tip
 from pretravel.surface.parametric import FunctionSurface
 from pretravel.surface.specification import parse_surface

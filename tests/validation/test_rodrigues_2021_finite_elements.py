@@ -20,7 +20,7 @@ from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import Trigger, predict
+from pretravel.prediction.trigger import Trigger, predict
 from tests.support.coarse_models import MESH_ERROR, MESHES, models_by_name_are_coarse
 
 REFERENCE = Path(__file__).parent / "reference"

@@ -17,13 +17,13 @@ from scipy.optimize import brentq, fsolve, least_squares
 
 from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.simulation import simulate_some
-from pretravel.probing.slide import SlideSettings, slide
-from pretravel.probing.targets import Targets
+from pretravel.probing.slides import SlideSettings, slide
 from pretravel.probing.tip import LateralTip, PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.parametric import Convex
 from pretravel.surface.shapes import Ellipsoid, Plane
 from pretravel.surface.specification import parse_surface
+from pretravel.touches.targets import Targets
 from tests.support.statics_by_hand import direction, first_contact_force
 
 REFERENCE = Path(__file__).parent / "reference"

@@ -24,13 +24,13 @@ from pretravel.prediction.catalogue import description_text, parse_probe
 from pretravel.prediction.compliance.wozniak import WozniakProbe, wozniak_pretravel
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.probing.simulation import simulate
-from pretravel.probing.targets import Targets
 from pretravel.qualification.observe import observe
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.surface.shapes import Plane
 from pretravel.touches import Touches
+from pretravel.touches.targets import Targets
 from tests.support.small_contact_probe import TIP_RADIUS, small_contact_probe
 
 DEGREE = np.pi / 180.0
@@ -145,7 +145,7 @@ def test_figure_5_piezo_probe() -> None:
     probe, force = small_contact_probe(50.0), 0.08
 
     def pretravel(n: np.ndarray) -> np.ndarray:
-        from pretravel.prediction.response import probe_response
+        from pretravel.six_seats.response import probe_response
 
         response = probe_response(probe)
         given = np.full(len(n), force)

@@ -5,7 +5,7 @@ A screen is a module in ``app/screens`` with one function ``show(state)``, liste
 itself. What the user typed and dropped is in `state` (`project.ScreenState`), which is saved, and
 shared by all tabs; what is computed belongs to a `jobs.Job`, which runs once for all tabs, off
 the event loop. So a reload, a second tab and a new start show the same. The settings are those of
-a task (`pretravel.tasks`): fields, commands and Python lines are made from its description. ::
+a task (`pretravel.task.listed`): fields, commands and Python lines are made from its description. ::
 
     from pretravel.app.components.document_view import document_screen
     from pretravel.app.components.downloads import result_button
@@ -95,3 +95,7 @@ Material Icons. Numbers that the library gives are shown by ``show.formatting``.
 ``conftest`` (`opened`, `serious_problems`). ``tools/screenshots.py FOLDER [SCREEN …]`` takes
 pictures.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

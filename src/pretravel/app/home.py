@@ -21,7 +21,7 @@ def project_contents() -> None:
     project = SESSION.project
     if not project.file_names:
         return
-    from pretravel.app.screens.engineer_work import EXPORT, FIT
+    from pretravel.tasks.qualify import EXPORT, FIT
 
     works = [WORKS.of(project.screen("engineer"), job) for job in (FIT, EXPORT)]
 
@@ -73,7 +73,7 @@ def _next(state: ScreenState) -> str:
     """The next step of a screen that states one."""
     if state.name != "engineer":
         return ""
-    from pretravel.app.screens.engineer_next import next_sentence
+    from pretravel.tasks.qualify import next_sentence
 
     heading, words = next_sentence(state)
     return f"{heading}: {words}"

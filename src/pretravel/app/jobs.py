@@ -18,8 +18,7 @@ from typing import Any
 
 from pretravel.app.project import Inputs, Listener, ScreenState, SettingValue, StoredFile
 from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import temporary_folder
+from pretravel.base import PretravelError, temporary_folder
 
 LARGE = 2_000_000
 """Bytes of files above which work is done in a process of its own: it can be ended, and its memory

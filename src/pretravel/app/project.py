@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 SettingValue: TypeAlias = Any
 """What JSON can hold: a number, a text, yes or no, None, a list, a dict with texts as keys."""

@@ -25,10 +25,7 @@ from pretravel.app.project import (
     StoredFile,
     check_file_name,
 )
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.json_text import parsed_json
-from pretravel.base.version import installed_version
-from pretravel.base.whole_file import whole_file
+from pretravel.base import InputError, PretravelError, installed_version, parsed_json, whole_file
 
 PROJECT_ENDING = ".pretravel"
 _FORMAT, _VERSION = "pretravel project", 1

@@ -8,9 +8,7 @@ import warnings
 from contextlib import ExitStack
 from pathlib import Path
 
-from pretravel.base.added_file import add, locked_file
-from pretravel.base.cache_folder import cache_folder, private
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError, add, cache_folder, locked_file, private
 
 
 class ProjectLock:

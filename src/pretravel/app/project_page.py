@@ -13,7 +13,7 @@ from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING
 from pretravel.app.session import SESSION, RecentProject, address_in, recent_projects
 from pretravel.app.shell import page_frame
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 _MOST_NAMES = 4
 """Files of a project that are named in the list."""

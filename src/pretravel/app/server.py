@@ -24,7 +24,7 @@ from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
 from pretravel.app.uploads import UPLOADS, limited_content
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 
 def serve(access: Access, port: int, *, listening: Callable[[], None]) -> None:

@@ -19,8 +19,7 @@ from pretravel.app.jobs import WORKS
 from pretravel.app.project import Listener, Project
 from pretravel.app.project_file import PROJECT_ENDING, read_project, write_project
 from pretravel.app.project_lock import ProjectLock
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import is_unfinished
+from pretravel.base import PretravelError, is_unfinished
 
 _PAUSE = 0.5
 """Time from a change to its saving. [s]"""

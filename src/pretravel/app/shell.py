@@ -15,8 +15,8 @@ from pretravel.app.jobs import flaw_message
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION, address_in
-from pretravel.base.version import installed_version
-from pretravel.show.glossary import glossary, word_anchor
+from pretravel.base import installed_version
+from pretravel.show import glossary, word_anchor
 
 _NOT_CONNECTED = "Not connected: what you type is kept, and sent when the connection is back"
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}

@@ -10,8 +10,7 @@ from dataclasses import MISSING, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pretravel.tasks.task import Setting, Task, by_name, settings_of
-from pretravel.tasks.values import Length
+from pretravel.task import Length, Setting, Task, by_name, settings_of
 
 T = TypeVar("T", bound=Task)
 
@@ -52,7 +51,7 @@ class TaskForm:
     start : mapping of str to value
         Where the form starts with settings that have no default.
 
-    >>> from pretravel.tasks.measure import Measure
+    >>> from pretravel.drawing.tasks.measure import Measure
     >>> form = TaskForm(Measure, start={"feature": "plane"}, prefix="measure_")
     >>> form.names[:3], form.stored[:2]
     (('feature', 'association', 'select'), ('measure_feature', 'measure_association'))
@@ -135,7 +134,7 @@ def with_file_names(task: T, **stated: Any) -> T:
         Other settings, such as the output.
 
     >>> from pretravel.tasks.qualify import Qualify
-    >>> from pretravel.tasks.task import command_line
+    >>> from pretravel.task.task import command_line
     >>> task = Qualify(touches="folder/a.csv", diameter=25)
     >>> command_line(with_file_names(task, output="map.json"))
     'pretravel qualify a.csv --diameter 25 -o map.json'

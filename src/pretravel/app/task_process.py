@@ -18,8 +18,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.own_process import module_folders
+from pretravel.base import PretravelError, module_folders
 
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv.pop(1)); "

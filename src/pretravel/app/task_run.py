@@ -15,24 +15,25 @@ from typing import TYPE_CHECKING, Any
 from pretravel.app.components.statements import laboratory_file
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import temporary_folder
-from pretravel.tasks import GROUPS, task_named
-from pretravel.tasks.fields import LaboratoryReport, Reported
-from pretravel.tasks.task import (
+from pretravel.base import PretravelError, temporary_folder
+from pretravel.task import (
     FOLDER,
+    GROUPS,
     PAGES,
     PICTURES,
+    LaboratoryReport,
+    Reported,
     Result,
     Setting,
     Task,
     by_name,
     command_line,
     settings_of,
+    task_named,
 )
 
 if TYPE_CHECKING:
-    from pretravel.show.document import Document
+    from pretravel.show import Document
 
 NOT_HERE = {"demo": "it writes a folder of examples; the buttons with example data do the same"}
 """Tasks without a screen, with the reason."""

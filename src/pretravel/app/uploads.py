@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
 from pretravel.app.project import LARGEST_PROJECT, ScreenState, StoredFile, check_file_name
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 _MOST_FILES = 200
 """Of one purpose."""

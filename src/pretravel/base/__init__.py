@@ -1,1 +1,5 @@
 """What every room stands on: numbers, units, errors, directions, frames, whole files."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

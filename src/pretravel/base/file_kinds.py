@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import is_stream
+from pretravel.base.whole_files import is_stream
 
 _BEGIN = 4096
 """Bytes that show of which kind a file is."""

@@ -111,7 +111,7 @@ class WithDataset:
             Each variable states its unit in the attribute ``units``.
 
         >>> from pretravel.prediction.catalogue import load_probe
-        >>> from pretravel.prediction.predict import predict
+        >>> from pretravel.prediction.trigger import predict
         >>> trigger = predict(load_probe("omp40-2"), [[1.0, 0.0, 0.0]])
         >>> trigger.to_xarray()["trigger_force"].attrs["units"]
         'N'

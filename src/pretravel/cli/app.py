@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pretravel.tasks.task import SILENT, Field, Progress, Result, Task
+from pretravel.task import SILENT, Field, Progress, Result, Task
 
 
 class App(Task):
@@ -28,7 +28,7 @@ class App(Task):
 
     def run(self, progress: Progress = SILENT) -> Result:
         """Serve until it is interrupted."""
-        from pretravel.app.start import start
+        from pretravel.app import start
 
         start(self.project, self.host, self.port, browser=self.browser, say=progress.say)
         return Result()

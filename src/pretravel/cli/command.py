@@ -8,10 +8,9 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperOption
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import decimal_point_advice
+from pretravel.base import PretravelError, decimal_point_advice
 from pretravel.cli.running import running, typed_name
-from pretravel.tasks.task import ANSWER as ANSWER
+from pretravel.task import ANSWER as ANSWER
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
@@ -47,7 +46,7 @@ class Command(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; `ctx` is the context of click that typer brings."""
-        from pretravel.show.style import ignore_settings_of_folder
+        from pretravel.show import ignore_settings_of_folder
 
         ignore_settings_of_folder()
         try:

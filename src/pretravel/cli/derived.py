@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 from pretravel.cli.command import Command
 from pretravel.cli.files import check_files
 from pretravel.cli.running import note_inputs, record_of_command
-from pretravel.tasks.task import (
+from pretravel.task import (
     FOLDER,
     PAGES,
     PICTURES,
@@ -30,7 +30,7 @@ from pretravel.tasks.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.show.work_record import WorkRecord
+    from pretravel.show import WorkRecord
 
 
 def command_of(task: type[Task]) -> Any:
@@ -200,7 +200,7 @@ def deliver(task: Task) -> int:
         The exit code.
     """
     from pretravel.cli.showing import show
-    from pretravel.show.terminal import printable
+    from pretravel.show import printable
 
     inputs = read_files(task)
     progress = ShownProgress(inputs)

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.file_kinds import refuse_other_kinds
-from pretravel.base.whole_file import is_stream
-from pretravel.tasks.task import PAGES
+from pretravel.base import PretravelError, is_stream, refuse_other_kinds
+from pretravel.task import PAGES
 
 
 def check_files(

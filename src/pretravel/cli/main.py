@@ -12,11 +12,10 @@ from typing import Annotated, Any, NoReturn, TextIO
 import typer
 from typer.core import TyperGroup
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.command import FAULT, INTERRUPTED
-from pretravel.tasks import GROUPS, PLACES, SUBCOMMANDS, task_named
-from pretravel.tasks.task import ANSWER, Task
+from pretravel.task import ANSWER, GROUPS, PLACES, SUBCOMMANDS, Task, task_named
 
 _OWN = {"Start": (App.name,)}
 """Tasks of the command line itself, by the group of the help."""
@@ -119,7 +118,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from pretravel.base.version import installed_version
+        from pretravel.base import installed_version
 
         typer.echo(f"pretravel {installed_version()}")
         raise typer.Exit
@@ -164,7 +163,7 @@ def _show_warning(
 ) -> None:
     """Print a warning of the library as the commands print theirs."""
     del category, filename, lineno, file, line
-    from pretravel.show.terminal import printable
+    from pretravel.show import printable
 
     typer.echo(f"Warning: {printable(str(message))}", err=True)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
+    from pretravel.show import InputFile, StatedSetting, WorkRecord
 
 
 @dataclass
@@ -51,7 +51,7 @@ def note_inputs(paths: Iterable[Path | str | None]) -> None:
 
     Names that are no files (of a catalogue) are left out; a stream cannot be read twice.
     """
-    from pretravel.show.work_record import input_file
+    from pretravel.show import input_file
 
     command = _running.get()
     if command is None:
@@ -63,7 +63,7 @@ def note_inputs(paths: Iterable[Path | str | None]) -> None:
 
 def record_of_command() -> WorkRecord:
     """The record of the running command; without a command, that of the software alone."""
-    from pretravel.show.work_record import record_now
+    from pretravel.show import record_now
 
     command = _running.get()
     if command is None:
@@ -86,7 +86,7 @@ def names_of_command(context: Any) -> list[str]:
 
 def _settings(context: Any) -> Iterator[StatedSetting]:
     """All options and arguments with their values."""
-    from pretravel.show.work_record import StatedSetting
+    from pretravel.show import StatedSetting
 
     for parameter in context.command.params:
         if parameter.name not in context.params:  # --help

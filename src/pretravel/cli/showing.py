@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from pretravel.show.document import Document
-from pretravel.show.terminal import printable, terminal_text
+from pretravel.show import Document, printable, terminal_text
 
 
 def show(document: Document, *, verbose: bool) -> None:

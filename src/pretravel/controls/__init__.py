@@ -1,1 +1,5 @@
 """To the machine: programs that probe, and maps as tables and macros of controls."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,10 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import ExtrapolationError, PretravelError
-from pretravel.base.units import DEGREE, INCH, MICROMETRE, SECONDS_PER_MINUTE
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import (
+    DEGREE,
+    INCH,
+    MICROMETRE,
+    SECONDS_PER_MINUTE,
+    ExtrapolationError,
+    FloatArray,
+    PretravelError,
+)
+from pretravel.maps import PretravelMap
 
 TRAVELS: Mapping[str, tuple[float, float, float]] = {
     "x+": (1.0, 0.0, 0.0),

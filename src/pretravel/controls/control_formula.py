@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.directions import grid
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, grid
 from pretravel.controls.control_table import (
     SLACK_DEG,
     TableSettings,
@@ -23,7 +22,7 @@ from pretravel.controls.lookup_formula import (
     recurrence,
     sectoral_factor,
 )
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 
 
 @dataclass(frozen=True)

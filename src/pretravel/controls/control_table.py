@@ -9,13 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE, INCH, MICROMETRE
+from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError
 from pretravel.controls.gcode import plain_number
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.map_identity import map_identity
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 
 TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
 """Units of a table, with the factor from mm."""

@@ -14,11 +14,15 @@ from functools import partial
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import polar_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.plugins import Plugins
-from pretravel.base.units import DEGREE, MICROMETRE, delay_travel
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    Plugins,
+    PretravelError,
+    delay_travel,
+    polar_angle,
+)
 from pretravel.controls.axis_radii import axis_radii, axis_radii_text
 from pretravel.controls.control_table import SLACK_DEG, TableSettings
 from pretravel.controls.haas import HAAS, haas_macro
@@ -36,7 +40,7 @@ from pretravel.controls.macro_b import (
     renishaw_variables,
 )
 from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle, siemens_formula
-from pretravel.maps.pretravel_map import PretravelMap, over_support
+from pretravel.maps import PretravelMap, over_support
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
 _FIRST_LINUXCNC, _MOST_LINUXCNC = 1050, 1900

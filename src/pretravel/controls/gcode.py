@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 _DIGITS = 8
 """A Fanuc control accepts this number of digits in an assignment, zeros included."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pretravel.controls.control_table import TableSettings
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.macro_b import MacroDialect, macro_programs
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 
 HAAS = MacroDialect(
     "Haas",

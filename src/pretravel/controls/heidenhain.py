@@ -9,13 +9,10 @@ from string import Formatter
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, from_angles
 from pretravel.controls.control_table import check_radii
 from pretravel.controls.lookup import supported_band
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 
 _ROW_NAMES = {"angle_deg", "deviation_mm", "number"}
 _TITLE_NAMES = {"title", "where", "residual_um"}

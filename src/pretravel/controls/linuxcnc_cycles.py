@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pretravel.base.units import INCH
+from pretravel.base import INCH
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_program import check_line_lengths
+from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.machine import STYLUS_LENGTH, largest_deflection
 from pretravel.controls.program_log import FAULTS, LOG_ENDING, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from pretravel.base.units import DEGREE, INCH
+from pretravel.base import DEGREE, INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
-from pretravel.controls.linuxcnc_program import check_line_lengths
+from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.machine import STYLUS_LENGTH
 from pretravel.controls.map_identity import map_identity
@@ -15,7 +15,7 @@ from pretravel.controls.program_log import (
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
 )
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 from pretravel.touches import GLANCING
 
 LAST_FREE = 5000

@@ -12,11 +12,8 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import grid
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, grid
+from pretravel.maps import PretravelMap
 
 _FINE = 1.0 * DEGREE
 """Scale of the steps between the directions at which a form is compared with its map. [rad]"""

@@ -9,11 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import azimuth_angle
+from pretravel.base import FloatArray, azimuth_angle, frozen
 from pretravel.controls.lookup import FEW, Band, MapSamples, supported_band
-from pretravel.maps.basis import CondensedProbe, SeriesForm, SixSeatForm
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import CondensedProbe, PretravelMap, SeriesForm, SixSeatForm
 
 
 @dataclass(frozen=True, eq=False)

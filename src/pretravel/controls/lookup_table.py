@@ -13,17 +13,22 @@ from typing import ClassVar
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import azimuth_angle, grid, polar_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import (
+    DEGREE,
+    FloatArray,
+    PretravelError,
+    azimuth_angle,
+    frozen,
+    grid,
+    polar_angle,
+)
 from pretravel.controls.lookup import (
     Band,
     MapSamples,
     probe_frame_pretravel,
     supported_band,
 )
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 
 _STEP_OF_A_RING = 1.0 * DEGREE
 """Step of the polar angle where a band has no width. [rad]"""

@@ -7,10 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement, probe_rotation
-from pretravel.base.quantities import REAL, check_numbers
+from pretravel.base import (
+    REAL,
+    FloatArray,
+    Placement,
+    PretravelError,
+    check_numbers,
+    probe_rotation,
+)
 
 WORK_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
 """Coordinate systems of LinuxCNC, in the order of their numbers 1 to 9."""

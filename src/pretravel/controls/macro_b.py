@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE
+from pretravel.base import MICROMETRE, PretravelError
 from pretravel.controls.control_formula import formula_values
 from pretravel.controls.control_table import (
     TableSettings,
@@ -18,9 +17,9 @@ from pretravel.controls.control_table import (
 from pretravel.controls.gcode import plain_number, render
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
-from pretravel.maps.kinds.sectors import SECTOR_NAMES
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.sector_tables import (
+from pretravel.maps import (
+    SECTOR_NAMES,
+    PretravelMap,
     SectorTable,
     resampled_sectors,
     taken_opposite,

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import FloatArray, PretravelError
+from pretravel.maps import PretravelMap
 
 _NUMBERS = 900_000_000
 _FIRST = 100_000_000

@@ -8,10 +8,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.base.directions import describe
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import FEED, checked
+from pretravel.base import (
+    FEED,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    checked,
+    describe,
+    frozen,
+)
 from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Obstacle, Surroundings
 from pretravel.controls.ways import (
@@ -22,7 +28,7 @@ from pretravel.controls.ways import (
     ways_between,
     ways_down,
 )
-from pretravel.probing.targets import Targets
+from pretravel.touches import Targets
 
 _DOWNWARD = 0.02
 """Normals with a larger part downwards are not touched from above."""

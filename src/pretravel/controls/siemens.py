@@ -7,7 +7,7 @@ from pretravel.controls.control_table import TableSettings, control_table, table
 from pretravel.controls.gcode import render
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps import PretravelMap
 
 MOST_SIEMENS_VALUES = 800
 """Values of a table in the user data of a channel."""

@@ -12,11 +12,18 @@ from typing import Protocol
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.quantities import COORDINATE, DISTANCE, check_numbers, checked_values
+from pretravel.base import (
+    COORDINATE,
+    DISTANCE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    check_numbers,
+    checked_values,
+)
 from pretravel.controls.machine import Machine
-from pretravel.probing.obstacles import StylusOutline, first_obstacle, stylus_obstacle
-from pretravel.surface.cad.part import Part
+from pretravel.probing import StylusOutline, first_obstacle, stylus_obstacle
+from pretravel.surface import Part
 
 log = logging.getLogger(__name__)
 

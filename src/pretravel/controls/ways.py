@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
 from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Surroundings
-from pretravel.probing.targets import Targets
+from pretravel.touches import Targets
 
 _SIDEWAYS = (0.0, 2.0, 5.0, 10.0, 20.0, 40.0)
 """Distances along the normal's horizontal part at which a way down is tried. [mm]"""

@@ -17,8 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.version import installed_version
-from pretravel.base.whole_file import temporary_folder, whole_file
+from pretravel.base import installed_version, temporary_folder, whole_file
 from pretravel.files.map_file import read_map, write_map
 from pretravel.files.touches_csv import write_touches
 from pretravel.touches import Touches
@@ -102,7 +101,7 @@ def anonymous_description(path: Path) -> str:
     """A description (TOML) without comments and personal texts."""
     import tomlkit
 
-    from pretravel.base.toml_file import read_toml
+    from pretravel.base import read_toml
 
     return tomlkit.dumps(without_names(dict(read_toml(path, "description").tables)))
 

@@ -7,7 +7,7 @@ import unicodedata
 from dataclasses import dataclass
 from functools import cache
 
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE
 
 POSITION_ROLES = ("x", "y", "z")
 NORMAL_ROLES = ("nx", "ny", "nz")

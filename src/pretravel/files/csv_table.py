@@ -15,10 +15,7 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError
-from pretravel.base.units import LARGEST_NUMBER
-from pretravel.base.whole_file import whole_file
+from pretravel.base import LARGEST_NUMBER, FloatArray, InputError, whole_file
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from pretravel.base.errors import InputError
+from pretravel.base import InputError
 
 _OTHER_DATE = r"(?!\d{4}[-_.]?\d\d[-_.]?\d\d)"
 _TIME = (

@@ -7,23 +7,24 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.frames import Placement, probe_rotation
-from pretravel.base.quantities import (
+from pretravel.base import (
     ANGLE,
     COORDINATE,
     DISTANCE,
     REFERENCE_DIAMETER,
     TIP_RADIUS,
+    FloatArray,
+    InputError,
+    Placement,
+    PretravelError,
     check_numbers,
+    checked_unit,
     checked_values,
+    probe_rotation,
 )
 from pretravel.files.source_file import UNITS, SourceFile
-from pretravel.measurement.points import Points
-from pretravel.probing.targets import Targets
-from pretravel.touches import Touches, moved
+from pretravel.measurement import Points
+from pretravel.touches import Targets, Touches, moved
 
 NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.plugins import Plugins
+from pretravel.base import Plugins, PretravelError
 from pretravel.files.file_format import FileFormat
 from pretravel.files.source_file import Source, opened
 from pretravel.files.text_table import has_known_header, has_worded_rows, is_table, not_a_table

@@ -8,11 +8,15 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
 from pretravel.files.probe_history import Entry
-from pretravel.qualification.drift_over_time import DailyQuantity, DriftOverTime, drift_over_time
-from pretravel.qualification.probe_drift import ProbeDrift, drift_of_changes
+from pretravel.qualification import (
+    DailyQuantity,
+    DriftOverTime,
+    ProbeDrift,
+    drift_of_changes,
+    drift_over_time,
+)
 
 
 def drift_of_history(entries: Sequence[Entry]) -> ProbeDrift:

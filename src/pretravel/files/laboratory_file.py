@@ -6,8 +6,8 @@ import json
 from itertools import groupby
 from pathlib import Path
 
-from pretravel.base.toml_file import TomlStructure, read_toml
-from pretravel.laboratory.laboratory_statements import (
+from pretravel.base import TomlStructure, read_toml
+from pretravel.files.laboratory_statements import (
     CERTIFICATE_TABLES,
     REPORT_TABLES,
     LaboratoryStatements,

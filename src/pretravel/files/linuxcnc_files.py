@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from pretravel.base.frames import Placement
-from pretravel.base.units import DEGREE
-from pretravel.controls.machine import WORK_OFFSETS, work_placement
+from pretravel.base import DEGREE, Placement
+from pretravel.controls import WORK_OFFSETS, work_placement
 from pretravel.files.source_file import UNITS, Source, opened
 
 _FIRST, _APART, _TURN = 5221, 20, 9

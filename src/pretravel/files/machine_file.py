@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement
-from pretravel.base.toml_file import TomlDocument, TomlStructure, quoted, read_toml
-from pretravel.base.units import DEGREE
-from pretravel.controls.gcode import render
-from pretravel.controls.machine import Machine, work_placement, work_turn
+from pretravel.base import (
+    DEGREE,
+    FloatArray,
+    Placement,
+    PretravelError,
+    TomlDocument,
+    TomlStructure,
+    quoted,
+    read_toml,
+)
+from pretravel.controls import Machine, render, work_placement, work_turn
 
 _USUAL = Machine()
 

@@ -9,14 +9,11 @@ from pathlib import Path
 
 import numpy.typing as npt
 
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.quantities import TIP_BALL, checked
+from pretravel.base import TIP_BALL, InputError, PretravelError, checked
 from pretravel.files.map_json import map_from_json, write_json_map
 from pretravel.files.map_table import read_csv_map, write_csv_map
 from pretravel.files.source_file import opened
-from pretravel.maps.meant_map import MapLike, as_map
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin
+from pretravel.maps import MapLike, Origin, PretravelMap, as_map
 
 MAP_ENDINGS = (".json", ".csv")
 """Of files that are maps; every other file is none, whatever it contains."""

@@ -18,20 +18,29 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement, checked_rotation
-from pretravel.base.json_text import MOST_MEMORY, memory_of_json, parsed_json
-from pretravel.base.whole_file import whole_file
+from pretravel.base import (
+    MOST_MEMORY,
+    FloatArray,
+    Placement,
+    PretravelError,
+    checked_rotation,
+    memory_of_json,
+    parsed_json,
+    whole_file,
+)
 from pretravel.files.source_file import SourceFile
-from pretravel.maps.basis import StoredArray, StoredBasis
-from pretravel.maps.kinds import restored_basis
-from pretravel.maps.machine_terms import TERMS, MachineTerms
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Provenance
-from pretravel.maps.support import DirectionSupport
-from pretravel.maps.touched_means import TouchedMeans
-from pretravel.uncertainty.covariance import Correlation, Covariance
+from pretravel.maps import (
+    TERMS,
+    DirectionSupport,
+    MachineTerms,
+    PretravelMap,
+    Provenance,
+    StoredArray,
+    StoredBasis,
+    TouchedMeans,
+    restored_basis,
+)
+from pretravel.uncertainty import Correlation, Covariance
 
 SCHEMA, MAP_VERSION = "pretravel map", 1
 LARGEST_MAP = 64_000_000

@@ -9,19 +9,26 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import InputError
-from pretravel.base.frames import probe_rotation
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    InputError,
+    IntArray,
+    from_angles,
+    probe_rotation,
+)
 from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
-from pretravel.maps.grid import map_grid
-from pretravel.maps.kinds.tabulated import TabulatedBasis
-from pretravel.maps.plausibility import largest_plausible
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin, Provenance
-from pretravel.maps.support import DirectionSupport
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.maps import (
+    DirectionSupport,
+    Origin,
+    PretravelMap,
+    Provenance,
+    TabulatedBasis,
+    largest_plausible,
+    map_grid,
+)
+from pretravel.uncertainty import Covariance
 
 Columns = Mapping[str, npt.ArrayLike]
 

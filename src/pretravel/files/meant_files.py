@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from pretravel.base.errors import InputError
+from pretravel.base import InputError
 
 _SHOWN = 6
 """Most names of files that a message shows."""

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.own_process import module_folders
-from pretravel.base.whole_file import whole_file
+from pretravel.base import module_folders, whole_file
 from pretravel.files import netcdf_worker
 from pretravel.files.source_file import SourceFile
 

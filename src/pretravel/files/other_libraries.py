@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy.typing as npt
 
-from pretravel.base.extras import needed
-from pretravel.files.map_dataset import map_dataset
+from pretravel.base import needed
+from pretravel.files.map_datasets import map_dataset
 from pretravel.files.point_tables import points_dataset, points_table
 from pretravel.files.prediction_table import trigger_dataset, trigger_table
 from pretravel.files.touches_csv import touches_table
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.measurement.points import Points
-from pretravel.prediction.predict import Trigger
+from pretravel.maps import PretravelMap
+from pretravel.measurement import Points
+from pretravel.prediction import Trigger
 from pretravel.touches import Touches
 
 if TYPE_CHECKING:

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.extras import needed
-from pretravel.base.whole_file import whole_file
+from pretravel.base import PretravelError, needed, whole_file
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.source_file import Source, SourceFile, opened
 

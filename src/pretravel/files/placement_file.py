@@ -9,11 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement, PlacementErrors, checked_rotation, typed_placement
-from pretravel.base.json_text import parsed_json
-from pretravel.base.whole_file import write_text
+from pretravel.base import (
+    FloatArray,
+    Placement,
+    PlacementErrors,
+    PretravelError,
+    checked_rotation,
+    frozen,
+    parsed_json,
+    typed_placement,
+    write_text,
+)
 from pretravel.files.source_file import Source, SourceFile, opened
 
 _SCHEMA = "pretravel placement"

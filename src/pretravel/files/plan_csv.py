@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.frames import probe_rotation
-from pretravel.probing.inspection import InspectionPlan
-from pretravel.qualification.block_plan import BlockPlan
-from pretravel.surface.cad.part import Part
+from pretravel.base import FloatArray, probe_rotation
+from pretravel.probing import InspectionPlan
+from pretravel.qualification import BlockPlan
+from pretravel.surface import Part
 
 _EVERY = {"cylinder": 100, "sphere": 100, "cone": 5, "torus": 5}
 """Of these kinds a few samples, at least some in each row along v, have all curvatures."""

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import TIP_RADIUS, checked
+from pretravel.base import TIP_RADIUS, FloatArray, PretravelError, checked
 from pretravel.files.file_format import PointsOrigin
 from pretravel.files.format_registry import FORMATS
-from pretravel.measurement.points import Points
+from pretravel.measurement import Points
 
 
 def write_points(

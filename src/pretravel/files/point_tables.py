@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.extras import needed
-from pretravel.base.units import MICROMETRE
-from pretravel.measurement.points import Points
+from pretravel.base import MICROMETRE, needed
+from pretravel.measurement import Points
 
 if TYPE_CHECKING:
     import xarray as xr

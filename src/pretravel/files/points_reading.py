@@ -6,12 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.extras import needed
-from pretravel.base.json_text import parsed_json
-from pretravel.base.units import MICROMETRE
+from pretravel.base import (
+    MICROMETRE,
+    FloatArray,
+    PretravelError,
+    checked_unit,
+    frozen,
+    needed,
+    parsed_json,
+)
 from pretravel.files.csv_table import CsvTable, read_csv_table
 from pretravel.files.file_format import FilePositions, ReadingOptions, labels_or_numbers
 from pretravel.files.netcdf import StoredVariable, read_dataset
@@ -20,7 +23,7 @@ from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import one_normal
 from pretravel.files.touches_csv import read_table_of_touches
-from pretravel.measurement.points import Points
+from pretravel.measurement import Points
 
 _WHAT = "compensated points"
 _TABLES = ("", ".csv", ".txt", ".tsv", ".xyz", ".asc", ".dat")

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import azimuth_angle, polar_angle
-from pretravel.base.extras import needed
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.prediction.predict import Trigger
-from pretravel.prediction.seat_frame import SEAT_NAMES
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle, needed, polar_angle
+from pretravel.prediction import Trigger
+from pretravel.six_seats import SEAT_NAMES
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,12 +13,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.added_file import add, locked_file
-from pretravel.base.errors import InputError, StaleTouchesError
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, InputError, StaleTouchesError, add, locked_file
 from pretravel.files.source_file import SourceFile, opened
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.qualification.verification import Verification
+from pretravel.maps import PretravelMap
+from pretravel.qualification import Verification
 from pretravel.touches import Touches
 
 _SCHEMA, HISTORY_VERSION = "pretravel verification", 1

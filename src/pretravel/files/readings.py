@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.quantities import TIP_RADIUS, checked
+from pretravel.base import TIP_RADIUS, FloatArray, InputError, PretravelError, checked
 from pretravel.files.file_format import (
     FileFormat,
     FilePositions,

@@ -9,14 +9,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base import FloatArray, IntArray
 from pretravel.files.column_names import LENGTH_UNITS, unit_of
 from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.preview import look_at
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.table_formats import CSV, PARQUET
-from pretravel.qualification.repeat_series import FEWEST_REPEATS
+from pretravel.qualification import FEWEST_REPEATS
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")

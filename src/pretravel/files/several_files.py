@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.controls.program_log import LOG_ENDING
+from pretravel.base import FloatArray, InputError, PretravelError
+from pretravel.controls import LOG_ENDING
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from pretravel.base.errors import InputError, PretravelError, RowError
-from pretravel.base.units import INCH, LARGEST_NUMBER
+from pretravel.base import INCH, LARGEST_NUMBER, InputError, PretravelError, RowError
 
 UNITS = {"mm": 1.0, "inch": INCH}
 """Millimetres in each unit of length that a file can have."""

@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.json_text import parsed_json
-from pretravel.base.whole_file import write_text
+from pretravel.base import FloatArray, InputError, PretravelError, frozen, parsed_json, write_text
 from pretravel.files.map_json import json_of_map, map_from_json
 from pretravel.files.source_file import SourceFile, opened
-from pretravel.measurement.star_stylus import StarStylus, StarTip
+from pretravel.measurement import StarStylus, StarTip
 
 TIPS_SCHEMA = "pretravel tips"
 _VERSION = 1

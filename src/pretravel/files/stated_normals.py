@@ -7,10 +7,15 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import UNIT_TOLERANCE
-from pretravel.base.errors import InputError, PretravelError, RowError
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    UNIT_TOLERANCE,
+    FloatArray,
+    InputError,
+    PretravelError,
+    RowError,
+)
 from pretravel.files.column_names import NORMAL_ROLES
 from pretravel.files.file_format import (
     FilePositions,
@@ -20,9 +25,9 @@ from pretravel.files.file_format import (
 )
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touch_columns import TouchColumns
-from pretravel.maps.plausibility import LARGEST_PRETRAVEL
+from pretravel.maps import LARGEST_PRETRAVEL
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty import fit_sphere
 
 _COARSEST = 0.02
 """Largest deviation of a normal's length from one that rounding explains: two decimals."""

@@ -9,7 +9,7 @@ from pretravel.files.netcdf import write_dataset
 from pretravel.files.point_tables import points_dataset, points_table
 from pretravel.files.tables import write_table
 from pretravel.files.touches_csv import read_table_of_touches, write_touches
-from pretravel.measurement.points import Points
+from pretravel.measurement import Points
 from pretravel.touches import Touches
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.whole_file import whole_file
+from pretravel.base import whole_file
 from pretravel.files.csv_table import CsvTable, read_csv_table, write_csv_table
 from pretravel.files.parquet import read_parquet_table, write_parquet_table
 from pretravel.files.source_file import Source, opened

@@ -7,8 +7,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pretravel.base.errors import InputError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, InputError
 from pretravel.files.column_names import (
     FEED_UNITS,
     LENGTH_ROLES,
@@ -19,10 +18,10 @@ from pretravel.files.column_names import (
     ROLES,
     TEXT_ROLES,
 )
-from pretravel.files.column_roles import ColumnRoles, column_roles
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.parquet import read_parquet_table
+from pretravel.files.roles_of_columns import ColumnRoles, column_roles
 from pretravel.files.source_file import SourceFile
 from pretravel.files.text_table import SEPARATORS, TextTable, read_text_table
 

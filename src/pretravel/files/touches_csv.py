@@ -8,23 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, PretravelError, checked_unit
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import refuse_inward, stated_normals, with_sphere_normals
 from pretravel.files.tables import write_table
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
-from pretravel.probing.targets import Targets
-from pretravel.surface.local_geometry import Surface
-from pretravel.surface.shapes import Sphere
-from pretravel.touches import Touches
+from pretravel.surface import Sphere, Surface
+from pretravel.touches import Targets, Touches
 
 if TYPE_CHECKING:
-    from pretravel.surface.cad.part import Part
+    from pretravel.surface import Part
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")

@@ -6,17 +6,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
-from pretravel.laboratory.rig import REFERENCE_TEMPERATURE
-from pretravel.laboratory.rig_budget import (
+from pretravel.files import LaboratoryStatements
+from pretravel.laboratory.rig.budget import (
     LengthComponent,
     calibration_budget,
     constant_and_slope,
     length_budget,
 )
-from pretravel.laboratory.rig_calibration import DirectionPerformance, RigCalibration
-from pretravel.laboratory.rig_left_out import left_out_sentences
-from pretravel.uncertainty.gum import Budget
+from pretravel.laboratory.rig.calibration import DirectionPerformance, RigCalibration
+from pretravel.laboratory.rig.left_out import left_out_sentences
+from pretravel.laboratory.rig.trace import REFERENCE_TEMPERATURE
+from pretravel.uncertainty import Budget
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base import FloatArray, IntArray
 from pretravel.maps.support import DirectionSupport
 
 BLOCK = 8192
@@ -19,7 +19,7 @@ BLOCK = 8192
 class CondensedProbe(Protocol):
     """Trigger force, tip deflection and pretravel in closed form, for any direction.
 
-    Implemented by `pretravel.prediction.response.ProbeResponse`, which states the attributes.
+    Implemented by `pretravel.six_seats.response.ProbeResponse`, which states the attributes.
     """
 
     @property

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.directions import grid, polar_angle
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, grid, polar_angle
 from pretravel.maps.pretravel_map import PretravelMap
 
 _NEARLY = 0.5

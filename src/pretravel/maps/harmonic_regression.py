@@ -24,11 +24,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import DirectionMeans, Smoothing, degrees_and_orders
-from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
+from pretravel.uncertainty import classes_of, reduced_rows
 
 LOBE_DEGREES = (15, 24)
 """Largest degree of zonal and three-lobed harmonics, for few and for many directions.

@@ -10,13 +10,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import fibonacci_cap, from_angles, polar_angle
-from pretravel.base.units import MICROMETRE
+from pretravel.base import MICROMETRE, FloatArray, fibonacci_cap, from_angles, polar_angle
 from pretravel.maps.basis import MapBasis
 from pretravel.maps.observation import Observation, Scatter, sphere_columns
 from pretravel.maps.provenance import AXIAL_PRETRAVEL
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 FEWEST_OF_SIX_SEATS = 8
 """The fewest directions that can contradict the seven numbers of six seats."""

@@ -13,10 +13,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement
-from pretravel.base.quantities import QuantityRange, check_numbers
+from pretravel.base import (
+    FloatArray,
+    Placement,
+    PretravelError,
+    QuantityRange,
+    check_numbers,
+    frozen,
+)
 from pretravel.touches import Touches
 
 TERMS = (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.forms import from_file
+from pretravel.base import PretravelError, from_file
 from pretravel.maps.pretravel_map import PretravelMap
 
 

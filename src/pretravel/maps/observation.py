@@ -8,8 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.directions import unit
+from pretravel.base import BoolArray, FloatArray, IntArray, unit
 
 _MANY = 5_000  # touches from which functions are evaluated once for each direction
 _CLOSE = 1e-3  # largest distance of contact normals of one direction for that

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pretravel.base.units import MICROMETRE, delay_travel
+from pretravel.base import MICROMETRE, delay_travel
 
 IMPLAUSIBLE_PRETRAVEL = 0.1
 """A map that rises above this is warned about: probes deflect by 1 to 80 um. [mm]"""

@@ -13,27 +13,35 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.directions import checked_unit, describe
-from pretravel.base.errors import ExtrapolationError, PretravelError
-from pretravel.base.forms import ShownInNotebooks, WithDataset, WithPlot
-from pretravel.base.frames import Placement, checked_rotation
-from pretravel.base.quantities import (
+from pretravel.base import (
+    DEGREE,
     DELAY,
     FEED_OR_NONE,
     MEASURED_DELAY,
+    MICROMETRE,
     TIP_RADIUS,
     UNCERTAINTY,
+    BoolArray,
+    ExtrapolationError,
+    FloatArray,
+    Placement,
+    PretravelError,
+    ShownInNotebooks,
+    WithDataset,
+    WithPlot,
     check_numbers,
+    checked_rotation,
+    checked_unit,
+    describe,
+    frozen,
 )
-from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
 from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
 from pretravel.maps.touched_means import TouchedMeans
 from pretravel.touches import Touches, at_rest
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 _CHUNK_VALUES = 4_000_000  # 32 MB of basis functions at a time
 

@@ -11,8 +11,9 @@ from typing import Any, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.quantities import (
+from pretravel.base import (
     DEVIATION_OF_FORM,
+    MICROMETRE,
     REFERENCE_DIAMETER,
     TEMPERATURE_DIFFERENCE,
     TIP_BALL,
@@ -21,7 +22,6 @@ from pretravel.base.quantities import (
     check_numbers,
     checked,
 )
-from pretravel.base.units import MICROMETRE
 from pretravel.maps.plausibility import LARGEST_PRETRAVEL
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE

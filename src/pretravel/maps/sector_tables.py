@@ -6,10 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, PretravelError, from_angles, frozen
 from pretravel.maps.kinds.sectors import SECTOR_NAMES, SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
 

@@ -10,9 +10,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import azimuth_angle, polar_angle
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, IntArray, PretravelError, azimuth_angle, polar_angle
 from pretravel.maps.observation import Places
 
 _BLOCK = 4096  # directions at a time: 10 MB of functions

@@ -15,10 +15,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.base.directions import checked_unit, fibonacci_cap, from_angles, polar_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import (
+    DEGREE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    checked_unit,
+    fibonacci_cap,
+    from_angles,
+    frozen,
+    polar_angle,
+)
 
 LARGEST_HOLE = 60.0 * DEGREE
 """Triangles with a wider circumscribed circle than this are holes, not support. [rad]

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
 
 MOST_KEPT = 5000
 """A map of more directions does not keep what was observed in each of them."""

@@ -9,15 +9,19 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import unit
-from pretravel.base.errors import PretravelError
-from pretravel.uncertainty.fitting.cone import fit_cone
-from pretravel.uncertainty.fitting.cylinder import fit_cylinder
-from pretravel.uncertainty.fitting.feature import FLAT, about_axis, across, checked_points
-from pretravel.uncertainty.fitting.plane import fit_plane
-from pretravel.uncertainty.fitting.sphere import fit_sphere
-from pretravel.uncertainty.fitting.torus import TorusParameters, fit_torus
+from pretravel.base import FloatArray, PretravelError, frozen, unit
+from pretravel.uncertainty import (
+    FLAT,
+    TorusParameters,
+    about_axis,
+    across,
+    checked_points,
+    fit_cone,
+    fit_cylinder,
+    fit_plane,
+    fit_sphere,
+    fit_torus,
+)
 
 OUT_OF_PLANE = 0.05
 """Largest height of a circle's points over their plane, in parts of the radius."""

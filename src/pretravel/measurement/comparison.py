@@ -8,15 +8,25 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import azimuth_angle, checked_unit, fibonacci_cap, from_angles
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
-from pretravel.maps.kinds.sectors import SectorBasis
-from pretravel.maps.kinds.wozniak import WozniakBasis
-from pretravel.maps.meant_map import MapLike, as_map
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.sector_tables import equator, resampled_sectors, touched_sectors
+from pretravel.base import (
+    DEGREE,
+    FloatArray,
+    PretravelError,
+    azimuth_angle,
+    checked_unit,
+    fibonacci_cap,
+    from_angles,
+)
+from pretravel.maps import (
+    MapLike,
+    PretravelMap,
+    SectorBasis,
+    WozniakBasis,
+    as_map,
+    equator,
+    resampled_sectors,
+    touched_sectors,
+)
 
 UNCORRECTED = "uncorrected"
 """The method that subtracts no pretravel, only the radius of the tip."""

@@ -7,31 +7,39 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, IntArray, frozen
-from pretravel.base.directions import checked_unit, describe
-from pretravel.base.errors import ExtrapolationError, PretravelError
-from pretravel.base.quantities import as_numbers
-from pretravel.base.units import DEGREE
-from pretravel.maps.meant_map import MapLike, as_map
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin
+from pretravel.base import (
+    DEGREE,
+    ExtrapolationError,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    as_numbers,
+    checked_unit,
+    describe,
+    frozen,
+)
+from pretravel.maps import MapLike, Origin, PretravelMap, as_map
 from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.measurement.touch_scatter import TouchScatter
-from pretravel.qualification.qualification import Qualification
-from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import Lines, Reach
-from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import (
+from pretravel.qualification import Qualification
+from pretravel.surface import (
+    LEAST_PLAY,
     ContactProblem,
     ContactSearch,
+    Lines,
+    LocalGeometry,
+    Part,
     PartContacts,
+    Reach,
+    Surface,
     apexes_of,
+    distance_from_apexes,
     faces_to_touch,
+    play_of_ball,
 )
-from pretravel.surface.undetermined import LEAST_PLAY, distance_from_apexes, play_of_ball
 from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_glancing
 
 OBLIQUE = 10.0 * DEGREE

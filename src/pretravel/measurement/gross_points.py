@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.units import MICROMETRE
-from pretravel.qualification.outliers import outlier_factor
+from pretravel.base import MICROMETRE, FloatArray, IntArray
+from pretravel.qualification import outlier_factor
 
 FEWEST_TO_COMPARE = 5
 """Of fewer points none is far from the others: which one is wrong cannot be told."""

@@ -7,13 +7,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray, frozen
-from pretravel.base.units import delay_travel
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import FloatArray, IntArray, delay_travel, frozen
+from pretravel.maps import PretravelMap
 from pretravel.measurement.points import FIXED_SCATTER, Points
 from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART, TouchScatter
 from pretravel.touches import Touches
-from pretravel.uncertainty.covariance import Correlation, Covariance
+from pretravel.uncertainty import Correlation, Covariance
 
 REPEATABILITY = "repeatability"
 MACHINE_GEOMETRY = "geometry of the machine"

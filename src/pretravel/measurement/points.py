@@ -7,11 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.forms import ShownInNotebooks, WithDataFrame, WithDataset, WithPlot
-from pretravel.base.frames import Placement
-from pretravel.base.quantities import extent
-from pretravel.base.units import MICROMETRE
+from pretravel.base import (
+    MICROMETRE,
+    FloatArray,
+    Placement,
+    ShownInNotebooks,
+    WithDataFrame,
+    WithDataset,
+    WithPlot,
+    extent,
+    frozen,
+)
 
 FIXED_SCATTER = "fixed scatter"
 """The cause in `Points.shared` that is common to points with the same normal, and to no others:

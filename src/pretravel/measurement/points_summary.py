@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import FloatArray
+from pretravel.maps import PretravelMap
 from pretravel.measurement.gross_points import GrossPoint, gross_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.rigid_movement import MovementSums

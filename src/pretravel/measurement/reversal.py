@@ -14,12 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray, frozen
-from pretravel.base.directions import azimuth_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, azimuth_angle, frozen
 from pretravel.touches import Touches
-from pretravel.uncertainty.gum import coverage_factor
+from pretravel.uncertainty import coverage_factor
 
 ORDERS = (1, 3, 5)
 """Lobes that half of the difference is fitted with: the run-out is in the first."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
 
 _LARGE = 0.03
 """Root mean square of deviations that a frame of work explains: smaller ones are those of the part

@@ -10,8 +10,7 @@ from re import fullmatch
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError, frozen
 from pretravel.measurement.association import ASSOCIATIONS, label_prefix
 from pretravel.measurement.points import Points
 

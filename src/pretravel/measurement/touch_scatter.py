@@ -7,11 +7,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import azimuth_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement, probe_rotation
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import (
+    FloatArray,
+    Placement,
+    PretravelError,
+    azimuth_angle,
+    frozen,
+    probe_rotation,
+)
+from pretravel.maps import PretravelMap
 
 MACHINE_PART, PROBE_PART = "machine, separated", "probe, separated"
 """Names of the two parts in budgets. Their sum is measured, their shares are a convention."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.prediction.description import StylusSegment
 
 

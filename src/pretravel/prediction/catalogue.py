@@ -9,8 +9,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.errors import DescriptionError
-from pretravel.base.toml_file import TomlDocument, TomlStructure, parse_toml, quoted, read_toml
+from pretravel.base import (
+    DescriptionError,
+    TomlDocument,
+    TomlStructure,
+    parse_toml,
+    quoted,
+    read_toml,
+)
 from pretravel.prediction.description import (
     Hub,
     Moving,

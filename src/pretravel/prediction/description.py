@@ -9,10 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import DescriptionError
-from pretravel.base.frames import probe_rotation
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, DescriptionError, FloatArray, probe_rotation
 from pretravel.prediction.materials import Material
 
 PIEZO_STAGE = "piezo_stage"

@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.prediction.materials import Material
 
 

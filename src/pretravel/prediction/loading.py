@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base import FloatArray, IntArray
 from pretravel.prediction.description import Probe
-from pretravel.prediction.event import trigger_force
 from pretravel.prediction.hertz import ball_on_flat, contact_modulus
 from pretravel.prediction.materials import Material
 from pretravel.prediction.seats import SeatStatics, seat_coefficient
+from pretravel.six_seats import trigger_force
 
 
 @dataclass(frozen=True, eq=False)

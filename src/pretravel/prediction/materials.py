@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from pretravel.base.errors import DescriptionError
-from pretravel.base.toml_file import TomlDocument, TomlStructure, parse_toml
+from pretravel.base import DescriptionError, TomlDocument, TomlStructure, parse_toml
 
 
 @dataclass(frozen=True)

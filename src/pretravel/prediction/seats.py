@@ -7,14 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import DescriptionError
-from pretravel.base.units import STANDARD_GRAVITY
+from pretravel.base import STANDARD_GRAVITY, DescriptionError, FloatArray, checked_unit, frozen
 from pretravel.prediction.description import PIEZO_STAGE, Probe
-from pretravel.prediction.event import watched_loads
 from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.seat_frame import SEAT_NAMES, seat_frame, tip_wrenches
+from pretravel.six_seats import SEAT_NAMES, seat_frame, tip_wrenches, watched_loads
 
 
 @dataclass(frozen=True, eq=False)

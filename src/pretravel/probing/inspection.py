@@ -7,24 +7,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.directions import polar_angle, unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import (
+from pretravel.base import (
     ANGLE,
     COORDINATE,
     DISTANCE,
     REAL,
     STEP,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PretravelError,
     check_numbers,
     checked,
     checked_values,
+    polar_angle,
+    unit,
 )
-from pretravel.surface.cad.face import Face
-from pretravel.surface.cad.part import Part
-from pretravel.surface.local_geometry import LocalGeometry, Surface, at_open_end
-from pretravel.surface.search import apexes_of
-from pretravel.surface.undetermined import distance_from_apexes
+from pretravel.surface import (
+    Face,
+    LocalGeometry,
+    Part,
+    Surface,
+    apexes_of,
+    at_open_end,
+    distance_from_apexes,
+)
 
 _FINE = 200
 """Points along each parameter by which lengths are measured."""

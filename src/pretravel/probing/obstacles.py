@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.prediction.description import Probe
-from pretravel.surface.cad.face import Face
-from pretravel.surface.cad.part import Cloud, Part
-from pretravel.surface.local_geometry import Surface
+from pretravel.base import BoolArray, FloatArray, IntArray
+from pretravel.prediction import Probe
+from pretravel.surface import Cloud, Face, Part, Surface
 
 _CLOSE = 1e-4
 """Depth above which a ball is considered to meet a face: CAD faces join no better. [mm]"""

@@ -8,26 +8,32 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import Placement
-from pretravel.base.quantities import DELAY, FEED, NOISE, check_numbers
-from pretravel.base.units import delay_travel
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.description import Probe
-from pretravel.prediction.materials import Material
+from pretravel.base import (
+    DELAY,
+    FEED,
+    NOISE,
+    FloatArray,
+    Placement,
+    PretravelError,
+    check_numbers,
+    delay_travel,
+)
+from pretravel.maps import PretravelMap
+from pretravel.prediction import Material, Probe, load_probe
 from pretravel.probing.obstacles import StylusOutline, stylus_outline
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus, describe_failures
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, tip_of
 from pretravel.probing.touching import CLEARANCE, touch
-from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import Lines, ball_center
-from pretravel.surface.local_geometry import Surface
-from pretravel.surface.search import ContactProblem, ContactSearch
-from pretravel.surface.specification import surface_of
-from pretravel.touches import Touches
+from pretravel.surface import (
+    ContactProblem,
+    ContactSearch,
+    Lines,
+    Part,
+    Surface,
+    ball_center,
+    surface_of,
+)
+from pretravel.touches import Targets, Touches
 
 _FAR = 1.0
 """Distance of a target from the surface above which its unit and frame are doubtful. [mm]"""
@@ -160,7 +166,7 @@ def simulate(
     model : str
         For a description; see `pretravel.prediction.compliance.MODELS`.
     gravity : (3,) float, optional
-        For a description; see `pretravel.prediction.predict.predict`.
+        For a description; see `pretravel.prediction.trigger.predict`.
     setup : PartSetup, optional
         Steel without friction when not given.
     latch : Latch, optional

@@ -7,13 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.prediction.hertz import curved_part_factor
+from pretravel.base import ConvergenceError, FloatArray, IntArray, PretravelError
+from pretravel.prediction import curved_part_factor
 from pretravel.probing.slide_history import SlideHistory, SlideStep, slide_history
 from pretravel.probing.tip import LateralTip, PredictedTip
-from pretravel.surface.contact import TANGENCY, Contact, Lines, ball_center, solve_contact
-from pretravel.surface.local_geometry import LocalGeometry, Surface
+from pretravel.surface import (
+    TANGENCY,
+    Contact,
+    Lines,
+    LocalGeometry,
+    Surface,
+    ball_center,
+    solve_contact,
+)
 
 _SETTLED = 1e-12
 """Change of the force, relative to that at the trigger, at which its iteration ends."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
+from pretravel.base import BoolArray, FloatArray, IntArray, frozen
 from pretravel.probing.tip import PredictedTip
-from pretravel.surface.local_geometry import LocalGeometry
+from pretravel.surface import LocalGeometry
 
 
 @dataclass(frozen=True, eq=False)

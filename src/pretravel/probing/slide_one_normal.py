@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import ConvergenceError
+from pretravel.base import ConvergenceError, FloatArray
 from pretravel.probing.slide_history import SlideHistory, SlideStep, slide_history
 from pretravel.probing.tip import LateralTip, PredictedTip
-from pretravel.surface.local_geometry import LocalGeometry
+from pretravel.surface import LocalGeometry
 
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _LARGEST_FORCE = 5.0

@@ -7,11 +7,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.probing.targets import Targets
-from pretravel.surface.cad.part import Part
-from pretravel.surface.local_geometry import Surface
-from pretravel.surface.undetermined import LEAST_PLAY
+from pretravel.base import BoolArray, FloatArray, IntArray
+from pretravel.surface import LEAST_PLAY, Part, Surface
+from pretravel.touches import Targets
 
 
 class TouchStatus(IntEnum):

@@ -8,17 +8,19 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.errors import PretravelError
-from pretravel.maps.basis import CondensedProbe
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.base import ComplianceModel
-from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import contact_modulus
-from pretravel.prediction.materials import Material, default_workpiece, material
-from pretravel.prediction.response import probe_response
-from pretravel.prediction.seats import lifted_tip_motion
+from pretravel.base import BoolArray, FloatArray, PretravelError, frozen
+from pretravel.maps import CondensedProbe, PretravelMap
+from pretravel.prediction import (
+    ComplianceModel,
+    Material,
+    Probe,
+    contact_modulus,
+    default_workpiece,
+    lifted_tip_motion,
+    load_probe,
+    material,
+)
+from pretravel.six_seats import probe_response
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +129,7 @@ def predicted_tip(
     Parameters
     ----------
     probe, model, workpiece, gravity
-        As for `pretravel.prediction.predict.predict`.
+        As for `pretravel.prediction.trigger.predict`.
 
     Returns
     -------

@@ -10,12 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import DISTANCE, checked
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.prediction.description import Probe
-from pretravel.prediction.hertz import curved_part_factor
+from pretravel.base import DISTANCE, BoolArray, FloatArray, IntArray, PretravelError, checked
+from pretravel.maps import PretravelMap
+from pretravel.prediction import Probe, curved_part_factor
 from pretravel.probing.obstacles import (
     StylusOutline,
     first_obstacle,
@@ -23,20 +20,25 @@ from pretravel.probing.obstacles import (
     sweeps_surface,
 )
 from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import TipBehaviour, TipState, tip_of
-from pretravel.surface.cad.part import Part
-from pretravel.surface.contact import Lines, Reach, ball_center
-from pretravel.surface.local_geometry import LocalGeometry, Surface
-from pretravel.surface.search import (
+from pretravel.surface import (
+    LEAST_PLAY,
     ContactProblem,
     ContactSearch,
+    Lines,
+    LocalGeometry,
+    Part,
     PartContacts,
+    Reach,
+    Surface,
     apexes_of,
+    ball_center,
+    distance_from_apexes,
     faces_to_touch,
+    play_of_ball,
+    surface_of,
 )
-from pretravel.surface.specification import surface_of
-from pretravel.surface.undetermined import LEAST_PLAY, distance_from_apexes, play_of_ball
+from pretravel.touches import Targets
 
 _ROUNDING = 1e-6
 """Share of the radius by which a hollow of the radius of the ball can seem to be smaller."""

@@ -1,1 +1,5 @@
 """Touches on a reference sphere or ring in, a map of the probe out."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

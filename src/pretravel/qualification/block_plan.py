@@ -16,12 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import turned_about_axes
-from pretravel.base.quantities import REFERENCE_DIAMETER, checked
-from pretravel.base.units import DEGREE
+from pretravel.base import (
+    DEGREE,
+    REFERENCE_DIAMETER,
+    FloatArray,
+    PretravelError,
+    checked,
+    frozen,
+    turned_about_axes,
+    unit,
+)
 
 TURNS_DEG = (0.0, 90.0, 180.0)
 OBLIQUE_DEG = 30.0

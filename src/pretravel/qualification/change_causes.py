@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.maps import PretravelMap
 from pretravel.qualification.change_tests import (
     TouchesAndMap,
     covariance_if_turned,

@@ -7,12 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import probe_rotation
-from pretravel.base.units import DEGREE
-from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import DEGREE, FloatArray, PretravelError, probe_rotation
+from pretravel.maps import Observation, PretravelMap, Scatter
 from pretravel.qualification.touch_noise import TouchNoise, fixed_part, touch_noise
 
 _RESOLUTION = 2e-5

@@ -7,11 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE, SECONDS_PER_MINUTE
-from pretravel.maps.kinds.harmonic import HarmonicMapFit, fit_harmonic
-from pretravel.maps.observation import Observation, Scatter
+from pretravel.base import MICROMETRE, SECONDS_PER_MINUTE, FloatArray, PretravelError
+from pretravel.maps import HarmonicMapFit, Observation, Scatter, fit_harmonic
 from pretravel.touches import Touches, at_rest
 
 SAME_FEED = 0.01

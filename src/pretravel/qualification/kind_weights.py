@@ -9,15 +9,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.directions import describe
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE
-from pretravel.maps.kind import KindOfMap, MapFit
-from pretravel.maps.kinds.averaged import averaged_map
-from pretravel.maps.observation import Observation
-from pretravel.maps.pretravel_map import PretravelMap, over_support
-from pretravel.maps.support import DirectionSupport
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, PretravelError, describe, frozen
+from pretravel.maps import (
+    DirectionSupport,
+    KindOfMap,
+    MapFit,
+    Observation,
+    PretravelMap,
+    averaged_map,
+    over_support,
+)
 from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
 
 _LOG = logging.getLogger(__name__)

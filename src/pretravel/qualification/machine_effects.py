@@ -12,10 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import MICROMETRE
-from pretravel.maps.observation import Observation
-from pretravel.maps.provenance import QualificationSetup
+from pretravel.base import MICROMETRE, FloatArray
+from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
 from pretravel.qualification.quantisation import quantisation_step, repeat_step
 from pretravel.qualification.touch_order import (

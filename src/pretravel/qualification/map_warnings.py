@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base.directions import describe, polar_angle
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.plausibility import BEFORE_CONTACT, IMPLAUSIBLE_PRETRAVEL
-from pretravel.maps.pretravel_map import PretravelMap, over_support
-from pretravel.maps.support import some_directions
+from pretravel.base import DEGREE, MICROMETRE, describe, polar_angle
+from pretravel.maps import (
+    BEFORE_CONTACT,
+    IMPLAUSIBLE_PRETRAVEL,
+    Observation,
+    PretravelMap,
+    Scatter,
+    over_support,
+    some_directions,
+)
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _BADLY_KNOWN = 1.0 * MICROMETRE

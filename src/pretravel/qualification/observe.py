@@ -6,19 +6,25 @@ import math
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import describe
-from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.base.units import DEGREE, INCH, MICROMETRE
-from pretravel.maps.observation import Observation
-from pretravel.maps.plausibility import (
+from pretravel.base import (
+    DEGREE,
+    INCH,
+    MICROMETRE,
+    ConvergenceError,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    describe,
+)
+from pretravel.maps import (
     LARGEST_PRETRAVEL,
     SMALLEST_PRETRAVEL,
+    Observation,
+    QualificationSetup,
     largest_plausible,
 )
-from pretravel.maps.provenance import QualificationSetup
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
+from pretravel.uncertainty import SphereFit, fit_sphere
 
 NORMAL_TOLERANCE = 10.0 * DEGREE
 """Largest angle between a given normal and that of the fitted sphere or ring. [rad]"""

@@ -11,14 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import describe
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import MICROMETRE
-from pretravel.maps.kind import KindOfMap, MapFit
-from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit, fit_harmonic
-from pretravel.maps.observation import Observation
-from pretravel.maps.support import DirectionSupport
+from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError, describe
+from pretravel.maps import (
+    DirectionSupport,
+    HarmonicKind,
+    HarmonicMapFit,
+    KindOfMap,
+    MapFit,
+    Observation,
+    fit_harmonic,
+)
 from pretravel.qualification.within_directions import centred_within, dof_of_tails
 
 OUTLIER_LEVEL = 0.01

@@ -10,8 +10,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import FloatArray
+from pretravel.maps import PretravelMap
 from pretravel.qualification.quantisation import quantisation_step
 from pretravel.touches import Touches
 

@@ -8,14 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray, frozen
-from pretravel.base.directions import describe
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import probe_rotation
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.observation import Observation, Scatter
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import Origin, QualificationSetup
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    describe,
+    frozen,
+    probe_rotation,
+)
+from pretravel.maps import Observation, Origin, PretravelMap, QualificationSetup, Scatter
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
 from pretravel.qualification.own_touches import own_touches_warnings, touch_digests
@@ -28,7 +31,7 @@ from pretravel.qualification.probe_drift import (
     spread_of,
 )
 from pretravel.touches import Touches
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 MOST_TOUCHES = 2000
 """With more touches the covariances of all their pairs need more than a gigabyte."""

@@ -9,12 +9,17 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.directions import fibonacci_cap, polar_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import probe_rotation
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    PretravelError,
+    fibonacci_cap,
+    frozen,
+    polar_angle,
+    probe_rotation,
+)
+from pretravel.maps import PretravelMap
 
 _SPREAD = 600
 """Directions over which functions of direction are compared."""

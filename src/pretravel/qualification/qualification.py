@@ -7,19 +7,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.forms import ShownInNotebooks, WithPlot
-from pretravel.base.units import MICROMETRE
-from pretravel.maps.kind import KindOfMap, MapFit
-from pretravel.maps.kinds.harmonic import HarmonicMapFit
-from pretravel.maps.observation import Observation
-from pretravel.maps.pretravel_map import PretravelMap, over_support
-from pretravel.maps.provenance import STEEL_EXPANSION, USUAL_U_DIAMETER, QualificationSetup
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray, ShownInNotebooks, WithPlot
+from pretravel.maps import (
+    STEEL_EXPANSION,
+    USUAL_U_DIAMETER,
+    HarmonicMapFit,
+    KindOfMap,
+    MapFit,
+    Observation,
+    PretravelMap,
+    QualificationSetup,
+    over_support,
+)
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
 from pretravel.qualification.outliers import Outlier
 from pretravel.touches import Touches
-from pretravel.uncertainty.gum import Budget, Component
+from pretravel.uncertainty import Budget, Component
 
 
 @dataclass(frozen=True, eq=False)

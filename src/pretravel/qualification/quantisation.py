@@ -11,8 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import INCH
+from pretravel.base import INCH, FloatArray
 
 SMALLEST_STEP, LARGEST_STEP = 1e-5, 5e-3
 """Steps that are looked for. A smaller one does not matter, a larger one no machine has. [mm]"""

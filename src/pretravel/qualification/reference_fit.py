@@ -18,13 +18,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.base.directions import azimuth_angle, polar_angle, unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import turned_about_axes
-from pretravel.base.quantities import REFERENCE_DIAMETER, U_OF_DIAMETER, checked
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.machine_terms import (
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    REFERENCE_DIAMETER,
+    U_OF_DIAMETER,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    azimuth_angle,
+    checked,
+    frozen,
+    polar_angle,
+    turned_about_axes,
+    unit,
+)
+from pretravel.maps import (
+    STEEL_EXPANSION,
     TERMS,
     WIDE,
     MachinePriors,
@@ -32,10 +43,8 @@ from pretravel.maps.machine_terms import (
     displacements,
     last_moves,
 )
-from pretravel.maps.provenance import STEEL_EXPANSION
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import algebraic_sphere
-from pretravel.uncertainty.gum import coverage_factor
+from pretravel.uncertainty import algebraic_sphere, coverage_factor
 
 SHAPES = ("block", "ring", "pin", "sphere")
 _PAIRS_OF_AXES = {"x and y": (0, 1), "x and z": (0, 2), "y and z": (1, 2)}

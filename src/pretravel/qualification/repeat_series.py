@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import BoolArray, FloatArray, PretravelError, frozen
 from pretravel.qualification.quantisation import repeat_step, tied_step
 from pretravel.qualification.series_breaks import Break, break_at, breaks_of
 from pretravel.qualification.series_courses import (

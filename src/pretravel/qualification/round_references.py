@@ -13,12 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.maps.machine_terms import MachinePriors
-from pretravel.maps.provenance import QualificationSetup, SetupOptions
+from pretravel.base import FloatArray, PretravelError
+from pretravel.maps import MachinePriors, QualificationSetup, SetupOptions
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualified, with_machine
+from pretravel.qualification.qualifying import qualified, with_machine
 from pretravel.qualification.reference_fit import (
     Reference,
     ReferenceFit,
@@ -26,7 +24,7 @@ from pretravel.qualification.reference_fit import (
     touches_on,
 )
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import algebraic_sphere
+from pretravel.uncertainty import algebraic_sphere
 
 U_UNKNOWN_SIZE = 0.05
 """Standard uncertainty of a diameter that is taken from the touches, as if the mean pretravel were
@@ -173,7 +171,7 @@ def qualified_beside_others(
     Raises
     ------
     PretravelError
-        As `pretravel.qualification.qualify.qualify`.
+        As `pretravel.qualification.qualifying.qualify`.
     """
     found = [
         (one.shape == "sphere", len(rows), number, rows)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base import BoolArray, FloatArray, IntArray
 from pretravel.qualification.series_courses import fitted_noises, weighed_noises
 from pretravel.qualification.time_series import (
     SeriesNoise,

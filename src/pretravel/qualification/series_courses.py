@@ -10,8 +10,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
 from pretravel.qualification.time_series import (
     FEWEST_VALUES,
     SeriesNoise,

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import BoolArray, FloatArray, PretravelError, frozen
 
 FEWEST_VALUES = 3
 """A line through two values leaves nothing that tells its uncertainty."""

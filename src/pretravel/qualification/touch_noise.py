@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.maps.observation import Observation, Scatter
+from pretravel.base import FloatArray
+from pretravel.maps import Observation, Scatter
 
 _FEWEST_COMPARED = 4
 """Repeated directions from which their scatters are compared with each other."""

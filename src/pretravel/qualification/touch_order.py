@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base import FloatArray, IntArray
 from pretravel.qualification.within_directions import (
     WithinDirections,
     centred_within,

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.base.directions import azimuth_angle
-from pretravel.base.errors import PretravelError
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import BoolArray, FloatArray, IntArray, PretravelError, azimuth_angle, frozen
+from pretravel.maps import PretravelMap
 from pretravel.qualification.probe_drift import (
     DriftedMap,
     ProbeDrift,

@@ -7,14 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.directions import describe
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import PROBABILITY, checked
-from pretravel.base.units import MICROMETRE
-from pretravel.maps.meant_map import MapLike, as_map
-from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.maps.provenance import QualificationSetup
+from pretravel.base import (
+    MICROMETRE,
+    PROBABILITY,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    checked,
+    describe,
+)
+from pretravel.maps import MapLike, PretravelMap, QualificationSetup, as_map
 from pretravel.qualification.change_causes import LikelyCause, likely_causes
 from pretravel.qualification.change_tests import (
     Change,

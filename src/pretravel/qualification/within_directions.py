@@ -12,8 +12,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray, frozen
-from pretravel.base.directions import azimuth_angle, polar_angle
+from pretravel.base import BoolArray, FloatArray, IntArray, azimuth_angle, frozen, polar_angle
 
 _LEAST_INFORMATION = 1e-6
 """Of a column's variation, the share within directions below which it is rounding."""

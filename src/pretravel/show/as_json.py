@@ -10,7 +10,7 @@ from typing import Any
 from cattrs import BaseValidationError, Converter, override
 from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 from pretravel.show.chart import View
 from pretravel.show.document import (
     Column,
@@ -26,7 +26,7 @@ from pretravel.show.document import (
 )
 from pretravel.show.view_values import register_views, view_values
 from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord
-from pretravel.uncertainty.gum import Budget, Component
+from pretravel.uncertainty import Budget, Component
 
 _INFINITE = {"infinite": 1}, {"infinite": -1}
 _MOST_DIGITS = 30

@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.show.chart_marks import (
     Area,
     Dots,

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, IntArray
 from pretravel.show.chart import (
     COMPASS,
     Axis,

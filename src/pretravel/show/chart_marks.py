@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base import FloatArray, frozen
 from pretravel.show.colours import Colour
 
 Symbol: TypeAlias = Literal["dot", "ring", "cross", "diamond"]

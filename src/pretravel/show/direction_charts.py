@@ -7,11 +7,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import azimuth_angle, from_angles, grid, polar_angle
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.maps.grid import map_grid
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.base import (
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    IntArray,
+    azimuth_angle,
+    from_angles,
+    grid,
+    polar_angle,
+)
+from pretravel.maps import PretravelMap, map_grid
 from pretravel.show.chart import Axis, PolarChart, Scale, SpaceChart, TopView
 from pretravel.show.chart_marks import Area, Dots, LineMark, SpaceMesh, SpacePoints
 from pretravel.show.colours import Colour, series

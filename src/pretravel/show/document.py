@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.forms import ShownInNotebooks
-from pretravel.uncertainty.gum import Budget
+from pretravel.base import ShownInNotebooks
+from pretravel.uncertainty import Budget
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -239,7 +239,7 @@ class Picture:
         PretravelError
             Another ending.
         """
-        from pretravel.base.whole_file import whole_file
+        from pretravel.base import whole_file
         from pretravel.show.style import save
 
         if Path(path).suffix.lower() != ".png":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pretravel.show.document import Column, Digits, FigureValue, KeyFigure, Span
-from pretravel.uncertainty.gum import COVERAGE_FACTOR
+from pretravel.uncertainty import COVERAGE_FACTOR
 
 UNKNOWN = "unknown"
 

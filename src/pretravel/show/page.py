@@ -18,8 +18,7 @@ from importlib.resources import files as package_files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pretravel.base.version import installed_version
-from pretravel.base.whole_file import whole_file
+from pretravel.base import installed_version, whole_file
 from pretravel.show.chart_plotly import colour_names, plotly_script, plotly_script_gzip
 from pretravel.show.document import Column, Document, KeyFigure, Section, Table
 from pretravel.show.formatting import (
@@ -32,7 +31,7 @@ from pretravel.show.formatting import (
     significant,
     value_text,
 )
-from pretravel.show.glossary import words_used
+from pretravel.show.glossary_terms import words_used
 from pretravel.show.page_content import (
     PageContent,
     content_values,
@@ -49,7 +48,7 @@ from pretravel.show.work_record import (
     record_figures,
     settings_table,
 )
-from pretravel.uncertainty.gum import COVERAGE_FACTOR
+from pretravel.uncertainty import COVERAGE_FACTOR
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -7,8 +7,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import temporary_folder, whole_file
+from pretravel.base import PretravelError, temporary_folder, whole_file
 
 BROWSERS = (
     "chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge",

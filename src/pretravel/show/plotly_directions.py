@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray
 from pretravel.show.chart import (
     COMPASS,
     PolarChart,

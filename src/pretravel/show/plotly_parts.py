@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.show.chart import (
     Scale,
 )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.show.chart import (
     Scale,
     SpaceChart,

@@ -9,9 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.json_text import parsed_json
-from pretravel.base.whole_file import write_json
+from pretravel.base import InputError, PretravelError, parsed_json, write_json
 from pretravel.show.as_json import (
     document_from_values,
     document_values,

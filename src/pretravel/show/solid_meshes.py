@@ -7,8 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import grid
+from pretravel.base import FloatArray, IntArray, grid
 from pretravel.show.direction_charts import grid_triangles
 
 _AROUND = 36

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base.arrays import IntArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import whole_file
+from pretravel.base import IntArray, PretravelError, whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.units import MICROMETRE
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray
 from pretravel.show.chart import Scale, SpaceChart
 from pretravel.show.chart_marks import SpaceLines, SpaceMark, SpaceMesh, SpacePoints
 from pretravel.show.formatting import number_text, signed_decimals
 from pretravel.show.solid_meshes import sphere_mesh
-from pretravel.show.whiskers import round_number, whiskers
+from pretravel.show.whisker_marks import round_number, whiskers
 
 _LONGEST_WHISKER = 0.3
 """Of the largest residual, as a share of the radius."""

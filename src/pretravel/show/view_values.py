@@ -11,7 +11,7 @@ import numpy as np
 from cattrs import Converter
 from cattrs.strategies import configure_tagged_union
 
-from pretravel.base.units import LARGEST_NUMBER
+from pretravel.base import LARGEST_NUMBER
 from pretravel.show.chart import Chart, TopView, View
 from pretravel.show.chart_marks import (
     Area,

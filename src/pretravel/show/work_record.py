@@ -10,7 +10,7 @@ from datetime import datetime
 from importlib import metadata
 from pathlib import Path
 
-from pretravel.base.version import installed_version
+from pretravel.base import installed_version
 from pretravel.show.document import Column, KeyFigure, Table
 from pretravel.show.formatting import decimals
 

@@ -5,3 +5,7 @@ shapes_of_revolution (with placed_shape), parametric, spline and swept (with cur
 those of STEP files. contact and search find where a ball touches; specification makes surfaces
 from text.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

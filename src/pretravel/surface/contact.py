@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base import BoolArray, FloatArray, IntArray
 from pretravel.surface.local_geometry import LocalGeometry, Surface, parameter_step, tangent_basis
 
 Reach: TypeAlias = Callable[[IntArray, LocalGeometry], FloatArray]

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.quantities import REAL, checked_values
+from pretravel.base import REAL, FloatArray, checked_values, frozen
 
 
 class Curve(ABC):

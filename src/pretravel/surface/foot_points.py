@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base import BoolArray, FloatArray
 from pretravel.surface.local_geometry import Domain
 from pretravel.surface.parametric import Parametric
 

@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray
-from pretravel.base.directions import unit
+from pretravel.base import BoolArray, FloatArray, unit
 
 _DEGENERATE = 1e-10
 """sin² of the angle between du and dv, or length ratio, below which they span no plane."""

@@ -11,8 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import BoolArray, FloatArray, IntArray, PretravelError
 from pretravel.surface.contact import nearest_contact
 from pretravel.surface.local_geometry import (
     Domain,

@@ -8,9 +8,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import PretravelError
+from pretravel.base import BoolArray, FloatArray, PretravelError, checked_unit, frozen
 from pretravel.surface.local_geometry import Domain, LocalGeometry, tangent_basis, unit_or
 
 TURN = 2.0 * math.pi

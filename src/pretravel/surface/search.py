@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.part import Part
 from pretravel.surface.contact import Contact, Lines, Reach, solve_contact

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import BoolArray, FloatArray, frozen
-from pretravel.base.directions import checked_unit
+from pretravel.base import BoolArray, FloatArray, checked_unit, frozen
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface, outer
 from pretravel.surface.placed_shape import TURN, PlacedShape, axes_about, check_positive
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.surface.local_geometry import Domain, outer
 from pretravel.surface.placed_shape import TURN, PlacedShape, check_positive
 

@@ -9,11 +9,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import from_angles
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.quantities import NUMBER, checked
-from pretravel.base.units import DEGREE
+from pretravel.base import (
+    DEGREE,
+    NUMBER,
+    FloatArray,
+    InputError,
+    PretravelError,
+    checked,
+    from_angles,
+)
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import CAD_ENDINGS, read_part
 from pretravel.surface.local_geometry import Surface

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import COORDINATE, REAL, checked_values
+from pretravel.base import COORDINATE, REAL, FloatArray, PretravelError, checked_values, frozen
 from pretravel.surface.local_geometry import Domain
 from pretravel.surface.parametric import Parametric, SecondOrder
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
+from pretravel.base import BoolArray, FloatArray
 from pretravel.surface.curves import Curve
 from pretravel.surface.local_geometry import Domain, LocalGeometry, Surface, parameter_step
 from pretravel.surface.parametric import Parametric, SecondOrder

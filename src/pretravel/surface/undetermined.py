@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.surface.local_geometry import Surface
 
 LEAST_PLAY = 0.06

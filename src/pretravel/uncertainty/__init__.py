@@ -1,1 +1,5 @@
 """Measurement uncertainty: the GUM, Monte Carlo, covariances, and least-squares features."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

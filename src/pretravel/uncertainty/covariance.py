@@ -8,8 +8,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
 
 _ROUNDING = 1e-9  # of the largest eigenvalue: what rounding may take a zero eigenvalue below zero
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 COVERAGE = 0.95
 """Coverage probability of intervals that is used where none is given."""

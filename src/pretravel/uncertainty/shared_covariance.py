@@ -12,8 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 
 _FEW = 2.0  # values for each shared error from which the narrow form is used
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pretravel.app.screens.control_steps import control_steps
 from pretravel.tasks.export import Export, control_names
+from pretravel.tasks.qualify.screen.control_steps import control_steps
 from tests.support.example_maps import example_map
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.app.screens.designer_form import (
+from pretravel.base.errors import PretravelError
+from pretravel.design.screen.form import (
     all_fields,
     changes_of,
     designed_probe,
@@ -16,7 +17,6 @@ from pretravel.app.screens.designer_form import (
     setting_names,
     start_values,
 )
-from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import catalogue_names, description_text, parse_probe
 
 # What a prediction without weight does not use; the machine's side of the description.
@@ -94,8 +94,8 @@ def test_an_error_names_the_fields_that_can_correct_it() -> None:
 def test_a_design_with_a_contact_that_opens_beside_one_without() -> None:
     """Only one of both has the share of the opening; the picture of the parts shows 0 for the
     other (was: KeyError, "a flaw of pretravel")."""
-    from pretravel.app.screens.designer_pictures import design_figures
-    from pretravel.app.screens.designer_work import predicted_text
+    from pretravel.design.screen.pictures import design_figures
+    from pretravel.design.screen.work import predicted_text
 
     text = description_text("omp40-2")
     stated = text.replace('"first_contact" ', '"arm_lift"\nopening_um = 0.1 #')

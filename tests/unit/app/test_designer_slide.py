@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from pretravel.app.project import Inputs
-from pretravel.app.screens.designer_slide import shown_step
-from pretravel.app.screens.designer_work import (
+from pretravel.app.task_form import with_file_names
+from pretravel.base.errors import PretravelError
+from pretravel.design.screen.slide import shown_step
+from pretravel.design.screen.work import (
     DESIGN_FILE,
     SLIDE,
     SURFACES,
@@ -19,16 +21,14 @@ from pretravel.app.screens.designer_work import (
     follow_slide,
     start_text,
 )
-from pretravel.app.task_form import with_file_names
-from pretravel.base.errors import PretravelError
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.slide import SlideSettings, slide
+from pretravel.probing.slides import SlideSettings, slide
 from pretravel.probing.tip import predicted_tip
 from pretravel.show.chart import PlaneChart, SpaceChart
 from pretravel.show.chart_marks import Dots, SpaceArrow, SpaceLines, SpacePoints
 from pretravel.surface.specification import face_of
-from pretravel.tasks.reports.slide_report import slide_step_figures, slide_step_view
-from pretravel.tasks.task import command_line
+from pretravel.task.task import command_line
+from pretravel.tasks.slide.report import slide_step_figures, slide_step_view
 
 
 @pytest.mark.parametrize("surface", SURFACES)

@@ -11,10 +11,14 @@ import numpy as np
 import pytest
 
 from pretravel.app.project import Inputs, ScreenState
-from pretravel.app.screens.designer import _write_page
-from pretravel.app.screens.designer_description import is_saved
-from pretravel.app.screens.designer_pictures import design_figures
-from pretravel.app.screens.designer_work import (
+from pretravel.base.errors import MeshError, PretravelError
+from pretravel.base.units import MICROMETRE
+from pretravel.design.fem import reduction_cache
+from pretravel.design.fem.elastic_field import field_at_trigger
+from pretravel.design.screen.description import is_saved
+from pretravel.design.screen.designer import _write_page
+from pretravel.design.screen.pictures import design_figures
+from pretravel.design.screen.work import (
     DESIGN_FILE,
     FINITE_ELEMENTS,
     FiniteElementDesigns,
@@ -24,12 +28,8 @@ from pretravel.app.screens.designer_work import (
     follow_slide,
     start_text,
 )
-from pretravel.base.errors import MeshError, PretravelError
-from pretravel.base.units import MICROMETRE
 from pretravel.prediction.catalogue import description_text, load_probe
-from pretravel.prediction.elastic_field import field_at_trigger
-from pretravel.prediction.fem import reduction_cache
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 
 CHANGED = {"form_of": digest_of(start_text("omp40-2", None)), "design.spring.preload_N": 4.0}
 

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from pretravel.app.project import Inputs
-from pretravel.app.screens.engineer_settings import (
+from pretravel.files.map_file import read_map
+from pretravel.task.example_data import example_folder
+from pretravel.task.task import command_line, python_lines
+from pretravel.tasks.qualify.screen.settings import (
     EngineerSettings,
     export_name,
     file_mark,
     tasks_of,
 )
-from pretravel.app.screens.engineer_work import export, fit, look
-from pretravel.files.map_file import read_map
-from pretravel.tasks.example_data import example_folder
-from pretravel.tasks.task import command_line, python_lines
+from pretravel.tasks.qualify.screen.work import export, fit, look
 from tests.support.commands import run
 
 SPHERE = example_folder() / "sphere_touches.csv"

@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from pretravel.app.project import Inputs, SettingValue
-from pretravel.app.screens.metrologist_work import (
+from pretravel.base.errors import PretravelError
+from pretravel.laboratory.tasks.check.screen_work import (
     EXAMPLE_SETTINGS,
     check_by_standard,
     example_touches,
 )
-from pretravel.base.errors import PretravelError
-from pretravel.laboratory.standards import STANDARDS
-from pretravel.tasks.task import command_line
+from pretravel.task.standards import STANDARDS
+from pretravel.task.task import command_line
 from tests.support.commands import rows, run
 
 

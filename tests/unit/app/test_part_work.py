@@ -12,9 +12,11 @@ import pytest
 
 from pretravel.app.jobs import Work
 from pretravel.app.project import Inputs, ScreenState, StoredFile
-from pretravel.app.screens.designer_work import start_text
-from pretravel.app.screens.part import COMPENSATION
-from pretravel.app.screens.part_work import (
+from pretravel.base.errors import PretravelError
+from pretravel.design.screen.work import start_text
+from pretravel.drawing.features.conformity import ConformityVerdict
+from pretravel.drawing.screen.part import COMPENSATION
+from pretravel.drawing.screen.work import (
     PartResult,
     compensate_part,
     example_map,
@@ -22,10 +24,8 @@ from pretravel.app.screens.part_work import (
     measure_face,
     measure_part,
 )
-from pretravel.base.errors import PretravelError
-from pretravel.measurement.conformity import ConformityVerdict
 from pretravel.prediction.catalogue import description_text
-from pretravel.tasks.task import command_line
+from pretravel.task.task import command_line
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 

@@ -11,25 +11,27 @@ import pytest
 
 from pretravel.app.jobs import Job
 from pretravel.app.project import Inputs
-from pretravel.app.screens import laboratory, metrologist, part
-from pretravel.app.screens.engineer_settings import CONTROL, QUALIFICATION
-from pretravel.app.screens.engineer_work import EXPORT, FIT
-from pretravel.app.screens.laboratory_work import (
+from pretravel.app.task_form import TaskForm, with_file_names
+from pretravel.base.errors import PretravelError
+from pretravel.drawing.screen import part
+from pretravel.drawing.screen.work import FEATURE_FORM, PART_FORM
+from pretravel.laboratory.tasks.check import Check
+from pretravel.laboratory.tasks.check import screen as metrologist
+from pretravel.laboratory.tasks.check.screen_work import FORM
+from pretravel.laboratory.tasks.rig import screen as laboratory
+from pretravel.laboratory.tasks.rig.screen_work import (
     RIG_FORM,
     SEPARATION_FORM,
     calibrate_rig_traces,
     separate_readings,
 )
-from pretravel.app.screens.metrologist_work import FORM
-from pretravel.app.screens.part_work import FEATURE_FORM, PART_FORM
-from pretravel.app.task_form import TaskForm, with_file_names
-from pretravel.base.errors import PretravelError
 from pretravel.show.as_json import document_values
-from pretravel.tasks.check import Check
-from pretravel.tasks.example_data import example_folder
+from pretravel.task.example_data import example_folder
+from pretravel.task.fields import TouchFiles
+from pretravel.task.task import Field, Result, by_name, command_line, python_lines
 from pretravel.tasks.export import Export
-from pretravel.tasks.fields import TouchFiles
-from pretravel.tasks.task import Field, Result, by_name, command_line, python_lines
+from pretravel.tasks.qualify.screen.settings import CONTROL, QUALIFICATION
+from pretravel.tasks.qualify.screen.work import EXPORT, FIT
 from tests.support.commands import run
 
 FORMS: dict[str, tuple[TaskForm, Job | None]] = {

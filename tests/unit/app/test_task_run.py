@@ -19,9 +19,9 @@ from pretravel.app.task_run import (
 )
 from pretravel.base.errors import PretravelError
 from pretravel.files.map_file import read_map
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks.example_data import example_folder
-from pretravel.tasks.task import by_name
+from pretravel.task.example_data import example_folder
+from pretravel.task.listed import PLACES, task_named
+from pretravel.task.task import by_name
 from tests.support.commands import run
 
 DATA = example_folder()

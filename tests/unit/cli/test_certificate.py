@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.laboratory.laboratory_statements import (
+from pretravel.files.laboratory_statements import (
     ComparedStandards,
     LaboratoryIdentity,
     LaboratoryStatements,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pretravel.files.touches_csv import read_touches, write_touches
-from pretravel.laboratory.iso230_10 import plane_pattern_36
+from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
 from pretravel.show.result_file import read_result
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, rows, run

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pretravel.tasks.reports.demonstration_report import DEMONSTRATION_FILES
+from pretravel.demo.demonstration_report import DEMONSTRATION_FILES
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.toml_file import parse_toml
+from pretravel.design.studies.wish import WISHES, wish_in
 from pretravel.prediction.catalogue import load_probe
-from pretravel.studies.wish import WISHES, wish_in
 from tests.support.commands import run
 from tests.support.pictures import coloured_share
 

@@ -140,7 +140,7 @@ class TestAcceptedMaps:
 
         monkeypatch.setattr("pretravel.files.map_file.write_map", full)
         monkeypatch.setattr(
-            "pretravel.qualification.qualify.qualify_like",
+            "pretravel.qualification.qualifying.qualify_like",
             lambda *_, **__: SimpleNamespace(pretravel_map=old_map()),
         )
         history = tmp_path / "probe.jsonl"

@@ -10,12 +10,12 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from pretravel.drawing.features.extreme_association import KINDS_BY_CRITERION
+from pretravel.drawing.tasks.measure import Criterion
 from pretravel.files.point_files import write_points
 from pretravel.files.points_reading import read_points
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.extreme_association import KINDS_BY_CRITERION
 from pretravel.measurement.selection import points_at
-from pretravel.tasks.measure import Criterion
 from pretravel.touches import Touches
 from tests.support.commands import both_outputs, follow, rows, run
 from tests.support.example_maps import example_map

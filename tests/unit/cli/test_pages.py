@@ -12,9 +12,9 @@ import pytest
 
 import pretravel
 from pretravel.show.page_pdf import BROWSERS
-from pretravel.tasks import PLACES, task_named
-from pretravel.tasks.fields import Reported
-from pretravel.tasks.task import PAGES, settings_of
+from pretravel.task.fields import Reported
+from pretravel.task.listed import PLACES, task_named
+from pretravel.task.task import PAGES, settings_of
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 

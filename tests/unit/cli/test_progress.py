@@ -9,9 +9,9 @@ import sys
 import pytest
 
 from pretravel.cli.progress import WorkClock, working
+from pretravel.design.fem.mesh import MeshSettings
+from pretravel.design.fem.reduction_cache import reduced_model
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.fem.mesh import MeshSettings
-from pretravel.prediction.fem.reduction_cache import reduced_model
 
 
 class Terminal(io.StringIO):

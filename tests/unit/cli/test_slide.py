@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.probing.targets import Targets
 from pretravel.probing.touching import touch
 from pretravel.surface.parametric import Convex
+from pretravel.touches.targets import Targets
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 

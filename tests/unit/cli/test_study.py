@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.studies.definition import STUDIES, load_study
-from pretravel.studies.plan import Plan
+from pretravel.design.studies.definition import STUDIES, load_study
+from pretravel.design.studies.plan import Plan
 from tests.support.commands import both_outputs, run
 
 

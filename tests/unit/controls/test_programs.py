@@ -15,7 +15,7 @@ from pretravel.base.arrays import BoolArray, FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, unit
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.controls.linuxcnc_program import check_line_lengths, linuxcnc_program
+from pretravel.controls.linuxcnc_programs import check_line_lengths, linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Lookup
 from pretravel.controls.lookup_formula import exact_lookup
@@ -25,7 +25,7 @@ from pretravel.controls.program_log import TOUCH_COLUMNS
 from pretravel.controls.surroundings import SphereObstacle, Surroundings
 from pretravel.controls.ways import check_limits, touch_moves, ways_between, ways_down
 from pretravel.maps.provenance import Provenance
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 from tests.support.example_maps import mean_map
 
 MACHINE = Machine()

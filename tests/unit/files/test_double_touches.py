@@ -17,7 +17,7 @@ from pretravel.files.file_format import FilePositions, ReadingOptions
 from pretravel.files.logs.joining import join
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 from tests.support.commands import rows, run
 from tests.support.control_logs import written
 

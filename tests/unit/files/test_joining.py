@@ -10,7 +10,7 @@ import pytest
 from pretravel.base.errors import InputError
 from pretravel.files.file_format import FilePositions
 from pretravel.files.logs.joining import join
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 from tests.support.commands import rows, run
 from tests.support.control_logs import (
     PLAN,

@@ -13,7 +13,7 @@ from pretravel.base.directions import grid
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.files.map_file import read_map, write_map
 from pretravel.files.touches_csv import read_touches
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import example_map

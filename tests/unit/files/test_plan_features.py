@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.features_file import DrawnFeature
-from pretravel.files.plan_features import read_plan_features
+from pretravel.drawing.tolerances.features_file import DrawnFeature
+from pretravel.drawing.tolerances.plan_features import read_plan_features
+from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
 from pretravel.measurement.selection import _matches
-from pretravel.measurement.tolerance_frame import GeometricTolerance
 from tests.support.plans import DMIS_PLAN, QIF_PLAN
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.demo.demonstration import ring_touches
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.readings import read_readings
 from pretravel.files.touches_csv import write_touches
-from pretravel.tasks.reports.demonstration import ring_touches
 
 
 def test_the_normals_of_a_ring_are_not_taken_for_directions_of_travel(tmp_path: Path) -> None:

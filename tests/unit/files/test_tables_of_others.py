@@ -11,7 +11,7 @@ from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
-from pretravel.probing.targets import Targets
+from pretravel.touches.targets import Targets
 from tests.support.commands import positions, rows, run
 from tests.support.control_logs import HEIGHT_GRID_FILE, written
 

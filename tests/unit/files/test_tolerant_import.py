@@ -23,7 +23,7 @@ from pretravel.files.source_file import SourceFile
 from pretravel.files.table_formats import CSV
 from pretravel.files.touches_csv import read_touches
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.commands import rows, run
 from tests.support.control_logs import written

@@ -9,7 +9,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.logs.trip_map import TRIP_MAP, read_trip_map
 from pretravel.files.source_file import SourceFile
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from tests.support.control_logs import TRIP_MAP_FILE, TRIP_MAP_OPTIONS
 
 ANGLE = np.arange(0.0, 360.0, 15.0)

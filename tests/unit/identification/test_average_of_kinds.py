@@ -21,10 +21,10 @@ from pretravel.maps.kinds.wozniak import WozniakKind
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification import qualify as qualifying
+from pretravel.qualification import qualifying
 from pretravel.qualification.kind_weights import _disagreement, averaged
 from pretravel.qualification.qualification import KindScore, PreparedTouches, Qualification
-from pretravel.qualification.qualify import qualified, qualify, qualify_like
+from pretravel.qualification.qualifying import qualified, qualify, qualify_like
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification import physical
-from pretravel.identification.physical import PhysicalMapFit
-from pretravel.identification.six_seat_fit import SixSeatProblem
 from pretravel.maps.kinds.harmonic import fit_harmonic
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
-from pretravel.prediction.six_seats import PARAMETERS
 from pretravel.qualification.observe import observe
+from pretravel.six_seats import physical
+from pretravel.six_seats.physical import PhysicalMapFit
+from pretravel.six_seats.six_seat_fit import SixSeatProblem
+from pretravel.six_seats.uneven_seats import PARAMETERS
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.reference_touches import sphere_touches

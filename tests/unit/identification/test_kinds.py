@@ -17,7 +17,7 @@ from pretravel.maps.kinds import kind_named, kinds
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
 from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
 from pretravel.measurement.compensation import distances_from_reference
-from pretravel.qualification.qualify import qualify, qualify_like
+from pretravel.qualification.qualifying import qualify, qualify_like
 from pretravel.touches import Touches
 from tests.support.examples import SPHERE
 

@@ -12,13 +12,12 @@ from scipy.stats import norm
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.identification.physical import PhysicalKind
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.qualification import kind_weights
 from pretravel.qualification.kind_weights import (
     _folds,
@@ -26,7 +25,8 @@ from pretravel.qualification.kind_weights import (
     stacking_weights,
 )
 from pretravel.qualification.qualification import KindScore, PreparedTouches
-from pretravel.qualification.qualify import prepare
+from pretravel.qualification.qualifying import prepare
+from pretravel.six_seats.physical import PhysicalKind
 from pretravel.touches import Touches
 
 UM = 1e-3

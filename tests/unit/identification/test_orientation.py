@@ -11,10 +11,10 @@ import pytest
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
+from pretravel.design.identification.orientation import SHARE, in_orientation
 from pretravel.files.map_file import read_map, write_map
-from pretravel.identification.orientation import SHARE, in_orientation
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.qualification.prior_update import update_map
 from tests.support.commands import run
 from tests.support.example_maps import example_map

@@ -16,15 +16,15 @@ from benchmarks.departures.probes import uneven
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.files.touches_csv import read_touches
-from pretravel.identification import physical
-from pretravel.identification.physical import PhysicalKind, PhysicalMapFit, fit_physical
-from pretravel.identification.scale_weights import WeightedScales, averaged_unknowns
-from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem, most_probable
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
-from pretravel.prediction.six_seat_slopes import six_seat_pretravel
-from pretravel.prediction.six_seats import PARAMETERS
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats import physical
+from pretravel.six_seats.physical import PhysicalKind, PhysicalMapFit, fit_physical
+from pretravel.six_seats.scale_weights import WeightedScales, averaged_unknowns
+from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem, most_probable
+from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
+from pretravel.six_seats.uneven_seats import PARAMETERS
 from pretravel.touches import Touches
 from tests.support.example_maps import example_qualification
 from tests.support.examples import PART as PART_TOUCHES

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
-from pretravel.identification.physical import PhysicalMapFit, fit_physical
-from pretravel.identification.six_seat_fit import SixSeatProblem, most_probable, promised_gain
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observe import observe
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats.physical import PhysicalMapFit, fit_physical
+from pretravel.six_seats.six_seat_fit import SixSeatProblem, most_probable, promised_gain
 from tests.support.made_up_probes import NOISE, made_up_response, touches_of
 from tests.support.reference_touches import sphere_touches
 

@@ -12,8 +12,8 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, grid
 from pretravel.base.errors import DescriptionError, PretravelError
-from pretravel.identification.evidence import evidence_of
-from pretravel.identification.probe_from_map import (
+from pretravel.design.identification.evidence import evidence_of
+from pretravel.design.identification.probe_from_map import (
     FREE,
     Identification,
     _misfit,
@@ -28,7 +28,7 @@ from pretravel.maps.provenance import Origin
 from pretravel.maps.touched_means import TouchedMeans
 from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.predict import predict, predicted_map
+from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import example_map
 

@@ -11,7 +11,8 @@ from scipy.stats import multivariate_normal, norm
 from scipy.stats import t as student
 
 from pretravel.base.directions import fibonacci_cap
-from pretravel.identification.scale_weights import (
+from pretravel.maps.observation import Observation, Scatter
+from pretravel.six_seats.scale_weights import (
     ASYMMETRY_SCALES,
     CORRECTIONS,
     FIXED_SCATTERS,
@@ -23,9 +24,8 @@ from pretravel.identification.scale_weights import (
     log_likelihoods,
     weighted_scales,
 )
-from pretravel.identification.six_seat_fit import PriorScales, SixSeatProblem
-from pretravel.maps.observation import Observation, Scatter
-from pretravel.prediction.six_seats import PARAMETERS
+from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem
+from pretravel.six_seats.uneven_seats import PARAMETERS
 
 UM = 1e-3
 UNKNOWN = [0.3 * UM * 1.6**step for step in range(-6, 7)]

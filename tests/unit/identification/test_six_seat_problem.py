@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap
-from pretravel.identification import six_seat_fit
-from pretravel.identification.six_seat_fit import (
+from pretravel.maps.observation import Observation
+from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+from pretravel.prediction.hertz import curved_part_factor
+from pretravel.six_seats import six_seat_fit
+from pretravel.six_seats.six_seat_fit import (
     PriorScales,
     SixSeatProblem,
     _Weighted,
     most_probable,
 )
-from pretravel.maps.observation import Observation
-from pretravel.maps.spherical_harmonics import real_spherical_harmonics
-from pretravel.prediction.hertz import curved_part_factor
-from pretravel.prediction.six_seats import PARAMETERS, six_seat_response
+from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response
 
 CASES = ["sphere", "tip unknown", "ring"]
 REPEATS = np.array([1, 2, 3, 1, 2, 1, 1, 4, 1, 2, 1, 1, 2])

@@ -9,22 +9,22 @@ from pathlib import Path
 import pytest
 
 from pretravel.files.laboratory_file import laboratory_template, read_laboratory
-from pretravel.laboratory.certificate import calibration_certificate
-from pretravel.laboratory.laboratory_statements import (
+from pretravel.files.laboratory_statements import (
     CalibratedItem,
     LaboratoryStatements,
     MeasuringInstrument,
     ReferenceIdentity,
 )
-from pretravel.laboratory.rig import RigTouch
-from pretravel.laboratory.rig_budget import (
+from pretravel.laboratory.certificate import calibration_certificate
+from pretravel.laboratory.rig.budget import (
     REN_BUDGET,
     LengthComponent,
     calibration_budget,
     constant_and_slope,
     length_budget,
 )
-from pretravel.laboratory.rig_calibration import calibrate_rig
+from pretravel.laboratory.rig.calibration import calibrate_rig
+from pretravel.laboratory.rig.trace import RigTouch
 
 
 def test_a_template_states_nothing(tmp_path: Path) -> None:

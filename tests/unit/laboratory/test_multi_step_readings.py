@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.multi_step_readings import (
+from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepReadings,
     RepeatedPair,
     check_connected,

@@ -11,9 +11,9 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.touches_csv import touches_table
-from pretravel.laboratory.multi_step_readings import MultiStepReadings
-from pretravel.laboratory.multi_step_touches import readings_of_touches
-from pretravel.laboratory.separation import separate
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.laboratory.separation.multi_step_touches import readings_of_touches
+from pretravel.laboratory.separation.separation import separate
 from pretravel.touches import Touches
 from tests.support.commands import rows, run
 

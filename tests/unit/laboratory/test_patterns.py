@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.files.plan_csv import pattern_table
-from pretravel.laboratory.iso230_10 import plane_pattern_36
+from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
 from tests.support.commands import rows, run
 
 

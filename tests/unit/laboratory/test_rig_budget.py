@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.files.rig_csv import read_budget
-from pretravel.laboratory.rig import RigTouch
-from pretravel.laboratory.rig_budget import (
+from pretravel.laboratory.rig.budget import (
     REN_BUDGET,
     LengthComponent,
     budget_doubts,
@@ -21,7 +19,9 @@ from pretravel.laboratory.rig_budget import (
     own_repeatability,
     rig_sources,
 )
-from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
+from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
+from pretravel.laboratory.rig.rig_csv import read_budget
+from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.show.result_file import read_result
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES

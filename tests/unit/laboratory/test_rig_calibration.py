@@ -11,9 +11,9 @@ import pytest
 from scipy import stats
 
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.rig import RigTouch
-from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
-from pretravel.tasks.reports.rig_report import performance_figures
+from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
+from pretravel.laboratory.rig.trace import RigTouch
+from pretravel.laboratory.tasks.rig.report import performance_figures
 
 UM = 1e-3
 BLANK = RigTouch("", 0.0, 3e-3, 8e-3, 4e-4, 1e-5, 2e-5, 3e-5, 0.0, 0.0, 3.0, ())

@@ -15,10 +15,10 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.rig import RigTouch, RigTrace, at_reference_temperature
-from pretravel.laboratory.rig_events import rig_touch
-from pretravel.laboratory.rig_marks import with_marks
-from pretravel.laboratory.rig_signals import rod_motion
+from pretravel.laboratory.rig.events import rig_touch
+from pretravel.laboratory.rig.marks import with_marks
+from pretravel.laboratory.rig.signals import rod_motion
+from pretravel.laboratory.rig.trace import RigTouch, RigTrace, at_reference_temperature
 
 UM = 1e-3
 STEP = 0.1 * UM

@@ -12,11 +12,11 @@ from scipy import stats
 
 from pretravel.base.errors import PretravelError
 from pretravel.files.map_file import read_map
-from pretravel.files.rig_csv import rig_traces
-from pretravel.laboratory.rig import RigTouch
-from pretravel.laboratory.rig_budget import REN_BUDGET, LengthComponent
-from pretravel.laboratory.rig_calibration import RigCalibration, angles_of, calibrate_rig
-from pretravel.laboratory.rig_map import rig_map
+from pretravel.laboratory.rig.budget import REN_BUDGET, LengthComponent
+from pretravel.laboratory.rig.calibration import RigCalibration, angles_of, calibrate_rig
+from pretravel.laboratory.rig.map import rig_map
+from pretravel.laboratory.rig.rig_csv import rig_traces
+from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.prediction.catalogue import load_probe
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES

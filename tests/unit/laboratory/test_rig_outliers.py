@@ -13,15 +13,15 @@ import pytest
 from scipy import stats
 
 from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.laboratory.rig import RigTouch
-from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
-from pretravel.laboratory.rig_left_out import left_out_sentences
-from pretravel.laboratory.rig_outliers import (
+from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
+from pretravel.laboratory.rig.left_out import left_out_sentences
+from pretravel.laboratory.rig.outliers import (
     FALSE_ALARM_LEVEL,
     OutlyingRows,
     outlier_messages,
     outlying_rows,
 )
+from pretravel.laboratory.rig.trace import RigTouch
 
 UM = 1e-3
 BLANK = RigTouch("", 0.0, 0.0, 8e-3, 3e-4, 1e-6, 1e-6, 1e-6, 0.0, 0.0, 3.0, ())

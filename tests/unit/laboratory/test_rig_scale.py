@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.rig_scale import check_scale, scale_doubts
+from pretravel.laboratory.rig.scale import check_scale, scale_doubts
 from pretravel.show.result_file import read_result
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES

@@ -12,8 +12,7 @@ from scipy import stats
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.rig import RigTrace
-from pretravel.laboratory.rig_signals import (
+from pretravel.laboratory.rig.signals import (
     LevelChange,
     RulerPosition,
     laser_at_edge,
@@ -22,6 +21,7 @@ from pretravel.laboratory.rig_signals import (
     rod_motion,
     ruler_at_edge,
 )
+from pretravel.laboratory.rig.trace import RigTrace
 
 UM = 1e-3
 REST, STAND = np.zeros(30), np.full(40, 0.5)

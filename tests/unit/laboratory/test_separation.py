@@ -15,13 +15,13 @@ from scipy import stats
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.multi_step_readings import (
+from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepReadings,
     RepeatedPair,
     multi_step_design,
 )
-from pretravel.laboratory.separation import Separation, _shares, separate
-from pretravel.laboratory.separation_variances import likelihood_information, noise_of_readings
+from pretravel.laboratory.separation.separation import Separation, _shares, separate
+from pretravel.laboratory.separation.variances import likelihood_information, noise_of_readings
 
 UM = 1e-3
 

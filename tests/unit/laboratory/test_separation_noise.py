@@ -13,14 +13,14 @@ from scipy import optimize, stats
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.multi_step_readings import (
+from pretravel.laboratory.separation.multi_step_readings import (
     MultiStepDesign,
     MultiStepReadings,
     multi_step_design,
     weighted_residuals,
 )
-from pretravel.laboratory.separation_noise import TAILS, ReadingScale, noise_tails
-from pretravel.laboratory.separation_variances import (
+from pretravel.laboratory.separation.noise import TAILS, ReadingScale, noise_tails
+from pretravel.laboratory.separation.variances import (
     _shrunk,
     common_scale,
     likelihood_information,

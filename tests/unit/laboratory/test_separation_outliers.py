@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from pretravel.laboratory.multi_step_readings import MultiStepReadings, multi_step_design
-from pretravel.laboratory.separation import Method, separate
-from pretravel.laboratory.separation_noise import TAILS, ReadingScale, noise_tails
-from pretravel.laboratory.separation_outliers import (
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.laboratory.separation.noise import TAILS, ReadingScale, noise_tails
+from pretravel.laboratory.separation.outliers import (
     ReadingOutlier,
     _judged,
     outlying_readings,
 )
-from pretravel.laboratory.separation_variances import likelihood_information, squared_scales
+from pretravel.laboratory.separation.separation import Method, separate
+from pretravel.laboratory.separation.variances import likelihood_information, squared_scales
 
 UM = 1e-3
 COUNT = 24

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.laboratory.multi_step_readings import MultiStepReadings, multi_step_design
-from pretravel.laboratory.separation_plan import (
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.laboratory.separation.plan import (
     best_steps,
     error_factor,
     plan_separation,
     turned_pairs,
     variance_factor,
 )
-from pretravel.laboratory.separation_variances import (
+from pretravel.laboratory.separation.variances import (
     direction_variance_uncertainty,
     likelihood_information,
 )

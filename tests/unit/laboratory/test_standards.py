@@ -14,10 +14,10 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles, sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
-from pretravel.laboratory.iso230_10 import check_iso230_10, plane_pattern_36
-from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
-from pretravel.laboratory.iso10360_5 import check_iso10360_5
-from pretravel.laboratory.standard_check import (
+from pretravel.laboratory.standards.iso230_10 import check_iso230_10, plane_pattern_36
+from pretravel.laboratory.standards.iso230_10_tip_offset import check_tip_offset
+from pretravel.laboratory.standards.iso10360_5 import check_iso10360_5
+from pretravel.laboratory.standards.standard_check import (
     RANGE_AS_DEFINED,
     CalibratedSphere,
     StandardCheck,
@@ -26,7 +26,7 @@ from pretravel.laboratory.standard_check import (
     refuse_turned_spindle,
     surface_points,
 )
-from pretravel.tasks.check import Check, not_stated
+from pretravel.laboratory.tasks.check import Check, not_stated
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Component
 

@@ -18,12 +18,12 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
-from pretravel.laboratory.iso230_10_tip_offset import check_tip_offset
-from pretravel.laboratory.standard_check import CalibratedSphere, StandardCheck
-from pretravel.laboratory.tip_offset import fit_tip_offset, turns_the_other_way
+from pretravel.laboratory.standards.iso230_10_tip_offset import check_tip_offset
+from pretravel.laboratory.standards.standard_check import CalibratedSphere, StandardCheck
+from pretravel.laboratory.standards.tip_offset import fit_tip_offset, turns_the_other_way
+from pretravel.laboratory.tasks.check.report import check_view, standards_document
 from pretravel.show.chart import PlaneChart
 from pretravel.show.chart_marks import Dots
-from pretravel.tasks.reports.standards_report import check_view, standards_document
 from pretravel.touches import Touches
 
 UM = 1e-3

@@ -35,7 +35,7 @@ from pretravel.maps.kinds import kind_named, kinds, restored_basis
 import sys
 assert list(kinds())[-1] == "belt", list(kinds())
 assert "belt_maps" not in sys.modules
-assert "pretravel.identification.physical" not in sys.modules
+assert "pretravel.six_seats.physical" not in sys.modules
 assert kinds()["mean"].title == "mean radius"
 assert kind_named("belt", width=2.0).width == 2.0
 assert type(restored_basis("belt", StoredBasis(None, 3.0))).__name__ == "BeltBasis"

@@ -22,7 +22,7 @@ from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import made_up_map
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
-from pretravel.measurement.alignment import (
+from pretravel.drawing.alignment.alignment import (
     MOTIONS,
     Alignment,
     Datum,
@@ -22,9 +22,9 @@ from pretravel.measurement.alignment import (
     points_in_part,
     radius_alone,
 )
-from pretravel.measurement.alignment_search import found_placements
+from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.drawing.features.extreme_association import associate_by
 from pretravel.measurement.compensation import embed
-from pretravel.measurement.extreme_association import associate_by
 from pretravel.surface.cad.part import Part
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import lobes

@@ -7,9 +7,9 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.drawing.features.between_features import covariance_of_positions, relations_between
+from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity, measure_feature
 from pretravel.measurement.association import associate
-from pretravel.measurement.between_features import covariance_of_positions, relations_between
-from pretravel.measurement.measured_feature import MeasuredFeature, Quantity, measure_feature
 from pretravel.measurement.points import FIXED_SCATTER
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 

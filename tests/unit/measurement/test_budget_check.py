@@ -10,9 +10,14 @@ import pytest
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
-from pretravel.measurement.budget_check import ActingErrors, BudgetCheck, Coverage, check_budget
-from pretravel.qualification.qualify import qualify
-from pretravel.tasks.check_budget import CheckBudget
+from pretravel.drawing.tasks.check_budget import CheckBudget
+from pretravel.drawing.tasks.check_budget.budget_check import (
+    ActingErrors,
+    BudgetCheck,
+    Coverage,
+    check_budget,
+)
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.commands import run
 

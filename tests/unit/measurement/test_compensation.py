@@ -13,13 +13,13 @@ from pretravel.base.directions import from_angles, unit
 from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.contact_slide import contact_slide
-from pretravel.prediction.described_map import described_map
+from pretravel.measurement.contact_slides import contact_slide
+from pretravel.prediction.described_maps import described_map
 from pretravel.probing.simulation import simulate, simulate_some
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
+from pretravel.touches.targets import Targets
 from tests.support.example_maps import mean_map
 
 UP = np.array([[0.0, 0.0, 1.0]])

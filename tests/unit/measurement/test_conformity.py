@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.measurement.conformity import (
+from pretravel.drawing.features.conformity import (
     ConformityVerdict,
     form_conformity,
     position_conformity,
     size_conformity,
 )
-from pretravel.measurement.measured_feature import measure_feature
+from pretravel.drawing.features.measured_feature import measure_feature
 from tests.support.feature_points import OWN, around, feature_points
 
 CONFORMS, FAILS, UNDECIDED = ConformityVerdict

@@ -10,10 +10,10 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
+from pretravel.drawing.features.extreme_association import KINDS_BY_CRITERION, associate_by
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.association import Association, associate
-from pretravel.measurement.extreme_association import KINDS_BY_CRITERION, associate_by
-from pretravel.measurement.feature_uncertainty import FORM_OF_PART
-from pretravel.measurement.measured_feature import MeasuredFeature, measure_feature
 from pretravel.measurement.points import Points
 from tests.support.feature_points import OWN, TIP, around, feature_points, features
 

@@ -10,19 +10,19 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, parse_placement
-from pretravel.measurement.association import associate, moved_association
-from pretravel.measurement.conformity import ConformityVerdict
-from pretravel.measurement.datum_system import DatumFeature, DatumSystem, datum_system
-from pretravel.measurement.geometric_tolerances import inspect_geometry
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.points import Points
-from pretravel.measurement.tolerance_frame import (
+from pretravel.drawing.features.conformity import ConformityVerdict
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tolerances.datum_system import DatumFeature, DatumSystem, datum_system
+from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
+from pretravel.drawing.tolerances.tolerance_frame import (
     Frame,
     GeometricResult,
     GeometricTolerance,
     PlacedFeature,
 )
-from pretravel.measurement.tolerances_of_places import _located
+from pretravel.drawing.tolerances.tolerances_of_places import _located
+from pretravel.measurement.association import associate, moved_association
+from pretravel.measurement.points import Points
 from tests.support.feature_points import OWN, around, feature_points
 
 Z = np.array([0.0, 0.0, 1.0])

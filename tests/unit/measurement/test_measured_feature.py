@@ -11,13 +11,13 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
+from pretravel.drawing.features.conformity import ConformityVerdict, size_conformity
+from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.association import ASSOCIATIONS, associate
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.conformity import ConformityVerdict, size_conformity
-from pretravel.measurement.measured_feature import measure_feature
 from pretravel.measurement.points import FIXED_SCATTER, Points, placed
 from pretravel.measurement.selection import points_at, points_of_features
 from pretravel.uncertainty.covariance import Covariance

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.measurement.neighbour_normals import neighbour_normals
+from pretravel.measurement.normals_from_neighbours import neighbour_normals
 
 RADIUS = 40.0
 

@@ -17,8 +17,8 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement import point_errors
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_sphere import measured_sphere
-from pretravel.measurement.point_budget import (
+from pretravel.measurement.measured_spheres import measured_sphere
+from pretravel.measurement.point_budgets import (
     budget_of_variances,
     point_budget,
     variances_along_normals,
@@ -30,7 +30,7 @@ from pretravel.measurement.point_errors import (
     total_covariance,
     unknown_delay_travel,
 )
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.errors_by_trials import points_by_trials, sphere_radii

@@ -12,7 +12,7 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.measurement.rotary_axis import LETTERS, RotaryAxis, rotary_axis
+from pretravel.measurement.rotary_axes import LETTERS, RotaryAxis, rotary_axis
 from pretravel.tasks.axis import Axis
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run

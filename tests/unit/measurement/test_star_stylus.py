@@ -12,15 +12,15 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.star_stylus import (
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.measurement.star_styli import (
     StarStylus,
     apply_star,
     by_noise,
     rows_of_tips,
     star_stylus,
 )
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.example_maps import example_qualification
 

@@ -12,6 +12,7 @@ import pytest
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, probe_rotation
+from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.files.csv_table import write_csv_table
 from pretravel.files.map_file import write_map
 from pretravel.files.touches_csv import touches_table
@@ -19,8 +20,7 @@ from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.point_budget import point_budget
+from pretravel.measurement.point_budgets import point_budget
 from pretravel.measurement.point_errors import errors_of_points, point_sources, total_covariance
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.touches import Touches

@@ -17,17 +17,17 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
-from pretravel.prediction import predict_with_friction
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.friction import predict_with_friction
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import compliance_model
-from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.compliance.ren import RenProbe, ren_pretravel
 from pretravel.prediction.description import Moving, Probe
 from pretravel.prediction.hertz import ball_on_flat, contact_modulus, rod_on_ball_coefficient
 from pretravel.prediction.materials import Material, material
-from pretravel.prediction.predict import Trigger, predict
 from pretravel.prediction.seats import SeatStatics, seat_statics
+from pretravel.prediction.trigger import Trigger, predict
 
 POLAR, AZIMUTH = np.radians([0.0, 35.0, 60.0, 100.0]), np.array([0.0, 0.4, 2.0, 4.0])
 N = from_angles(POLAR, AZIMUTH)

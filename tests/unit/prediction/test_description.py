@@ -13,7 +13,7 @@ from pretravel.prediction.catalogue import (
     load_probe,
     parse_probe,
 )
-from pretravel.prediction.described_map import described_map
+from pretravel.prediction.described_maps import described_map
 
 
 def _edited(old: str, new: str) -> str:

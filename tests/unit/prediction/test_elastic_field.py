@@ -12,18 +12,18 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
+from pretravel.design.fem.condensation import ElasticField, ReducedModel
+from pretravel.design.fem.elastic_field import TriggerField, field_at_trigger, stress_by_direction
+from pretravel.design.fem.elasticity import von_mises
+from pretravel.design.fem.finite_element_mesh import FiniteElementMesh
+from pretravel.design.fem.interface_loads import SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.elastic_field import TriggerField, field_at_trigger, stress_by_direction
-from pretravel.prediction.event import trigger_force
-from pretravel.prediction.fem.condensation import ElasticField, ReducedModel
-from pretravel.prediction.fem.elasticity import von_mises
-from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh
-from pretravel.prediction.fem.interface_loads import SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
 from pretravel.prediction.materials import material
-from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
+from pretravel.six_seats.event import trigger_force
+from pretravel.six_seats.seat_frames import seat_frame
 
 DIRECTIONS = np.array([[0.6, 0.48, 0.64], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
 REGIONS = np.array([0, 0, 1, 2, 1, 2, 2])

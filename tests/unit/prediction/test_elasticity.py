@@ -10,24 +10,24 @@ import pytest
 from skfem import MeshTet
 
 from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.prediction.description import Probe
-from pretravel.prediction.fem import interface_loads as loads
-from pretravel.prediction.fem.elasticity import (
+from pretravel.design.fem import interface_loads as loads
+from pretravel.design.fem.elasticity import (
     _seat_regions,
     element_stiffness,
     rigid_motions,
     upper_stiffness,
     von_mises,
 )
-from pretravel.prediction.fem.finite_element_mesh import (
+from pretravel.design.fem.finite_element_mesh import (
     FiniteElementMesh,
     element_unknowns,
     mesh_quality,
 )
-from pretravel.prediction.fem.quadrature import face_quadrature, quadrature
-from pretravel.prediction.fem.regions import SPRING, TIP, seat_face
+from pretravel.design.fem.quadrature import face_quadrature, quadrature
+from pretravel.design.fem.regions import SPRING, TIP, seat_face
+from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
-from pretravel.prediction.seat_frame import seat_frame
+from pretravel.six_seats.seat_frames import seat_frame
 
 EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 STEEL, CARBIDE = material("steel"), material("tungsten carbide")

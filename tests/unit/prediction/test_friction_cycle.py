@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.prediction import friction as friction_module
-from pretravel.prediction.beam import stylus_compliance
-from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.description import Probe
-from pretravel.prediction.fem.interface_loads import TANGENTIAL
-from pretravel.prediction.friction import (
+from pretravel.design.fem.interface_loads import TANGENTIAL
+from pretravel.design.friction import seat_friction as friction_module
+from pretravel.design.friction.friction_equilibrium import equilibrium, seat_mechanism
+from pretravel.design.friction.seat_friction import (
     FrictionCycle,
     _frictionless_deflection,
     _History,
@@ -22,9 +20,11 @@ from pretravel.prediction.friction import (
     check_conditions,
     friction_cycle,
 )
-from pretravel.prediction.friction_equilibrium import equilibrium, seat_mechanism
-from pretravel.prediction.predict import predict
+from pretravel.prediction.beam import stylus_compliance
+from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.description import Probe
 from pretravel.prediction.seats import seat_statics
+from pretravel.prediction.trigger import predict
 
 DIRECTIONS = np.array([[0.8, 0.36, 0.48], [-0.28, 0.96, 0.0], [0.48, -0.64, 0.6]])
 THRESHOLD = 0.05

@@ -14,12 +14,10 @@ import scipy.linalg
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.prediction import friction_equilibrium
-from pretravel.prediction.beam import stylus_compliance
-from pretravel.prediction.description import Probe
-from pretravel.prediction.fem.condensation import ReducedModel
-from pretravel.prediction.fem.interface_loads import SEATS, SPRING_FORCE, TANGENTIAL, TIP_FORCE
-from pretravel.prediction.friction_equilibrium import (
+from pretravel.design.fem.condensation import ReducedModel
+from pretravel.design.fem.interface_loads import SEATS, SPRING_FORCE, TANGENTIAL, TIP_FORCE
+from pretravel.design.friction import friction_equilibrium
+from pretravel.design.friction.friction_equilibrium import (
     SeatMechanism,
     SeatState,
     _Equations,
@@ -28,9 +26,11 @@ from pretravel.prediction.friction_equilibrium import (
     equilibrium,
     seat_mechanism,
 )
+from pretravel.prediction.beam import stylus_compliance
+from pretravel.prediction.description import Probe
 from pretravel.prediction.hertz import contact_modulus, rod_on_ball_coefficient
-from pretravel.prediction.seat_frame import seat_frame
 from pretravel.prediction.seats import seat_statics
+from pretravel.six_seats.seat_frames import seat_frame
 
 COUNT = 4
 PRELOAD = 5.0

@@ -14,11 +14,11 @@ import pytest
 from netgen.occ import Box, Cylinder, Glue, Pnt, Sphere, Z
 
 from pretravel.base.errors import DescriptionError
+from pretravel.design.fem import geometry
+from pretravel.design.fem.described_solids import _tripod_solids
+from pretravel.design.fem.regions import ProbeSolid
+from pretravel.design.fem.step_solids import _check_tip, _stylus_materials
 from pretravel.prediction.description import Probe, StepGeometry
-from pretravel.prediction.fem import geometry
-from pretravel.prediction.fem.described_solids import _tripod_solids
-from pretravel.prediction.fem.regions import ProbeSolid
-from pretravel.prediction.fem.step_solids import _check_tip, _stylus_materials
 from pretravel.prediction.materials import material
 
 STEEL = material("steel")

@@ -16,8 +16,8 @@ import pytest
 from scipy import sparse
 
 from pretravel.base.errors import CapacityError, PretravelError
-from pretravel.prediction.fem import linear_solvers
-from pretravel.prediction.fem.linear_solvers import check_solver, factorise
+from pretravel.design.fem import linear_solvers
+from pretravel.design.fem.linear_solvers import check_solver, factorise
 
 UPPER = sparse.csr_matrix(np.array([[4.0, 1.0, 0.0], [0.0, 5.0, -2.0], [0.0, 0.0, 6.0]]))
 WHOLE = UPPER.toarray() + np.triu(UPPER.toarray(), 1).T

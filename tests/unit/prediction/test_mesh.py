@@ -14,12 +14,12 @@ from netgen.meshing import NgException
 from netgen.occ import Box, Glue
 
 from pretravel.base.errors import DescriptionError, MeshError, PretravelError
+from pretravel.design.fem import mesh as meshes
+from pretravel.design.fem.finite_element_mesh import FiniteElementMesh, mesh_quality
+from pretravel.design.fem.geometry import ProbeSolids
+from pretravel.design.fem.mesh import MeshSettings, mesh_probe, mesh_solids, numbered
+from pretravel.design.fem.seat_ball import CONTACT, ball_mesh
 from pretravel.prediction.description import Probe
-from pretravel.prediction.fem import mesh as meshes
-from pretravel.prediction.fem.finite_element_mesh import FiniteElementMesh, mesh_quality
-from pretravel.prediction.fem.geometry import ProbeSolids
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_probe, mesh_solids, numbered
-from pretravel.prediction.fem.seat_ball import CONTACT, ball_mesh
 from pretravel.prediction.materials import material
 
 NAMES = ("refinement", "body", "interface", "patch", "patch_radius", "grading")

@@ -11,17 +11,17 @@ from netgen.occ import Box, Compound, Glue, OCCGeometry, Pnt
 
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import CapacityError, DescriptionError, InputError
+from pretravel.design.fem import free_body
+from pretravel.design.fem.compliance import FiniteElements
+from pretravel.design.fem.condensation import condense
+from pretravel.design.fem.elasticity import finite_element_model
+from pretravel.design.fem.geometry import ProbeSolids, probe_body, probe_solids, write_step
+from pretravel.design.fem.mesh import MeshSettings, mesh_solids
+from pretravel.design.fem.regions import seat_face
 from pretravel.prediction.catalogue import description_text, parse_probe
-from pretravel.prediction.compliance.fem import FiniteElements
 from pretravel.prediction.description import Probe, StepGeometry
-from pretravel.prediction.fem import free_body
-from pretravel.prediction.fem.condensation import condense
-from pretravel.prediction.fem.elasticity import finite_element_model
-from pretravel.prediction.fem.geometry import ProbeSolids, probe_body, probe_solids, write_step
-from pretravel.prediction.fem.mesh import MeshSettings, mesh_solids
-from pretravel.prediction.fem.regions import seat_face
 from pretravel.prediction.materials import material
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from tests.support.coarse_models import COARSE, coarse_reduced_sixth, coarse_sixth
 
 
@@ -105,7 +105,7 @@ def test_step_file_gives_the_described_probe(omp40: Probe, tmp_path: Path) -> No
 
 def merged_step(probe: Probe, folder: Path) -> StepGeometry:
     """As a CAD user draws it: tripod, head, stem and tip, one solid each."""
-    from pretravel.prediction.fem.described_solids import described_solids
+    from pretravel.design.fem.described_solids import described_solids
 
     parts = {part.name: part.solid for part in described_solids(probe)}
     tripod = parts["hub"] + parts["holder"] + parts["rods"]

@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.base.whole_file import one_process_at_a_time
+from pretravel.base.whole_files import one_process_at_a_time
+from pretravel.design.fem import reduction_cache
+from pretravel.design.fem.condensation import ReducedModel
+from pretravel.design.fem.interface_loads import INTERFACE
+from pretravel.design.fem.mesh import MeshSettings
+from pretravel.design.fem.reduction_cache import reduced_model, reduction_key
+from pretravel.design.fem.seat_ball import ball_correction
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe, StepGeometry
-from pretravel.prediction.fem import reduction_cache
-from pretravel.prediction.fem.condensation import ReducedModel
-from pretravel.prediction.fem.interface_loads import INTERFACE
-from pretravel.prediction.fem.mesh import MeshSettings
-from pretravel.prediction.fem.reduction_cache import reduced_model, reduction_key
-from pretravel.prediction.fem.seat_ball import ball_correction
 from pretravel.prediction.materials import material
 from tests.support.coarse_models import coarse_reduced_sixth
 
@@ -365,7 +365,7 @@ def test_a_model_that_another_process_makes_is_waited_for(
     script = (
         "import sys, time\n"
         "from pathlib import Path\n"
-        "from pretravel.base.whole_file import one_process_at_a_time\n"
+        "from pretravel.base.whole_files import one_process_at_a_time\n"
         "path = Path(sys.argv[1])\n"
         "with one_process_at_a_time(path):\n"
         "    print('locked', flush=True)\n"

@@ -19,8 +19,8 @@ from pretravel.prediction.compliance import analytic
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
-from pretravel.prediction.predict import predict
-from pretravel.prediction.response import (
+from pretravel.prediction.trigger import predict
+from pretravel.six_seats.response import (
     ProbeResponse,
     ResponseBasis,
     hertz_power,
@@ -28,9 +28,9 @@ from pretravel.prediction.response import (
     probe_response,
     response_map,
 )
-from pretravel.prediction.six_seat_basis import SixSeatBasis
-from pretravel.prediction.six_seat_slopes import six_seat_pretravel
-from pretravel.prediction.six_seats import PARAMETERS
+from pretravel.six_seats.six_seat_basis import SixSeatBasis
+from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
+from pretravel.six_seats.uneven_seats import PARAMETERS
 
 DIRECTIONS = np.array([[0.6, 0.48, 0.64], [-0.8, 0.6, 0.0], [0.28, -0.96, 0.0], [0.0, 0.0, 1.0]])
 TIP_RADIUS = 2.5

@@ -12,22 +12,22 @@ import pytest
 
 from pretravel.base.errors import ConvergenceError, DescriptionError, InputError, PretravelError
 from pretravel.base.frames import probe_rotation
+from pretravel.design.friction import predict_with_friction
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.provenance import Origin
-from pretravel.prediction import predict_with_friction
 from pretravel.prediction.catalogue import description_text, parse_probe
 from pretravel.prediction.compliance.base import TIP_ON_PART
 from pretravel.prediction.description import Moving, Orientation, Probe
-from pretravel.prediction.event import trigger_force, watched_loads
 from pretravel.prediction.materials import default_workpiece, material
-from pretravel.prediction.predict import Trigger, predict, predicted_map
-from pretravel.prediction.response import probe_response
 from pretravel.prediction.seats import lifted_tip_motion, seat_statics, statics_in_machine
+from pretravel.prediction.trigger import Trigger, predict, predicted_map
 from pretravel.probing.simulation import simulate
-from pretravel.probing.slide import slide
-from pretravel.probing.targets import Targets
+from pretravel.probing.slides import slide
+from pretravel.six_seats.event import trigger_force, watched_loads
+from pretravel.six_seats.response import probe_response
 from pretravel.surface.shapes import Plane
 from pretravel.tasks.predict import Predict
+from pretravel.touches.targets import Targets
 
 RANDOM = np.random.default_rng(8)
 REST = np.array([2.0, 3.1, 1.7, 2.6, 3.3, 2.2])

@@ -14,10 +14,10 @@ from pretravel.files.touches_csv import read_targets
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import embed
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict, predicted_map
-from pretravel.probing.targets import Targets
+from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.surface.shapes import Plane
 from pretravel.touches import GLANCING, Touches
+from pretravel.touches.targets import Targets
 
 UP = np.array([[0.0, 0.0, 1.0]])
 

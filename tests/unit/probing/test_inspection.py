@@ -15,12 +15,12 @@ from pretravel.base.errors import PretravelError
 from pretravel.probing.inspection import InspectionRegion, _grid, plan_inspection
 from pretravel.probing.simulation import simulate_some
 from pretravel.probing.surface_touches import TouchStatus
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.local_geometry import Domain
 from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Sphere
 from pretravel.surface.shapes_of_revolution import Cylinder, Torus
+from pretravel.touches.targets import Targets
 from tests.support.examples import EXAMPLES
 
 PART = EXAMPLES / "part.step"

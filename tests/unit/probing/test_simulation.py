@@ -33,10 +33,10 @@ from pretravel.probing.surface_touches import (
     TouchStatus,
     describe_failures,
 )
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches
+from pretravel.touches.targets import Targets
 from tests.support.example_maps import mean_map
 
 UP = [0.0, 0.0, 1.0]

@@ -14,8 +14,8 @@ from pretravel.base.directions import from_angles
 from pretravel.base.errors import ConvergenceError, PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.slide import SlideSettings, slide
 from pretravel.probing.slide_history import SlideHistory
+from pretravel.probing.slides import SlideSettings, slide
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.parametric import FunctionSurface

@@ -13,7 +13,7 @@ from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.described_map import described_map
+from pretravel.prediction.described_maps import described_map
 from pretravel.prediction.materials import material
 from pretravel.probing.tip import (
     LateralTip,

@@ -14,7 +14,6 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.obstacles import stylus_outline
 from pretravel.probing.simulation import Latch, simulate, simulate_some
 from pretravel.probing.surface_touches import TouchStatus
-from pretravel.probing.targets import Targets
 from pretravel.probing.tip import PredictedTip, predicted_tip
 from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
@@ -22,6 +21,7 @@ from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.contact import Lines, ball_center
 from pretravel.surface.search import ContactProblem, ContactSearch
 from pretravel.surface.shapes import Plane, Sphere
+from pretravel.touches.targets import Targets
 
 
 @pytest.fixture(scope="module")

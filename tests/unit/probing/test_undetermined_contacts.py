@@ -18,14 +18,14 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.inspection import InspectionRegion, plan_inspection
 from pretravel.probing.simulation import SimulationResult, simulate_some
 from pretravel.probing.surface_touches import TouchStatus
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part
 from pretravel.surface.shapes import Sphere
 from pretravel.surface.shapes_of_revolution import Cone
 from pretravel.surface.undetermined import LEAST_PLAY, apexes
-from pretravel.tasks.map_argument import map_or_prediction
+from pretravel.task.map_argument import map_or_prediction
 from pretravel.touches import Touches
+from pretravel.touches.targets import Targets
 
 PROBE = load_probe("omp40-2")
 RADIUS = 3.0

@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.qualification.qualification import Qualification
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from tests.support.made_up_probes import made_up_response, touches_of
 
 CENTER = np.array([120.0, -40.0, 7.0])  # of `touches_of`

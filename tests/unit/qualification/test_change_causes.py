@@ -15,7 +15,7 @@ from pretravel.base.units import DEGREE
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.qualification.change_causes import (
     LOOSE,
     ONE_DIRECTION,
@@ -25,9 +25,9 @@ from pretravel.qualification.change_causes import (
     TIP_SIZE,
     TURNED,
 )
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
-from pretravel.tasks.reports.verification_report import cause_text, verification_document
+from pretravel.tasks.verify.report import cause_text, verification_document
 from pretravel.touches import Touches
 
 REPEATS = 3

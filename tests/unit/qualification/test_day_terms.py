@@ -16,7 +16,7 @@ from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.qualification.day_terms import (
+from pretravel.qualification.terms_of_days import (
     _MEAN_ROOT,
     DayTerms,
     _fitted,

@@ -23,11 +23,11 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply, embed
 from pretravel.measurement.point_errors import point_sources
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
-from pretravel.qualification import qualify as qualifying
+from pretravel.prediction.trigger import predict
+from pretravel.qualification import qualifying
 from pretravel.qualification.delay import several_feeds, signal_delay, travel_per_second
 from pretravel.qualification.observe import observe
-from pretravel.qualification.qualify import prepare
+from pretravel.qualification.qualifying import prepare
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches, at_rest
 

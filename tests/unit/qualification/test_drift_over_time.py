@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.qualification.drift_over_time import DailyQuantity, days_from, drift_over_time
+from pretravel.qualification.drifts import DailyQuantity, days_from, drift_over_time
 
 START = datetime(2026, 3, 1, 8)
 

@@ -14,17 +14,17 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import InputError
 from pretravel.base.frames import parse_placement
+from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.machine_terms import MachineTerms
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.point_budget import point_budget
+from pretravel.measurement.point_budgets import point_budget
 from pretravel.measurement.point_errors import MACHINE_GEOMETRY, errors_of_points, point_sources
 from pretravel.measurement.selection import points_at
 from pretravel.qualification.block_plan import plan_block
-from pretravel.qualification.qualify import qualified, qualify_like, with_machine
+from pretravel.qualification.qualifying import qualified, qualify_like, with_machine
 from pretravel.qualification.reference_fit import Reference, fit_references
 from pretravel.qualification.round_references import qualified_beside_others
 from pretravel.qualification.verification import verify

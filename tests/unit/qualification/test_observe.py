@@ -15,7 +15,7 @@ from pretravel.base.frames import probe_rotation
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification import observe as observing
 from pretravel.qualification.observe import _numbered_cells, observe
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.reference_touches import sphere_touches
 from tests.support.simulated_probe import simulated_pretravel

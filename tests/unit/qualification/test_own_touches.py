@@ -21,7 +21,7 @@ from pretravel.qualification.own_touches import (
     touches_that_made,
 )
 from pretravel.qualification.prior_update import update_map
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches
 from tests.support.examples import SPHERE

@@ -17,7 +17,7 @@ from pretravel.qualification.machine_effects import machine_effects, without_mac
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
 from pretravel.qualification.own_touches import touch_digests
-from pretravel.qualification.qualify import prepare
+from pretravel.qualification.qualifying import prepare
 from pretravel.touches import Touches, without
 from tests.support.lobed_map import SETUP, UM, N, lobed_touches, moved
 from tests.support.made_up_probes import PATTERN, made_up_response, touches_of

@@ -34,7 +34,7 @@ from pretravel.qualification.prior_update import (
     update_map,
 )
 from pretravel.qualification.probe_drift import ProbeDrift, drifted_map
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance

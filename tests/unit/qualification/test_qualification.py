@@ -21,8 +21,8 @@ from pretravel.maps.provenance import U_AXIAL_PRETRAVEL, Origin, QualificationSe
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
-from pretravel.qualification.qualify import qualified
-from pretravel.qualification.qualify import qualify as qualify_with_all_kinds
+from pretravel.qualification.qualifying import qualified
+from pretravel.qualification.qualifying import qualify as qualify_with_all_kinds
 from pretravel.tasks.qualify import Qualify
 from pretravel.touches import Touches
 from pretravel.uncertainty.fitting.sphere import fit_sphere
@@ -368,7 +368,7 @@ class TestQualification:
         not the centre of the harmonic kind: within three of its standard uncertainties, and 0.5 um.
         """
         from pretravel.prediction.catalogue import load_probe
-        from pretravel.prediction.predict import predict
+        from pretravel.prediction.trigger import predict
 
         probe, n = load_probe("omp40-2-100mm"), np.repeat(sphere_pattern_25(), 3, axis=0)
         rng = np.random.default_rng(1)

@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.round_references import as_ring_touches, unknown_diameter, without_tilt
 from pretravel.touches import Touches
 

@@ -25,11 +25,11 @@ from pretravel.maps.kinds.sectors import SectorBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict, predicted_map
+from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.qualification.change_tests import changes_of, touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import (
     Verification,
     _gross_warnings,
@@ -37,7 +37,7 @@ from pretravel.qualification.verification import (
     verify,
 )
 from pretravel.show.chart_files import drawn_figure
-from pretravel.tasks.reports.verification_report import verification_view
+from pretravel.tasks.verify.report import verification_view
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run

@@ -9,21 +9,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pretravel.drawing.features.feature_budget import feature_budgets
+from pretravel.drawing.features.feature_uncertainty import MACHINE
+from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.files.touches_csv import read_touches
 from pretravel.maps.pretravel_map import over_support
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.feature_budget import feature_budgets
-from pretravel.measurement.feature_uncertainty import MACHINE
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.point_budget import point_budget, variances_along_normals
+from pretravel.measurement.point_budgets import point_budget, variances_along_normals
 from pretravel.measurement.point_errors import errors_of_points
 from pretravel.qualification.qualification import Qualification, part_point_budget, radius_budget
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.show.as_json import document_from_values, document_values
 from pretravel.show.document import Document
 from pretravel.show.terminal import table_text
-from pretravel.tasks.reports.budget_report import budget_table
-from pretravel.tasks.reports.qualification_report import qualification_document
+from pretravel.task.budget_report import budget_table
+from pretravel.tasks.qualify.report import qualification_document
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component
 from tests.support.example_maps import example_map

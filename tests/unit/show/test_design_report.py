@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base.toml_file import parse_toml
+from pretravel.design.studies.design_search import FoundDesign, TriedDesign
+from pretravel.design.studies.wish import wish_in
+from pretravel.design.tasks.design.report import design_document, front_chart
 from pretravel.prediction.catalogue import load_probe
 from pretravel.show.chart_marks import Dots, LineMark, Rule
-from pretravel.studies.design_search import FoundDesign, TriedDesign
-from pretravel.studies.wish import wish_in
-from pretravel.tasks.reports.design_report import design_document, front_chart
 
 TEXT = """
 [wish]

@@ -18,9 +18,9 @@ from pretravel.show.direction_charts import (
     scattered_top_view,
     touched_levels,
 )
-from pretravel.tasks.reports.map_update_report import map_update_view
-from pretravel.tasks.reports.qualification_report import qualification_view
-from pretravel.tasks.reports.touch_plan_report import touch_plan_view
+from pretravel.tasks.plan_touches.report import touch_plan_view
+from pretravel.tasks.qualify.report import qualification_view
+from pretravel.tasks.qualify.update_report import map_update_view
 from tests.support.example_maps import example_map, example_qualification
 from tests.support.reference_touches import sphere_touches
 

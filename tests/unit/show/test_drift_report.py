@@ -6,12 +6,12 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from pretravel.qualification.drift_over_time import DailyQuantity, drift_over_time
+from pretravel.qualification.drifts import DailyQuantity, drift_over_time
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_files import drawn_figure
 from pretravel.show.chart_marks import Dots, LineMark, Rule
 from pretravel.show.chart_plotly import plotly_figure
-from pretravel.tasks.reports.drift_report import drift_charts, drift_verdict
+from pretravel.tasks.history.drift_report import drift_charts, drift_verdict
 
 DAYS = [datetime(2026, 3, 1) + timedelta(days=day) for day in range(10)]
 LEVEL = DailyQuantity("level", "µm", 0.1 * np.arange(10.0), np.full(10, 0.001), 1e-3)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pretravel.design.fem.elastic_field import TriggerField, field_at_trigger
+from pretravel.design.tasks.fem.picture import trigger_field_view
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.elastic_field import TriggerField, field_at_trigger
 from pretravel.show.chart import PlaneChart, SpaceChart
 from pretravel.show.chart_marks import Bars, SpaceArrow, SpaceMesh, SpacePoints
-from pretravel.tasks.reports.finite_elements_picture import trigger_field_view
 from tests.support.coarse_models import coarse_reduced_sixth
 
 

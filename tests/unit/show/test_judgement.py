@@ -11,7 +11,7 @@ import pytest
 from pretravel.show.document import Document, Judgement
 from pretravel.show.page import page_text
 from pretravel.show.result_file import read_result
-from pretravel.tasks.reports.qualification_summary import judgement
+from pretravel.tasks.qualify.summary import judgement
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 

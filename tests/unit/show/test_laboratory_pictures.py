@@ -9,24 +9,24 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import from_angles
-from pretravel.files.rig_csv import read_rig_trace
-from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tasks.measure.picture import features_view
+from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
 from pretravel.files.touches_csv import read_touches
-from pretravel.laboratory.iso230_10 import plane_pattern_36
-from pretravel.laboratory.rig_calibration import RigCalibration, calibrate_rig
-from pretravel.laboratory.rig_events import rig_touch
-from pretravel.laboratory.separation import separate
-from pretravel.laboratory.standard_check import CalibratedSphere
-from pretravel.laboratory.standards import STANDARDS
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.tolerances import FeatureTolerances, inspect_feature
-from pretravel.show.budget_picture import budget_view
+from pretravel.laboratory.rig.calibration import RigCalibration, calibrate_rig
+from pretravel.laboratory.rig.events import rig_touch
+from pretravel.laboratory.rig.rig_csv import read_rig_trace
+from pretravel.laboratory.separation.separation import separate
+from pretravel.laboratory.separation.separation_csv import read_multi_step_readings
+from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
+from pretravel.laboratory.standards.standard_check import CalibratedSphere
+from pretravel.laboratory.tasks.check.report import check_view, standards_document
+from pretravel.laboratory.tasks.rig.report import rig_view, trace_view
+from pretravel.laboratory.tasks.separate.report import separation_view
+from pretravel.show.budget_pictures import budget_view
 from pretravel.show.chart import PlaneChart, PolarChart, SpaceChart
 from pretravel.show.chart_marks import Area, Bars, Dots, LineMark, Rule, SpaceLines, SpacePoints
-from pretravel.tasks.reports.feature_picture import features_view
-from pretravel.tasks.reports.rig_report import rig_view, trace_view
-from pretravel.tasks.reports.separation_report import separation_view
-from pretravel.tasks.reports.standards_report import check_view, standards_document
+from pretravel.task.standards import STANDARDS
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component
 from tests.support.examples import EXAMPLES

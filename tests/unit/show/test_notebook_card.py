@@ -16,7 +16,7 @@ from pretravel.base.forms import ShownInNotebooks
 from pretravel.show.chart import PolarChart
 from pretravel.show.chart_marks import Dots, LineMark
 from pretravel.show.document import Document, KeyFigure
-from pretravel.tasks.reports.notebook_card import MOST_DOTS, notebook_card, notebook_html
+from pretravel.task.notebook_card import MOST_DOTS, notebook_card, notebook_html
 from pretravel.touches import Touches
 from tests.support.examples import EXAMPLES
 

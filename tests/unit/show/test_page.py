@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pretravel.show.document import Document, KeyFigure
-from pretravel.show.glossary import glossary, words_used
+from pretravel.show.glossary_terms import glossary, words_used
 from pretravel.show.page import LARGEST, contents_text, page_text
 from pretravel.show.page_content import PageContent
 from tests.support.pages import ATTACK, attacked_content, plain_content

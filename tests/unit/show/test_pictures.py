@@ -10,18 +10,18 @@ import pytest
 
 from pretravel.base.directions import azimuth_angle, fibonacci_cap, polar_angle
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.design.friction.seat_friction import friction_cycle
+from pretravel.design.identification.probe_from_map import Identification
+from pretravel.design.tasks.hysteresis.report import friction_view
+from pretravel.design.tasks.identify.report import identification_view
 from pretravel.files.probe_history import add_verification, read_history
-from pretravel.identification.probe_from_map import Identification
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.friction import friction_cycle
 from pretravel.show.chart import PlaneChart, PolarChart
 from pretravel.show.chart_marks import Bars, Dots, LineMark, Rule
-from pretravel.tasks.reports.comparison_report import comparison_view
-from pretravel.tasks.reports.friction_report import friction_view
-from pretravel.tasks.reports.history_report import history_view
-from pretravel.tasks.reports.identification_report import identification_view
-from pretravel.tasks.reports.verification_report import verification_view
+from pretravel.tasks.compare.report import comparison_view
+from pretravel.tasks.history.report import history_view
+from pretravel.tasks.verify.report import verification_view
 from tests.support.example_maps import example_map, lobes
 from tests.unit.qualification.test_verification import check, old_map, touches
 

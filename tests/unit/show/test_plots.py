@@ -11,7 +11,7 @@ import pytest
 
 import pretravel
 from pretravel.base.directions import grid
-from pretravel.tasks.reports.plots import plotted
+from pretravel.task.plots import plotted
 from tests.support.example_maps import example_qualification
 from tests.support.examples import EXAMPLES
 

@@ -12,7 +12,7 @@ from pretravel.base.frames import parse_placement
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.show.chart import SpaceChart
 from pretravel.show.chart_marks import SpaceLines, SpaceMesh, SpacePoints
 from pretravel.show.chart_plotly import plotly_figure
@@ -20,8 +20,8 @@ from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.cad.triangles import face_triangles
 from pretravel.surface.specification import parse_surface
-from pretravel.tasks.reports.part_picture import body_marks, part_view
-from pretravel.tasks.reports.points_picture import deviation_before, points_view, touches_view
+from pretravel.tasks.compensate.picture import deviation_before, points_view, touches_view
+from pretravel.tasks.plan.picture import body_marks, part_view
 from tests.support.examples import EXAMPLES
 
 

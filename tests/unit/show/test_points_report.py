@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.measurement.compensation import apply, embed
 from pretravel.show.document import Table
-from pretravel.tasks.reports.points_report import points_document
+from pretravel.tasks.compensate.report import points_document
 from tests.unit.qualification.test_verification import old_map
 
 AZIMUTHS = np.radians(np.arange(0.0, 360.0, 15.0))

@@ -10,45 +10,45 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap, grid
-from pretravel.files.rig_csv import read_rig_trace
-from pretravel.files.separation_csv import read_multi_step_readings
+from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tasks.measure.report import features_document
+from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
+from pretravel.files.laboratory_statements import LaboratoryStatements
 from pretravel.files.touches_csv import read_touches
 from pretravel.laboratory.certificate import calibration_certificate
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
-from pretravel.laboratory.rig_budget import REN_BUDGET, calibration_budget, length_budget
-from pretravel.laboratory.rig_calibration import calibrate_rig
-from pretravel.laboratory.rig_events import rig_touch
-from pretravel.laboratory.separation import separate
-from pretravel.laboratory.separation_plan import plan_separation
-from pretravel.laboratory.standard_check import CalibratedSphere
-from pretravel.laboratory.standards import STANDARDS
+from pretravel.laboratory.rig.budget import REN_BUDGET, calibration_budget, length_budget
+from pretravel.laboratory.rig.calibration import calibrate_rig
+from pretravel.laboratory.rig.events import rig_touch
+from pretravel.laboratory.rig.rig_csv import read_rig_trace
+from pretravel.laboratory.separation.plan import plan_separation
+from pretravel.laboratory.separation.separation import separate
+from pretravel.laboratory.separation.separation_csv import read_multi_step_readings
+from pretravel.laboratory.standards.standard_check import CalibratedSphere
+from pretravel.laboratory.tasks.check.report import standards_document
+from pretravel.laboratory.tasks.rig import CalibratedRig
+from pretravel.laboratory.tasks.rig.certificate_report import certificate_document
+from pretravel.laboratory.tasks.rig.report import rig_document
+from pretravel.laboratory.tasks.separate.report import separation_document, separation_plan_document
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.measurement.compensation import apply
-from pretravel.measurement.measured_feature import measure_feature
-from pretravel.measurement.tolerances import FeatureTolerances, inspect_feature
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
+from pretravel.prediction.trigger import predict
 from pretravel.qualification.prior_update import update_map
-from pretravel.qualification.qualify import qualify
+from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.show.as_json import document_values
 from pretravel.show.document import Document
 from pretravel.show.formatting import expanded_text, figure_text, value_text
 from pretravel.show.page import page_text
 from pretravel.show.terminal import terminal_text
-from pretravel.tasks.reports.certificate_report import certificate_document
-from pretravel.tasks.reports.comparison_report import comparison_document
-from pretravel.tasks.reports.feature_report import features_document
-from pretravel.tasks.reports.map_update_report import map_update_document
-from pretravel.tasks.reports.points_report import points_document
-from pretravel.tasks.reports.prediction_report import prediction_document
-from pretravel.tasks.reports.probe_report import catalogue_document
-from pretravel.tasks.reports.qualification_report import qualification_document
-from pretravel.tasks.reports.rig_report import rig_document
-from pretravel.tasks.reports.separation_report import separation_document, separation_plan_document
-from pretravel.tasks.reports.standards_report import standards_document
-from pretravel.tasks.reports.touch_plan_report import touch_plan_document
-from pretravel.tasks.rig import CalibratedRig
+from pretravel.task.standards import STANDARDS
+from pretravel.tasks.compare.report import comparison_document
+from pretravel.tasks.compensate.report import points_document
+from pretravel.tasks.plan_touches.report import touch_plan_document
+from pretravel.tasks.predict.report import prediction_document
+from pretravel.tasks.probes.report import catalogue_document
+from pretravel.tasks.qualify.report import qualification_document
+from pretravel.tasks.qualify.update_report import map_update_document
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points, features

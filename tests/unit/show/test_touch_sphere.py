@@ -12,7 +12,7 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.show.chart_marks import SpaceLines, SpacePoints
 from pretravel.show.touch_sphere_chart import TouchesInSpace, touches_chart
-from pretravel.tasks.reports.lobes_report import lobe_size, lobes_figures, lobes_sentence
+from pretravel.tasks.compare.lobes_report import lobe_size, lobes_figures, lobes_sentence
 from pretravel.uncertainty.covariance import Covariance
 
 

@@ -11,14 +11,14 @@ import pytest
 from pretravel.base.directions import grid
 from pretravel.base.errors import PretravelError
 from pretravel.base.toml_file import parse_toml
+from pretravel.design.studies.conditions import case_of
+from pretravel.design.studies.definition import Directions
+from pretravel.design.studies.described import found_description
+from pretravel.design.studies.design_search import find_design, tried_design
+from pretravel.design.studies.extremes import extremes_between
+from pretravel.design.studies.wish import WISHES, Wish, load_wish, wish_in
 from pretravel.prediction.catalogue import parse_probe
-from pretravel.prediction.predict import predict
-from pretravel.studies.conditions import case_of
-from pretravel.studies.definition import Directions
-from pretravel.studies.described import found_description
-from pretravel.studies.design_search import find_design, tried_design
-from pretravel.studies.extremes import extremes_between
-from pretravel.studies.wish import WISHES, Wish, load_wish, wish_in
+from pretravel.prediction.trigger import predict
 
 WALL = '[directions]\nazimuth_deg = "0:330:30"\npolar_deg = 90.0\n[prediction]\nmodel = "shen"\n'
 PRELOAD = '[[free]]\nkey = "spring.preload_N"\nrange = [2.0, 12.0]\n'

@@ -9,13 +9,13 @@ import pytest
 
 from pretravel.base.toml_file import parse_toml
 from pretravel.base.units import MICROMETRE
+from pretravel.design.fem.elastic_field import field_at_trigger
+from pretravel.design.fem.reduction_cache import reduced_model
+from pretravel.design.studies.definition import Study, study_in
+from pretravel.design.studies.outputs import outcome_of
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.elastic_field import field_at_trigger
-from pretravel.prediction.fem.reduction_cache import reduced_model
-from pretravel.prediction.predict import predict
-from pretravel.studies.definition import Study, study_in
-from pretravel.studies.outputs import outcome_of
+from pretravel.prediction.trigger import predict
 from pretravel.tasks.predict import Predict
 from tests.support.coarse_models import models_by_name_are_coarse
 

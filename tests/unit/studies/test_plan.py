@@ -7,9 +7,9 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.base.toml_file import parse_toml
-from pretravel.studies.definition import Study, study_in
-from pretravel.studies.plan import Plan
-from pretravel.studies.results import collected
+from pretravel.design.studies.definition import Study, study_in
+from pretravel.design.studies.plan import Plan
+from pretravel.design.studies.results import collected
 
 PRELOAD = '[[factor]]\nkey = "spring.preload_N"\nrange = [4.0, 8.0]\nlevels = 3\n'
 STEM = '[[factor]]\nkey = "stylus.2.length_mm"\nrange = [38.0, 88.0]\nlevels = 2\n'

@@ -18,15 +18,15 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.base.toml_file import parse_toml
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.design.studies.definition import Study, study_in
+from pretravel.design.studies.journal import Journal, journal_path
+from pretravel.design.studies.outputs import Outcome
+from pretravel.design.studies.packed_outcome import packed
+from pretravel.design.studies.plan import Plan
+from pretravel.design.studies.results_file import read_results
+from pretravel.design.studies.run import Workers, blocks_of, digest_of, run_study
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.predict import predict
-from pretravel.studies.definition import Study, study_in
-from pretravel.studies.journal import Journal, journal_path
-from pretravel.studies.outputs import Outcome
-from pretravel.studies.packed_outcome import packed
-from pretravel.studies.plan import Plan
-from pretravel.studies.results_file import read_results
-from pretravel.studies.run import Workers, blocks_of, digest_of, run_study
+from pretravel.prediction.trigger import predict
 
 TEXT = """
 [study]

@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 from scipy.stats import sobol_indices
 
-from pretravel.studies.outputs import OutputMeaning
-from pretravel.studies.results import StudyResults
-from pretravel.studies.sensitivity import Sensitivity, sensitivities, sensitivity, sobol_shares
+from pretravel.design.studies.outputs import OutputMeaning
+from pretravel.design.studies.results import StudyResults
+from pretravel.design.studies.sensitivity import (
+    Sensitivity,
+    sensitivities,
+    sensitivity,
+    sobol_shares,
+)
 
 
 def results(

@@ -17,8 +17,8 @@ from typing import Any
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.studies.journal import journal_path
-from pretravel.studies.run import Workers, run_study
+from pretravel.design.studies.journal import journal_path
+from pretravel.design.studies.run import Workers, run_study
 from tests.unit.studies.test_run import ALONE, study
 
 distributed = pytest.importorskip("distributed")

@@ -12,10 +12,10 @@ from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
 from pretravel.probing.inspection import plan_inspection
 from pretravel.probing.simulation import simulate
-from pretravel.probing.targets import Targets
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part
-from pretravel.tasks.map_argument import map_or_prediction
+from pretravel.task.map_argument import map_or_prediction
+from pretravel.touches.targets import Targets
 from tests.support.large_parts import blades_around, plate_with_holes
 
 

@@ -14,18 +14,18 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.files import long_table as files_long_table
+from pretravel.files import long_tables as files_long_table
 from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.long_table import LongTable, long_table
+from pretravel.files.long_tables import LongTable, long_table
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.spherical_harmonics import degrees_and_orders
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply
-from pretravel.tasks import compensate
 from pretravel.tasks.compensate import Compensate, compensate_long_table
+from pretravel.tasks.compensate import task as compensate
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import both_outputs

@@ -10,8 +10,8 @@ import pytest
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap
 from pretravel.files.file_format import ReadingOptions
-from pretravel.tasks.look import columns_of_table, first_lines, look_at_touches
-from pretravel.tasks.reports.preview_report import preview_document
+from pretravel.task.look import columns_of_table, first_lines, look_at_touches
+from pretravel.task.preview_report import preview_document
 from tests.support.commands import run
 from tests.support.control_logs import PRINT_FILE, REFUSED_FILES, written
 from tests.support.examples import EXAMPLES

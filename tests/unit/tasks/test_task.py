@@ -8,8 +8,8 @@ import pytest
 
 from pretravel.files.map_file import write_map
 from pretravel.files.point_files import point_endings
+from pretravel.task.task import Task, python_lines
 from pretravel.tasks.compensate import Compensate
-from pretravel.tasks.task import Task, python_lines
 from pretravel.tasks.verify import Verify
 from tests.support.commands import run
 from tests.support.example_maps import example_map

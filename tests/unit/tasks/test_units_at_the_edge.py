@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pretravel.tasks.example_data import example_folder
+from pretravel.laboratory.tasks.rig import Rig
+from pretravel.task.example_data import example_folder
 from pretravel.tasks.qualify import Qualify
-from pretravel.tasks.rig import Rig
 
 TYPED = Qualify(
     touches="touches.csv",

@@ -7,7 +7,7 @@ import pytest
 
 from pretravel.base.errors import PretravelError
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.reduced_rows import classes_of, reduced_rows
+from pretravel.uncertainty.row_reduction import classes_of, reduced_rows
 from pretravel.uncertainty.shared_covariance import SharedCovariance
 
 

@@ -21,11 +21,21 @@ from pretravel.app.components.layout import (
 from pretravel.app.components.outcome import result_place
 from pretravel.app.components.plot import plot
 from pretravel.app.jobs import Work
-from pretravel.show.chart import Chart
-from pretravel.show.chart_plotly import plotly_figure
-from pretravel.show.document import Document, Judgement, KeyFigure, Picture, Section, Table
-from pretravel.show.formatting import addition_text, cell_texts, heading_text, value_text
-from pretravel.show.plotly_parts import PlotlyFigure
+from pretravel.show import (
+    Chart,
+    Document,
+    Judgement,
+    KeyFigure,
+    Picture,
+    PlotlyFigure,
+    Section,
+    Table,
+    addition_text,
+    cell_texts,
+    heading_text,
+    plotly_figure,
+    value_text,
+)
 
 
 def document_view(document: Document, *, pictures: bool = True) -> None:

@@ -12,8 +12,7 @@ from typing import Any
 from nicegui import ui
 
 from pretravel.app.jobs import Work, flaw_message, without_folder
-from pretravel.base.errors import PretravelError
-from pretravel.base.whole_file import temporary_folder
+from pretravel.base import PretravelError, temporary_folder
 
 
 def download_button(label: str, name: str, write: Callable[[Path], object]) -> ui.button:

@@ -10,8 +10,8 @@ from nicegui import ui
 
 from pretravel.app.jobs import Job, do_ahead
 from pretravel.app.project import ScreenState, SettingValue, StoredFile
-from pretravel.base.errors import PretravelError
-from pretravel.tasks.example_data import example_folder
+from pretravel.base import PretravelError
+from pretravel.task import example_folder
 
 
 def example_button(

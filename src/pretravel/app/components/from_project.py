@@ -21,7 +21,7 @@ _MAP_FILE = "map.json"
 
 def made_map() -> object | None:
     """The map of the engineer's screen, where there is one of what stands there now."""
-    from pretravel.app.screens.engineer_work import FIT
+    from pretravel.tasks.qualify import FIT
 
     work = WORKS.of(SESSION.project.screen("engineer"), FIT)
     return None if work.outdated or work.result is None else work.result.qualified
@@ -101,7 +101,7 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
                 button.props("no-caps flat dense")
                 button.props["aria-label"] = f"Take {file.name} from this project"
 
-    from pretravel.app.screens.engineer_work import FIT
+    from pretravel.tasks.qualify import FIT
 
     fit = WORKS.of(project.screen("engineer"), FIT)
     live([project.listen, fit.listen], build, key)

@@ -12,9 +12,7 @@ from nicegui import ui
 from pretravel.app.components.downloads import prepared_button
 from pretravel.app.jobs import Finished, Job, Work
 from pretravel.app.project import OF_ALL_SCREENS
-from pretravel.show.document import Document
-from pretravel.show.result_file import write_report
-from pretravel.show.work_record import InputFile, StatedSetting, WorkRecord, record_now
+from pretravel.show import Document, InputFile, StatedSetting, WorkRecord, record_now, write_report
 
 CERTIFICATES = {"certificate.pdf": "Certificate (PDF)", "certificate.html": "Certificate (page)"}
 """Files of a certificate, with the words on their buttons."""

@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 from nicegui.element import Element
 
-from pretravel.show.colours import DARK, LIGHT
+from pretravel.show import DARK, LIGHT
 
 _CONFIG = {"config": {"displaylogo": False, "responsive": True, "scrollZoom": False}}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from nicegui import ui
 
 from pretravel.app.components.layout import folded, text
-from pretravel.tasks.task import Task, command_line, python_lines
+from pretravel.task import Task, command_line, python_lines
 
 
 def same_elsewhere(*tasks: Task) -> None:

@@ -11,8 +11,8 @@ from typing import Any
 
 from pretravel.app.jobs import without_folder
 from pretravel.app.project import OF_ALL_SCREENS, ScreenState, SettingValue
-from pretravel.base.errors import PretravelError
-from pretravel.laboratory.laboratory_statements import LaboratoryStatements
+from pretravel.base import PretravelError
+from pretravel.files import LaboratoryStatements
 
 (STATEMENTS,) = OF_ALL_SCREENS
 """The setting: a mapping of table.key to text."""
@@ -64,7 +64,7 @@ def laboratory_file(settings: Mapping[str, SettingValue], folder: Path) -> Path 
     Path or None
         None where nothing is stated.
     """
-    from pretravel.files.laboratory_file import laboratory_template
+    from pretravel.files import laboratory_template
 
     given = settings.get(STATEMENTS)
     if not given:
@@ -109,7 +109,7 @@ def statements_form(state: ScreenState) -> None:
 
 
 def _write_file(state: ScreenState, path: Path) -> None:
-    from pretravel.files.laboratory_file import laboratory_template
+    from pretravel.files import laboratory_template
 
     path.write_text(
         laboratory_template(stated(state.settings.get(STATEMENTS, {}))), encoding="utf-8"
@@ -120,8 +120,8 @@ def _take_file(state: ScreenState) -> None:
     """Fill in the fields from a file that was dropped; its fields that are open change nothing."""
     from nicegui import ui
 
-    from pretravel.base.whole_file import temporary_folder
-    from pretravel.files.laboratory_file import read_laboratory
+    from pretravel.base import temporary_folder
+    from pretravel.files import read_laboratory
 
     dropped = state.files[_DROPPED]
     if not dropped:

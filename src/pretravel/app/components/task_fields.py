@@ -12,10 +12,8 @@ from pretravel.app.components.layout import text
 from pretravel.app.project import ScreenState
 from pretravel.app.session import address_in
 from pretravel.app.task_form import TaskForm
-from pretravel.show.document import Document
-from pretravel.show.glossary import word_anchor, words_used
-from pretravel.tasks.task import Setting, by_name
-from pretravel.tasks.values import Length
+from pretravel.show import Document, word_anchor, words_used
+from pretravel.task import Length, Setting, by_name
 
 _LENGTHS = (0.0, 100.0)
 """Of a setting that is a length or none. [µm]"""

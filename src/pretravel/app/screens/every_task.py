@@ -47,9 +47,7 @@ from pretravel.app.task_run import (
     tasks_on_screens,
     typed_too,
 )
-from pretravel.tasks import task_named
-from pretravel.tasks.fields import LaboratoryReport
-from pretravel.tasks.task import Setting, Task, by_name
+from pretravel.task import LaboratoryReport, Setting, Task, by_name, task_named
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""

@@ -14,7 +14,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.files.file_format import FeatureResult, FileFormat, FileReadings, ReadingOptions
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
 from pretravel.files.source_file import Source, SourceFile, opened, shortened

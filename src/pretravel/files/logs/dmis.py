@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
-from pretravel.base.errors import InputError
+from pretravel.base import BoolArray, FloatArray, InputError
 from pretravel.files.file_format import FilePositions, FileReadings
 
 _ONE_PLACE = 1.0

@@ -9,16 +9,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
-from pretravel.base.frames import turned_about_axes
-from pretravel.base.units import DEGREE
-from pretravel.base.whole_file import whole_file
+from pretravel.base import DEGREE, FloatArray, PretravelError, turned_about_axes, whole_file
 from pretravel.files.csv_table import exact_number
 from pretravel.files.file_format import FileFormat, FileReadings, PointsOrigin, labels_or_numbers
 from pretravel.files.logs.plain_labels import plain_labels, plain_name
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.measurement.points import Points
+from pretravel.measurement import Points
 from pretravel.touches import Touches
 
 _WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")

@@ -10,14 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
-from pretravel.base.errors import InputError, RowError
-from pretravel.base.units import MICROMETRE
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, InputError, IntArray, RowError
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 from pretravel.files.logs.double_touches import follows_its_search
-from pretravel.measurement.association import label_prefix
-from pretravel.probing.targets import Targets
-from pretravel.touches import Touches
+from pretravel.measurement import label_prefix
+from pretravel.touches import Targets, Touches
 
 ACROSS = 0.05
 """A position further than this from the line of a target does not belong to it. [mm]"""

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import INCH
+from pretravel.base import INCH, FloatArray
 from pretravel.files.logs.log_lines import without_comments
 
 _REPORTS = re.compile(r"<[^<>]*>|\[(?!GC:)[A-Za-z0-9.]+:[^\[\]]*\]")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.errors import InputError
+from pretravel.base import InputError
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.dmis import checked_radius_taken_off, with_unit_normals
 from pretravel.files.source_file import Source, SourceFile, opened

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.units import DEGREE, MICROMETRE
-from pretravel.controls.program_log import (
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.controls import (
     FAULTS,
     LOG_HEAD,
     SUBROUTINE_LINE,

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError
-from pretravel.base.whole_file import whole_file
+from pretravel.base import FloatArray, InputError, whole_file
 from pretravel.files.csv_table import exact_number
 from pretravel.files.file_format import (
     FileFormat,
@@ -33,7 +31,7 @@ from pretravel.files.logs.qif_document import (
 )
 from pretravel.files.logs.qif_measure_points import read_measure_points
 from pretravel.files.source_file import Source, opened, shortened
-from pretravel.measurement.points import Points
+from pretravel.measurement import Points
 from pretravel.touches import Touches
 
 _Q = f"{{{NAMESPACE}}}"

@@ -9,9 +9,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError
-from pretravel.base.units import INCH, LARGEST_NUMBER
+from pretravel.base import INCH, LARGEST_NUMBER, FloatArray, InputError
 from pretravel.files.source_file import SourceFile, shortened
 
 NAMESPACE = "http://qifstandards.org/xsd/qif3"

@@ -6,8 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import InputError
+from pretravel.base import FloatArray, InputError
 from pretravel.files.logs.qif_document import (
     COMPENSATED,
     PointSet,

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, frozen
 from pretravel.files.column_names import LENGTH_UNITS, column_name, unit_of
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
 from pretravel.files.source_file import Source, SourceFile, opened

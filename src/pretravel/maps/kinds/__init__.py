@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pretravel.base.errors import PretravelError
-from pretravel.base.plugins import Plugins
+from pretravel.base import Plugins, PretravelError
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap
 

@@ -11,11 +11,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.maps.basis import MapBasis, SeriesForm, SixSeatForm, StoredArray, StoredBasis
 from pretravel.maps.pretravel_map import PretravelMap
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 _COMMON = 4
 """Functions beside those of the parts: a constant, and the components of the direction."""

@@ -9,8 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.units import MICROMETRE
+from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredArray, StoredBasis
 from pretravel.maps.harmonic_regression import (
     Amplitudes,
@@ -31,7 +30,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
 from pretravel.maps.spherical_harmonics import Smoothing, checked_terms, real_spherical_harmonics
 from pretravel.maps.support import MARGIN, DirectionSupport
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
 _ALONG = np.array([0.0, 0.0, 1.0])

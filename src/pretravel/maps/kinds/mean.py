@@ -9,8 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.maps.basis import MapBasis, SeriesForm, StoredBasis
 from pretravel.maps.kind import (
     FEWEST_OF_SIX_SEATS,
@@ -20,7 +19,7 @@ from pretravel.maps.kind import (
     usual_shift_covariance,
 )
 from pretravel.maps.observation import Observation, Scatter
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 
 @dataclass(frozen=True)

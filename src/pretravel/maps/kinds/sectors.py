@@ -7,10 +7,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import azimuth_angle, polar_angle
-from pretravel.base.errors import PretravelError
-from pretravel.base.units import DEGREE
+from pretravel.base import DEGREE, FloatArray, PretravelError, azimuth_angle, polar_angle
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit
 from pretravel.maps.kinds.mean import averaged

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.support import DirectionSupport
 

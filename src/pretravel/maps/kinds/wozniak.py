@@ -10,16 +10,21 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import azimuth_angle, five_point_pattern
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import ANGLE, check_numbers
-from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.base import (
+    ANGLE,
+    DEGREE,
+    MICROMETRE,
+    FloatArray,
+    PretravelError,
+    azimuth_angle,
+    check_numbers,
+    five_point_pattern,
+)
 from pretravel.maps.basis import MapBasis, StoredBasis
 from pretravel.maps.kind import KindOfMap, MapFit, shifted_center, usual_shift_covariance
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import AXIAL_PRETRAVEL, U_AXIAL_PRETRAVEL
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty import Covariance
 
 FEWEST_TO_FIND_LOBES = 8
 """Directions below which the azimuth of the lobes must be given."""

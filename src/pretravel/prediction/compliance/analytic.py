@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.prediction.beam import axial_compliance, bending_compliance, shear_compliance
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.prediction.loading import Loading
@@ -23,7 +23,7 @@ class Analytic(ComplianceModel):
     Each seat is indented by `Loading.seat_indentations`; the tripod follows as a rigid body.
 
     >>> from pretravel.prediction.catalogue import load_probe
-    >>> from pretravel.prediction.predict import predict
+    >>> from pretravel.prediction.trigger import predict
     >>> sorted(predict(load_probe("omp40-2"), [[1.0, 0.0, 0.0]], "analytic").shares)
     ['seats', 'stylus_axial', 'stylus_bending', 'stylus_shear', 'tip_on_part']
     """

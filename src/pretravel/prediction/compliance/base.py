@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import ClassVar
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.prediction.compliance import MODELS
 from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
@@ -24,7 +23,7 @@ class ComplianceModel(ABC):
     ----------
     name : str
     has_response : bool
-        Whether a `pretravel.prediction.response.ProbeResponse` represents the model exactly: linear
+        Whether a `pretravel.six_seats.response.ProbeResponse` represents the model exactly: linear
         compliance, Hertz's law at the seats and at the tip.
     response_for : str
         For which descriptions one does, where not for all; see `condenses`.
@@ -38,7 +37,7 @@ class ComplianceModel(ABC):
     uses_lever_only: ClassVar[bool] = False
 
     def condenses(self, probe: Probe) -> bool:
-        """Whether a `pretravel.prediction.response.ProbeResponse` is exact for this probe."""
+        """Whether a `pretravel.six_seats.response.ProbeResponse` is exact for this probe."""
         return self.has_response and not probe.opening
 
     @abstractmethod

@@ -10,18 +10,15 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import checked_unit
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import as_numbers
+from pretravel.base import FloatArray, PretravelError, as_numbers, checked_unit
 from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
 from pretravel.prediction.description import Probe
 from pretravel.prediction.hertz import ball_on_flat, contact_modulus
 from pretravel.prediction.loading import Loading
 from pretravel.prediction.materials import Material
-from pretravel.prediction.seat_frame import seat_triads, tip_wrenches
 from pretravel.prediction.seats import seat_coefficient
+from pretravel.six_seats import seat_triads, tip_wrenches
 
 Sensed = Literal["paper", "rod", "tip"]
 """What a pretravel is measured of: L_c + L_p - L_k, + L_k, or without L_k."""
@@ -50,7 +47,7 @@ class Ren(ComplianceModel):
     Ren 2020, equations 5 to 12.
 
     >>> from pretravel.prediction.catalogue import load_probe
-    >>> from pretravel.prediction.predict import predict
+    >>> from pretravel.prediction.trigger import predict
     >>> sorted(predict(load_probe("omp40-2"), [[1.0, 0.0, 0.0]], "ren").shares)
     ['seat_tilt', 'stylus_bending', 'tip_on_part']
     """

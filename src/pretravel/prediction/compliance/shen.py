@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance.base import ComplianceModel
 from pretravel.prediction.loading import Loading
@@ -26,7 +26,7 @@ class Shen(ComplianceModel):
     Shen & Zhang 1997 as reported by Rodrigues 2021: d = F sin(polar) L³ / (3 E I).
 
     >>> from pretravel.prediction.catalogue import load_probe
-    >>> from pretravel.prediction.predict import predict
+    >>> from pretravel.prediction.trigger import predict
     >>> probe = load_probe("omp40-2").with_lever(50.0)
     >>> trigger = predict(probe, [[1.0, 0.0, 0.0]], "shen")
     >>> (trigger.deflection / trigger.force * 1e3).round(3).tolist()

@@ -10,11 +10,15 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import azimuth_angle, checked_unit, five_point_pattern
-from pretravel.base.errors import PretravelError
-from pretravel.base.quantities import as_numbers
-from pretravel.maps.kinds.wozniak import WozniakBasis
+from pretravel.base import (
+    FloatArray,
+    PretravelError,
+    as_numbers,
+    azimuth_angle,
+    checked_unit,
+    five_point_pattern,
+)
+from pretravel.maps import WozniakBasis
 from pretravel.prediction.beam import cantilever_compliance
 from pretravel.prediction.compliance import analytic
 from pretravel.prediction.compliance.base import TIP_ON_PART, ComplianceModel
@@ -28,7 +32,7 @@ class Wozniak(ComplianceModel):
 
     The description states it by ``opening_um``, 0 too, or the criterion ``piezo_stage``. Shares of
     the full model: ``stylus_bending`` (the stem, as one cantilever of the stylus's length) and
-    ``tip_on_part``; `pretravel.prediction.predict.predict` adds ``opening``. The seats are rigid.
+    ``tip_on_part``; `pretravel.prediction.trigger.predict` adds ``opening``. The seats are rigid.
 
     The simple map is A cos²γ / cos of the folded azimuth, along the normal; no force enters. A is
     that of the paper's five-point qualification (equator at 0, 90, 180, 270°, and the pole) of
@@ -40,7 +44,7 @@ class Wozniak(ComplianceModel):
     Woźniak, equations 2, 4 and 9.
 
     >>> from pretravel.prediction.catalogue import load_probe
-    >>> from pretravel.prediction.predict import predict
+    >>> from pretravel.prediction.trigger import predict
     >>> predict(load_probe("omp40-2"), [[0.0, 0.0, 1.0]], "wozniak").pretravel.tolist()
     [0.0]
     """

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.surface.cad.brep import Brep, ShapeRecord, ShapeUse
 from pretravel.surface.curves import polyline
 from pretravel.surface.local_geometry import Domain, Surface

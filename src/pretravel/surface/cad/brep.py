@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError
 from pretravel.surface.cad.brep_geometry import SurfaceRecord, Tokens, read_curve, read_surface
 from pretravel.surface.curves import Curve
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray, IntArray
+from pretravel.base import BoolArray, FloatArray, IntArray
 from pretravel.surface.cad.trim import Trim
 from pretravel.surface.contact import nearest_contact
 from pretravel.surface.foot_points import foot_points

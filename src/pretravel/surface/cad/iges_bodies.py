@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray
+from pretravel.base import FloatArray
 
 SEWING = 0.01
 """Largest gap between two faces that are joined. [mm]"""

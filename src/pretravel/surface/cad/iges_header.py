@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from pretravel.base.errors import PretravelError
+from pretravel.base import PretravelError
 
 _WIDTH = 72
 """Columns of a line that contain text; the section's letter follows."""

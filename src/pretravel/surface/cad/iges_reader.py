@@ -8,10 +8,7 @@ import shutil
 import warnings
 from pathlib import Path
 
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.extras import needed
-from pretravel.base.units import MICROMETRE
-from pretravel.base.whole_file import temporary_folder
+from pretravel.base import MICROMETRE, InputError, PretravelError, needed, temporary_folder
 from pretravel.surface.cad.iges_bodies import SEWING
 from pretravel.surface.cad.iges_header import check_iges_header
 from pretravel.surface.cad.kernel_process import (

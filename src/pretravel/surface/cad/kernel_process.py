@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pretravel.base.errors import InputError, PretravelError
-from pretravel.base.own_process import module_folders
+from pretravel.base import InputError, PretravelError, module_folders
 from pretravel.surface.cad.brep import Brep, parse_brep
 
 _NEEDED_NEXT = ("scipy.interpolate", "scipy.spatial", "shapely")

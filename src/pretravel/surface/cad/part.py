@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.face_boxes import FaceBoxes
 

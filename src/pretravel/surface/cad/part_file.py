@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pretravel.base.errors import InputError
+from pretravel.base import InputError
 from pretravel.surface.cad.iges_reader import read_iges
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import part_from_content, read_step_part

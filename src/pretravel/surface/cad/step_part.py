@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.base.errors import InputError, PretravelError
+from pretravel.base import InputError, PretravelError
 from pretravel.surface.cad.boundary import face_boundary
 from pretravel.surface.cad.brep import Brep, ShapeUse
 from pretravel.surface.cad.brep_geometry import SurfaceRecord

@@ -9,9 +9,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from pretravel.base.errors import InputError
-from pretravel.base.extras import needed
-from pretravel.base.whole_file import temporary_folder
+from pretravel.base import InputError, needed, temporary_folder
 from pretravel.surface.cad.kernel_process import (
     CadContent,
     kernel_content,

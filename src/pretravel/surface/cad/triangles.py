@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base.arrays import FloatArray, IntArray
+from pretravel.base import FloatArray, IntArray
 from pretravel.surface.cad.face import Face, lattice
 
 _TURN = np.radians(10.0)

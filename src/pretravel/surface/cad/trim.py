@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base.arrays import BoolArray, FloatArray
-from pretravel.base.errors import PretravelError
+from pretravel.base import BoolArray, FloatArray, PretravelError
 from pretravel.surface.local_geometry import Domain
 
 if TYPE_CHECKING:

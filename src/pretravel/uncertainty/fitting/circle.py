@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
+from pretravel.base import FloatArray, frozen
 from pretravel.uncertainty.fitting.feature import across, checked_points
 from pretravel.uncertainty.fitting.plane import PlaneFit, fit_plane
 from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere

@@ -10,10 +10,14 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import fibonacci_cap, unit
-from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.base.quantities import as_numbers
+from pretravel.base import (
+    ConvergenceError,
+    FloatArray,
+    PretravelError,
+    as_numbers,
+    fibonacci_cap,
+    unit,
+)
 
 FLAT = 1e-4
 """Ratio of the smallest to the largest extent of points below which they lie in one plane or line.

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import PretravelError
+from pretravel.base import FloatArray, PretravelError, frozen
 from pretravel.uncertainty.fitting.feature import FLAT, Fit, checked_points
 
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base.arrays import FloatArray, frozen
-from pretravel.base.errors import ConvergenceError, PretravelError
-from pretravel.base.quantities import as_numbers
+from pretravel.base import ConvergenceError, FloatArray, PretravelError, as_numbers, frozen
 from pretravel.uncertainty.covariance import Covariance
 from pretravel.uncertainty.fitting.feature import (
     FLAT,

@@ -1,0 +1,3 @@
+"""What other rooms use of this one."""
+
+from .main import run as run

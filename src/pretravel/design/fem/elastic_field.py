@@ -1,0 +1,213 @@
+"""Displacement and stress of the whole mesh at the trigger, from the reduced model."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base import FloatArray, frozen
+from pretravel.design.fem.compliance import FiniteElements, seat_closure
+from pretravel.design.fem.condensation import ElasticField, ReducedModel
+from pretravel.design.fem.elasticity import stress_of
+from pretravel.design.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
+from pretravel.prediction import Probe, Trigger, default_workpiece, loaded, predict, seat_statics
+from pretravel.six_seats import SEAT_NAMES, seat_frame
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class TriggerField:
+    """Displacement and stress of every element at the trigger in one direction.
+
+    Attributes
+    ----------
+    elastic : ElasticField
+        The mesh.
+    trigger : Trigger
+        In the one direction.
+    displacement : (n, 3) float
+        From rest (preloaded, not touched) to the trigger. [mm]
+    stress : (m,) float
+        Von Mises stress at the trigger, preload included. [MPa]
+    rest_stress : (m,) float
+        The same at rest. [MPa]
+    rest_reactions : (6,) float
+        [N]
+    points, forces : (8, 3) float
+        Points at which seats, tip and spring push, and their forces at the trigger. [mm], [N]
+    """
+
+    elastic: ElasticField
+    trigger: Trigger
+    displacement: FloatArray
+    stress: FloatArray
+    rest_stress: FloatArray
+    rest_reactions: FloatArray
+    points: FloatArray
+    forces: FloatArray
+
+    @property
+    def opened(self) -> list[str]:
+        """Seats without load at the trigger; more than one in a plane of symmetry."""
+        reactions = self.trigger.reactions[0]
+        loose = reactions <= reactions.min() + 1e-6 * self.rest_reactions.max()
+        return [name for name, is_loose in zip(SEAT_NAMES, loose, strict=True) if is_loose]
+
+
+def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedModel) -> TriggerField:
+    """Lift the reduced model's state at the trigger back to the mesh.
+
+    Parameters
+    ----------
+    probe : Probe
+    direction : (3,) float
+        Outward surface normal, probe frame, unit vector.
+    reduced : ReducedModel
+        Of this probe.
+
+    Returns
+    -------
+    TriggerField
+
+    Raises
+    ------
+    PretravelError
+        The probe never triggers in that direction; a reduced model with other seats or another
+        tip than this probe's.
+    """
+    normal = np.reshape(np.asarray(direction, dtype=np.float64), (1, 3))
+    trigger = predict(probe, normal, FiniteElements(reduced))
+    statics = seat_statics(probe)
+    rest, touched = _forces_at_rest(probe), _forces_at_trigger(probe, trigger, 0)
+    change = touched - rest
+    log.info("displacement and stress of all elements")
+    loading = loaded(probe, statics, trigger.directions, trigger.force, default_workpiece())
+    rigid = seat_closure(reduced, loading, change)
+    elastic = reduced.elastic_field
+    mesh = elastic.mesh
+    stress = stress_of(mesh, elastic.materials)
+    frame = seat_frame(probe)
+    top = np.array([0.0, 0.0, mesh.points[np.unique(mesh.faces["spring"]), 2].max()])
+    return TriggerField(
+        elastic=elastic,
+        trigger=trigger,
+        displacement=frozen(reduced.lift(change, rigid)),
+        stress=frozen(stress(reduced.lift(touched))),
+        rest_stress=frozen(stress(reduced.lift(rest))),
+        rest_reactions=statics.rest_reactions,
+        points=frozen(
+            np.concatenate([frame.contacts(probe.tripod.rod_radius), [statics.tip], [top]])
+        ),
+        forces=frozen(
+            np.concatenate(
+                [
+                    touched[SEATS, None] * frame.normals,
+                    touched[None, TIP_FORCE],
+                    [[0.0, 0.0, -probe.preload]],
+                ]
+            )
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class StressByDirection:
+    """The highest stress of each part at the trigger, for several directions.
+
+    Attributes
+    ----------
+    directions : (d, 3) float
+        Outward surface normals, probe frame.
+    parts : tuple of str
+        Names of the p solids.
+    rest : (p,) float
+        Highest von Mises stress at rest, by part. [MPa]
+    highest : (d, p) float
+        The same at the trigger. [MPa]
+    places : (d, p, 3) float
+        Centres of the elements that have it. [mm]
+    """
+
+    directions: FloatArray
+    parts: tuple[str, ...]
+    rest: FloatArray
+    highest: FloatArray
+    places: FloatArray
+
+
+def stress_by_direction(
+    probe: Probe,
+    directions: npt.ArrayLike,
+    reduced: ReducedModel,
+    first: TriggerField | None = None,
+) -> StressByDirection:
+    """The highest stress of each part at the trigger.
+
+    It is the mean over an element, so that at edges and seats it depends on the mesh.
+
+    Parameters
+    ----------
+    probe : Probe
+    directions : (d, 3) float
+        Outward surface normals, probe frame, unit vectors.
+    reduced : ReducedModel
+        Of this probe.
+    first : TriggerField, optional
+        The state in the first of the directions, where it is known: its stress is not computed
+        again.
+
+    Returns
+    -------
+    StressByDirection
+
+    Raises
+    ------
+    PretravelError
+        As `field_at_trigger`.
+    """
+    trigger = predict(probe, directions, FiniteElements(reduced))
+    elastic = reduced.elastic_field
+    mesh = elastic.mesh
+    log.info("stress of all elements in %d directions", len(trigger.directions))
+    stress = stress_of(mesh, elastic.materials)
+    rows = [np.flatnonzero(mesh.regions == index) for index in range(len(mesh.region_names))]
+    centers = mesh.points[mesh.elements].mean(axis=1)
+    highest, places = [], []
+    for number in range(len(trigger.directions)):
+        found = (
+            stress(reduced.lift(_forces_at_trigger(probe, trigger, number)))
+            if first is None or number > 0
+            else first.stress
+        )
+        worst = [own[np.argmax(found[own])] for own in rows]
+        highest.append(found[worst])
+        places.append(centers[worst])
+    rest = stress(reduced.lift(_forces_at_rest(probe))) if first is None else first.rest_stress
+    return StressByDirection(
+        directions=trigger.directions,
+        parts=tuple(mesh.region_names),
+        rest=frozen([rest[own].max() for own in rows]),
+        highest=frozen(highest),
+        places=frozen(places),
+    )
+
+
+def _forces_at_rest(probe: Probe) -> FloatArray:
+    """On the interface, preloaded and not touched, (22,). [N]"""
+    forces = np.zeros(len(INTERFACE))
+    forces[SEATS] = seat_statics(probe).rest_reactions
+    forces[SPRING_FORCE] = probe.preload
+    return forces
+
+
+def _forces_at_trigger(probe: Probe, trigger: Trigger, number: int) -> FloatArray:
+    """On the interface, in one of the directions of a prediction, (22,). [N]"""
+    forces = np.zeros(len(INTERFACE))
+    forces[SEATS] = trigger.reactions[number]
+    forces[SPRING_FORCE] = probe.preload
+    forces[TIP_FORCE] = trigger.force[number] * trigger.directions[number]
+    return forces

@@ -1,0 +1,169 @@
+"""Sparse Cholesky factorisation by the library that is installed, behind one signature."""
+
+from __future__ import annotations
+
+import os
+import weakref
+from collections.abc import Callable, Mapping
+from importlib import metadata
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from pretravel.base import CapacityError, FloatArray, PretravelError
+
+if TYPE_CHECKING:  # a model from the cache does not need it, and loads faster without
+    from scipy import sparse
+
+Solve: TypeAlias = Callable[[FloatArray], FloatArray]
+"""Right-hand sides (n, k) to solutions (n, k), from one factorisation."""
+
+
+def factorise(matrix: sparse.csr_matrix, solver: str = "auto") -> Solve:
+    """Factorise a symmetric positive definite matrix once, to solve with it often.
+
+    Parameters
+    ----------
+    matrix : sparse (n, n)
+        Its upper triangle.
+    solver : str
+        ``cholmod`` (scikit-sparse), ``pardiso`` (pypardiso), ``superlu`` (SciPy), or
+        ``auto``: the first of these that is installed.
+
+    Returns
+    -------
+    callable
+        (n, k) to (n, k).
+
+    Raises
+    ------
+    PretravelError
+        An unknown solver, or one that is not installed or does not load.
+    CapacityError
+        Not enough memory for the factor.
+
+    >>> import numpy as np
+    >>> from scipy import sparse
+    >>> matrix = sparse.diags([2.0, 4.0]).tocsr()
+    >>> factorise(matrix, "superlu")(np.array([[2.0], [2.0]])).tolist()
+    [[1.0], [0.5]]
+    """
+    check_solver(solver)
+    if solver != "auto":
+        try:
+            return SOLVERS[solver](matrix)
+        except (ImportError, OSError) as error:  # not installed, or its libraries do not load
+            package = {"cholmod": "scikit-sparse", "pardiso": "pypardiso"}.get(solver, "scipy")
+            line = '"pretravel[fem]"' if solver == "pardiso" else package
+            raise PretravelError(
+                f"solver '{solver}' needs the package {package}: pip install {line}, or take "
+                f"another solver ({error})"
+            ) from error
+        except MemoryError as error:
+            raise _too_large(matrix, solver) from error
+    for name, make in SOLVERS.items():
+        try:
+            return make(matrix)
+        except (ImportError, OSError):  # not installed, or its libraries do not load here
+            continue
+        except MemoryError as error:
+            raise _too_large(matrix, name) from error
+    raise AssertionError("SciPy is always there")  # pragma: no cover
+
+
+def check_solver(solver: str) -> None:
+    """Check the name of a solver.
+
+    Raises
+    ------
+    PretravelError
+    """
+    if solver != "auto" and solver not in SOLVERS:
+        raise PretravelError(
+            f"solver '{solver}' is not known; there are auto, {', '.join(SOLVERS)}"
+        )
+
+
+def _too_large(matrix: sparse.csr_matrix, solver: str) -> CapacityError:
+    return CapacityError(
+        f"{solver} has not enough memory to factorise {matrix.shape[0]} unknowns: lower the "
+        "refinement, or close other programs"
+    )
+
+
+def _cholmod(matrix: sparse.csr_matrix) -> Solve:
+    from sksparse.cholmod import cholesky
+
+    factor = cholesky(matrix.T.tocsc())  # it reads the lower triangle
+
+    def solve(right: FloatArray) -> FloatArray:
+        return np.asarray(factor(np.asarray(right, dtype=np.float64)))
+
+    return solve
+
+
+_MKL = "PYPARDISO_MKL_RT"
+"""Environment variable of pypardiso: where MKL is."""
+
+
+def _name_mkl() -> None:
+    """Tell pypardiso where MKL is: it searches the whole environment twice, for seconds."""
+    if _MKL in os.environ:
+        return
+    try:
+        installed = metadata.files("mkl") or ()
+    except metadata.PackageNotFoundError:
+        return
+    for file in installed:
+        if "mkl_rt" in file.name and (path := file.locate()).is_file():  # type: ignore[attr-defined]
+            os.environ[_MKL] = str(path)
+            return
+
+
+def _pardiso(matrix: sparse.csr_matrix) -> Solve:
+    _name_mkl()
+    from pypardiso import PyPardisoSolver
+
+    solver: Any = PyPardisoSolver(mtype=2)  # real, symmetric positive definite: upper triangle
+    upper = matrix.tocsr()
+    upper.sort_indices()
+    try:
+        solver.factorize(upper)
+    except Exception as error:
+        if "-2" in str(error):  # Pardiso's code for lack of memory
+            raise MemoryError from error
+        raise
+
+    def solve(right: FloatArray) -> FloatArray:
+        by_columns = np.asfortranarray(right, dtype=np.float64)
+        return np.asarray(solver.solve(upper, by_columns)).reshape(right.shape)
+
+    # Pardiso keeps its factor, a gigabyte, until it is freed explicitly.
+    weakref.finalize(solve, solver.free_memory, everything=True)
+    return solve
+
+
+def _superlu(matrix: sparse.csr_matrix) -> Solve:
+    from scipy import sparse
+    from scipy.sparse.linalg import splu
+
+    whole = matrix + sparse.triu(matrix, 1).T
+    factor = splu(
+        whole.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+
+    def solve(right: FloatArray) -> FloatArray:
+        return np.asarray(factor.solve(np.asarray(right, dtype=np.float64)))
+
+    return solve
+
+
+SOLVERS: Mapping[str, Callable[[sparse.csr_matrix], Solve]] = {
+    "cholmod": _cholmod,
+    "pardiso": _pardiso,
+    "superlu": _superlu,
+}
+"""In the order of preference."""

@@ -1,0 +1,1 @@
+"""Friction at the seats, and what it does to the trigger."""

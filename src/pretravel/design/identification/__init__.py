@@ -1,0 +1,1 @@
+"""The description of a probe from its map."""

@@ -1,0 +1,643 @@
+"""Identification of a probe description from a measured map."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, DescriptionError, FloatArray, PretravelError
+from pretravel.design.identification.evidence import Evidence, evidence_of
+from pretravel.maps import MapLike, as_map
+from pretravel.prediction import ComplianceModel, Probe, StylusSegment, predict, rewritten
+
+LARGEST_RELATIVE_U = 0.3
+"""Relative (angles: in rad) standard uncertainty above which a number is undetermined."""
+MISFIT = 2.0
+"""Ratio of the residuals to the map's uncertainty above which they are a misfit."""
+_CODE_SCALE, _SHIFT_SCALE = 0.1, 1e-3
+_LIMIT_STEP = 0.01
+_FIRST_STEP = 0.5 * DEGREE  # of rotations: lobes that fit by chance are 2° wide
+_FIRST_DIFFERENCE = 1e-3
+_ROD_OFFSETS = np.array([-3.0, 0.0, 3.0]) * DEGREE
+_WIDEST_STEP = 0.3  # of a code, in one linear step
+_FOLLOWED = 8
+_HOPELESS = 3.0  # times the chi-squared of the best start: not followed
+_DIFFERENCE = 1e-5  # of a code, for slopes
+_SAME_SCATTER = 0.05  # probability of the F test
+_SURELY_WORSE = 9.2  # chi-squared beyond the best one: a probability of 1 % against it
+_SAME_MAXIMUM = 1.0  # in standard uncertainties
+_OUTSIDE = 1e6  # whitened residual of a description that cannot exist
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A description fitted to a map.
+
+    Attributes
+    ----------
+    probe : Probe
+    names : tuple of str
+        Of the free numbers.
+    values, standard_uncertainty : (k,) float each
+        In mm, N or rad.
+    relative_uncertainty : (k,) float
+        Relative for lengths and forces, in rad for angles.
+    residuals : (n,) float
+        Touches (of a map without them: the map) less model, after the shift of the reference. [mm]
+    directions : (n, 3) float
+        In the machine frame.
+    shift : (3,) float
+        Of the reference of the map from that of the model. [mm]
+    unknown : tuple of str
+        Sentences on numbers that the map does not determine, and on other descriptions that explain
+        it nearly as well.
+    """
+
+    probe: Probe
+    names: tuple[str, ...]
+    values: FloatArray
+    standard_uncertainty: FloatArray
+    relative_uncertainty: FloatArray
+    residuals: FloatArray
+    directions: FloatArray
+    shift: FloatArray
+    unknown: tuple[str, ...]
+
+
+def identify(
+    pretravel_map: MapLike,
+    probe: Probe,
+    free: Sequence[str],
+    *,
+    model: str | ComplianceModel = "analytic",
+) -> Identification:
+    """Identify numbers of a description from a measured map.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap, Qualification, str or Path
+        Of any kind, with what was touched; else predicted, harmonic, physical or averaged.
+    probe : Probe
+        The start, and the numbers that are not free.
+    free : names
+        Of `FREE`.
+    model : str or callable
+        As for `predict`.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    PretravelError
+        Unknown names; a fit that leaves the range of possible probes; a description with friction;
+        a map that cannot carry the answer (`pretravel.design.identification.evidence`).
+
+    Notes
+    -----
+    Generalised least squares in the touched directions: a map is smooth where a probe has kinks, so
+    that between its touches the two differ by more than the map's u. The weights are the scatter of
+    the touches, which repeats and residuals estimate together, and the u of the reference. A shift
+    of the reference is free, since a map does not contain it. The fit begins at the best of all
+    rotations, and other maxima are named in `unknown`. A map of
+    pretravel determines the product of compliance and force; it distinguishes preload and
+    stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
+    read `unknown`.
+    """
+    pretravel_map = as_map(pretravel_map)
+    numbers = free_numbers(free)
+    if probe.seats.friction > 0.0:
+        raise PretravelError(
+            f"{probe.name} has friction {probe.seats.friction:g} at its seats; numbers are "
+            "identified with statics, since a map hardly shows friction: set friction of [seats] "
+            "to 0",
+            inputs=("probe",),
+        )
+    evidence = evidence_of(pretravel_map)
+    fit = _MapFit(evidence, probe, tuple(numbers), model)
+    maxima = _maxima(fit, free)
+    parameters, jacobian = maxima[0].parameters, maxima[0].jacobian
+    try:
+        fitted = fit.described(parameters)
+    except DescriptionError as error:
+        raise PretravelError(
+            f"the fit left the range of possible probes ({error}); free fewer numbers, or start "
+            "from a description nearer to the probe",
+            inputs=("free", "probe"),
+        ) from None
+    codes, unknown = _uncertainty(jacobian, numbers, tuple(free))
+    unknown += _numbers_at_limits(fit, fitted, parameters, free)
+    residuals = fit.residuals(fitted, parameters)
+    if evidence.noise_dof is None:
+        widening, misfit = _misfit(residuals, evidence.covariance)
+    else:
+        widening, misfit = _misfit_of_touches(maxima[0], evidence, residuals)
+    unknown += misfit
+    unknown += _others_nearly_as_good(fit, maxima, codes, widening)
+    unknown += evidence.warnings
+    if "rotation" in free:
+        fitted = _with_nearest_rotation(fitted, probe)
+    values = np.array([number.of(fitted) for number in numbers])
+    relative_uncertainty = codes * widening
+    scale = np.where([number.relative for number in numbers], values, 1.0)
+    return Identification(
+        probe=fitted,
+        names=tuple(free),
+        values=values,
+        standard_uncertainty=relative_uncertainty * scale,
+        relative_uncertainty=relative_uncertainty,
+        residuals=residuals,
+        directions=evidence.directions,
+        shift=np.asarray(-parameters[len(numbers) : len(numbers) + 3]),
+        unknown=tuple(unknown),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _MapFit:
+    """Residuals between what was observed and the model of a description.
+
+    The parameters are the codes of the free numbers, then the shift of the reference, and a level
+    where the map contains pretravel only relative to its mean.
+    """
+
+    evidence: Evidence
+    probe: Probe
+    numbers: tuple[FreeNumber, ...]
+    model: str | ComplianceModel
+
+    @cached_property
+    def root(self) -> FloatArray:
+        """Cholesky factor of the covariance, (n, n)."""
+        return np.asarray(np.linalg.cholesky(self.evidence.covariance), dtype=np.float64)
+
+    @cached_property
+    def reference(self) -> FloatArray:
+        """Change of the residuals by the shift (and the level) of the reference, (n, 3 or 4)."""
+        columns = 3 if self.evidence.level_known else 4
+        directions = self.evidence.directions
+        return np.hstack([directions, np.ones((len(directions), 1))])[:, :columns]
+
+    def start(self) -> FloatArray:
+        """The parameters of the description at the start."""
+        codes = [number.code(number.of(self.probe)) for number in self.numbers]
+        return np.concatenate([codes, np.zeros(self.reference.shape[1])])
+
+    def described(self, parameters: FloatArray) -> Probe:
+        """The description with the free numbers of the parameters."""
+        found = self.probe
+        for number, code in zip(self.numbers, parameters, strict=False):
+            found = number.put(found, number.value(float(code)))
+        return found
+
+    def modelled(self, probe: Probe, directions: FloatArray) -> FloatArray:
+        """Pretravel on the reference in directions of the probe frame, (m,). [mm]"""
+        trigger = predict(probe, directions, self.model)
+        return np.asarray(
+            trigger.pretravel + (self.evidence.tip_factor - 1.0) * trigger.tip_approach
+        )
+
+    def residuals(self, probe: Probe, parameters: FloatArray) -> FloatArray:
+        """Observed less modelled, after the shift of the reference, (n,). [mm]"""
+        own = self.modelled(probe, self.evidence.directions @ probe.orientation.matrix)
+        of_reference = self.reference @ parameters[len(self.numbers) :]
+        return np.asarray(self.evidence.value - own + of_reference)
+
+    def turned(self, parameters: FloatArray, column: int, angles: FloatArray) -> FloatArray:
+        """Residuals of the probe at several angles of rotation, without a shift, (angles, n). [mm]
+
+        A turn moves the directions alone: the model is evaluated once.
+        """
+        probe = self.described(parameters)
+        own = self.evidence.directions @ probe.orientation.matrix
+        back = angles[:, None] - parameters[column]
+        x = np.cos(back) * own[:, 0] + np.sin(back) * own[:, 1]
+        y = np.cos(back) * own[:, 1] - np.sin(back) * own[:, 0]
+        turned = np.stack([x, y, np.broadcast_to(own[:, 2], x.shape)], axis=-1)
+        return self.evidence.value - self.modelled(probe, turned.reshape(-1, 3)).reshape(x.shape)
+
+    def whitened(self, parameters: FloatArray) -> FloatArray:
+        """Residuals of unit variance, (n,)."""
+        try:
+            residuals = self.residuals(self.described(parameters), parameters)
+        except DescriptionError:
+            return np.full(len(self.evidence.value), _OUTSIDE)
+        return self.white(residuals)
+
+    def white(self, columns: FloatArray) -> FloatArray:
+        """Values of each direction in units of their errors."""
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.root, columns, lower=True))
+
+    def slopes(self, parameters: FloatArray) -> FloatArray:
+        """Derivatives of the whitened residuals by the parameters, (n, p)."""
+        codes = len(self.numbers)
+        columns = []
+        for index in range(codes):
+            step = np.zeros(len(parameters))
+            step[index] = _DIFFERENCE
+            more, less = self.whitened(parameters + step), self.whitened(parameters - step)
+            columns.append((more - less) / (2.0 * _DIFFERENCE))
+        return np.column_stack([*columns, self.white(self.reference)])
+
+
+class _Maximum(NamedTuple):
+    """A description that fits better than those beside it."""
+
+    parameters: FloatArray
+    jacobian: FloatArray
+    whitened: FloatArray
+
+    @property
+    def chi_squared(self) -> float:
+        return float(self.whitened @ self.whitened)
+
+
+def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
+    """The descriptions that fit best, from starts all around; the best one first."""
+    from scipy.optimize import least_squares
+
+    codes = len(fit.numbers)
+    scale = np.concatenate(
+        [np.full(codes, _CODE_SCALE), np.full(fit.reference.shape[1], _SHIFT_SCALE)]
+    )
+    found = [
+        least_squares(
+            fit.whitened, start, fit.slopes, x_scale=scale, xtol=1e-12, ftol=1e-12, gtol=1e-12
+        )
+        for start in _starts(fit, free)
+    ]
+    maxima = [_Maximum(each.x, np.asarray(each.jac), each.fun) for each in found]
+    return sorted(maxima, key=lambda each: each.chi_squared)
+
+
+def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:
+    """Parameters to start from: with a free rotation, the best of angles all around.
+
+    Lobes have kinks, and an angle beside one can be a local minimum: they are compared in small
+    steps, and each free rod is tried in several places.
+    """
+    start = fit.start()
+    rods = [index for index, name in enumerate(free) if name.startswith("rod_azimuth")]
+    found: list[tuple[float, FloatArray]] = []
+    for offsets in itertools.product(_ROD_OFFSETS, repeat=len(rods)):
+        moved = start.copy()
+        moved[rods] += offsets
+        if "rotation" in free:
+            found += _around(fit, moved, list(free).index("rotation"), even=not rods)
+        else:
+            found.append((float(np.sum(fit.whitened(moved) ** 2)), moved))
+    found.sort(key=lambda each: each[0])
+    worst = _HOPELESS * (found[0][0] + len(fit.evidence.value))
+    return [x for square, x in found[:_FOLLOWED] if square <= worst]
+
+
+def _around(
+    fit: _MapFit, start: FloatArray, column: int, *, even: bool
+) -> list[tuple[float, FloatArray]]:
+    """Angles that are better than those beside them, with χ² and one step of the other numbers."""
+    even = even and _even(fit.probe)
+    angles = np.arange(0.0, 2.0 * math.pi / (3.0 if even else 1.0), _FIRST_STEP)
+    others = [index for index in range(len(fit.numbers)) if index != column]
+    orthogonal, size, _ = np.linalg.svd(fit.white(fit.reference), full_matrices=False)
+    orthogonal = orthogonal[:, size > 1e-9 * size[0]]
+
+    def left(x: FloatArray) -> FloatArray:
+        """Whitened residuals at each angle after the best shift, (angles, n)."""
+        own = fit.white(fit.turned(x, column, angles).T)
+        return np.asarray((own - orthogonal @ (orthogonal.T @ own)).T)
+
+    at_start = left(start)
+    slopes = np.empty((len(angles), at_start.shape[1], len(others)))
+    for place, index in enumerate(others):
+        step = np.zeros(len(start))
+        step[index] = _FIRST_DIFFERENCE
+        slopes[:, :, place] = (left(start + step) - at_start) / _FIRST_DIFFERENCE
+    gradient = np.einsum("ani,an->ai", slopes, at_start)
+    curvature = np.einsum("ani,anj->aij", slopes, slopes) + np.eye(len(others)) / _WIDEST_STEP**2
+    steps = -np.linalg.solve(curvature, gradient[:, :, None])[:, :, 0]
+    square = np.sum(at_start**2, axis=1) + np.sum(gradient * steps, axis=1)
+    lowest = np.flatnonzero((square <= np.roll(square, 1)) & (square <= np.roll(square, -1)))
+    found = []
+    for number in lowest.tolist():
+        x = start.copy()
+        x[column], x[others] = angles[number], x[others] + steps[number]
+        found.append((float(square[number]), x))
+    return found
+
+
+def _uncertainty(
+    jacobian: FloatArray, numbers: Sequence[FreeNumber], names: tuple[str, ...]
+) -> tuple[FloatArray, list[str]]:
+    """Standard uncertainties of the codes, and sentences on undetermined numbers."""
+    # By singular values: a combination that changes nothing gets a very large u.
+    norms = np.linalg.norm(jacobian, axis=0)
+    norms = np.where(norms > 0.0, norms, 1.0)  # in a ring a shift along its axis changes nothing
+    _, singular, rows = np.linalg.svd(jacobian / norms, full_matrices=False)
+    weights = (rows.T / np.maximum(singular, 1e-9)) / norms[:, None]
+    u = np.sqrt(np.sum(weights**2, axis=1))[: len(numbers)]
+    sentences = []
+    for index in np.flatnonzero(u > LARGEST_RELATIVE_U).tolist():
+        worst = np.abs(weights[: len(numbers), int(np.argmax(np.abs(weights[index])))])
+        partners = [
+            names[i] for i in np.argsort(-worst) if i != index and worst[i] > 0.2 * worst.max()
+        ]
+        size = f"{100.0 * u[index]:.0f} %" if numbers[index].relative else f"{u[index]:.1f} rad"
+        sentences.append(
+            f"the map hardly determines {names[index]} (u = {size})"
+            + (f": a change of it is undone by {', '.join(partners)}" if partners else "")
+            + "; measure it, or leave it as described"
+        )
+    return u, sentences
+
+
+def _numbers_at_limits(
+    fit: _MapFit, fitted: Probe, parameters: FloatArray, free: Sequence[str]
+) -> list[str]:
+    """Sentences on numbers that cannot change further in a possible description."""
+    sentences = []
+    for number, name, code in zip(fit.numbers, free, parameters, strict=False):
+        for step in (_LIMIT_STEP, -_LIMIT_STEP):
+            try:
+                number.put(fitted, number.value(float(code) + step))
+            except DescriptionError as error:
+                sentences.append(
+                    f"{name} reached the limit of what a description allows ({error}): its value "
+                    "and u are not valid"
+                )
+    return sentences
+
+
+def _misfit(residuals: FloatArray, covariance: FloatArray) -> tuple[float, list[str]]:
+    """Factor by which a misfit widens the uncertainties, and a sentence on it.
+
+    The part of the map that the model does not represent counts as an error of the map that is
+    common to several directions (Birge's ratio, with the errors of map and model in quadrature).
+    """
+    ratio = float(np.sqrt(np.mean((residuals / np.sqrt(np.diag(covariance))) ** 2)))
+    if ratio <= MISFIT:
+        return 1.0, []
+    rms = np.sqrt(np.mean(residuals**2)) / MICROMETRE
+    widening = ratio * math.sqrt(_directions_per_independent_error(covariance))
+    return widening, [_another_kind(rms, ratio, "the map's uncertainty")]
+
+
+def _another_kind(rms: float, ratio: float, error: str) -> str:
+    return (
+        f"map and model differ by {rms:.2f} µm (rms), {ratio:.1f} times as much as {error} "
+        "explains: this is another kind of probe, or other numbers than these should be free; u is "
+        "wider for it"
+    )
+
+
+def _misfit_of_touches(
+    best: _Maximum, evidence: Evidence, residuals: FloatArray
+) -> tuple[float, list[str]]:
+    """Factor on the uncertainties by the residuals of touches, and a sentence on a misfit.
+
+    Repeats and residuals each estimate the scatter of a touch. Where they agree (F test), both
+    together are the estimate; else the residuals contain more than noise, and are it alone.
+    """
+    from scipy.special import fdtrc
+
+    dof = len(residuals) - len(best.parameters)
+    if dof < 1 or evidence.noise_dof is None:
+        return 1.0, []
+    square = best.chi_squared / dof
+    known = evidence.noise_dof
+    if math.isinf(known):
+        widening = math.sqrt(max(square, 1.0))
+    elif known > 0.0 and fdtrc(dof, known, square) > _SAME_SCATTER:
+        widening = math.sqrt((known + best.chi_squared) / (known + dof))
+    else:
+        widening = math.sqrt(square)
+    if square <= MISFIT**2:
+        return widening, []
+    rms = np.sqrt(np.mean(residuals**2)) / MICROMETRE
+    return widening, [_another_kind(rms, math.sqrt(square), "the scatter of its touches")]
+
+
+def _others_nearly_as_good(
+    fit: _MapFit, maxima: Sequence[_Maximum], u: FloatArray, widening: float
+) -> list[str]:
+    """A sentence for each other description that the touches hardly exclude."""
+    best, codes = maxima[0], len(fit.numbers)
+    told, sentences = [best.parameters[:codes]], []
+    for other in maxima[1:]:
+        if other.chi_squared - best.chi_squared > _SURELY_WORSE * widening**2:
+            break
+        apart = [np.abs(other.parameters[:codes] - each) / (widening * u) for each in told]
+        if min(float(each.max()) for each in apart) < _SAME_MAXIMUM:
+            continue
+        told.append(other.parameters[:codes])
+        probe = fit.described(other.parameters)
+        words = ", ".join(
+            f"{number.key} {number.of(probe) / number.unit:.4g}" for number in fit.numbers
+        )
+        sentences.append(
+            f"another description explains the map nearly as well: {words}; u is of the stated "
+            "one alone. Measure one of these numbers, or touch more directions"
+        )
+    return sentences
+
+
+def _directions_per_independent_error(covariance: FloatArray) -> float:
+    """The number of directions over the number of independent errors among them."""
+    values = np.linalg.eigvalsh(covariance)
+    return float(len(values) * np.sum(values**2) / np.sum(values) ** 2)
+
+
+def _even(probe: Probe) -> bool:
+    """Whether a third of a turn gives the same probe."""
+    azimuths = np.sort(np.mod(probe.tripod.rod_azimuths, 2.0 * math.pi))
+    return bool(np.allclose(np.diff(azimuths), 2.0 * math.pi / 3.0, atol=1e-9))
+
+
+def _with_nearest_rotation(found: Probe, start: Probe) -> Probe:
+    """The orientation nearest to the start, of the three equal ones of an even tripod."""
+    period = 2.0 * math.pi / (3.0 if _even(found) else 1.0)
+    near = start.orientation.rotation
+    rotation = near + (found.orientation.rotation - near + 0.5 * period) % period - 0.5 * period
+    return replace(found, orientation=replace(found.orientation, rotation=rotation))
+
+
+@dataclass(frozen=True)
+class FreeNumber:
+    """One number of a description that can be identified.
+
+    Attributes
+    ----------
+    table, key : str
+        Its place in the TOML text.
+    unit : float
+        Factor from the unit of that key to the unit inside.
+    of : callable
+        From a probe to the number, in the unit inside.
+    put : callable
+        From a probe and a number to the probe with this number.
+    relative : bool
+        Whether the fit uses its logarithm: of lengths and forces, but not of angles.
+    """
+
+    table: str
+    key: str
+    unit: float
+    of: Callable[[Probe], float]
+    put: Callable[[Probe, float], Probe]
+    relative: bool = True
+
+    def code(self, value: float) -> float:
+        """The number that the fit varies: the logarithm of the value, or the value itself."""
+        return math.log(value) if self.relative else value
+
+    def value(self, code: float) -> float:
+        """The value that belongs to a number of the fit."""
+        return math.exp(code) if self.relative else code
+
+
+def _with_stem(probe: Probe, diameter: float) -> tuple[StylusSegment, ...]:
+    stem = probe.stem
+    return tuple(
+        replace(segment, diameter=diameter) if segment is stem else segment
+        for segment in probe.stylus
+    )
+
+
+def _rod(index: int) -> FreeNumber:
+    def put(probe: Probe, value: float) -> Probe:
+        azimuths = list(probe.tripod.rod_azimuths)
+        azimuths[index] = value
+        return replace(
+            probe,
+            tripod=replace(probe.tripod, rod_azimuths=(azimuths[0], azimuths[1], azimuths[2])),
+        )
+
+    return FreeNumber(
+        "tripod",
+        f"rod_azimuths_deg[{index}]",
+        DEGREE,
+        lambda probe: probe.tripod.rod_azimuths[index],
+        put,
+        relative=False,
+    )
+
+
+FREE: Mapping[str, FreeNumber] = {
+    "preload": FreeNumber(
+        "spring", "preload_N", 1.0, lambda p: p.preload, lambda p, v: replace(p, preload=v)
+    ),
+    "lever": FreeNumber(
+        "hub",
+        "offset_mm",
+        1.0,
+        lambda p: p.lever,
+        lambda p, v: p.with_lever(v),
+    ),
+    "tripod_radius": FreeNumber(
+        "tripod",
+        "radius_mm",
+        1.0,
+        lambda p: p.tripod.radius,
+        lambda p, v: replace(p, tripod=replace(p.tripod, radius=v)),
+    ),
+    "support_angle": FreeNumber(
+        "seats",
+        "support_angle_deg",
+        DEGREE,
+        lambda p: p.seats.support_angle,
+        lambda p, v: replace(p, seats=replace(p.seats, support_angle=v)),
+        relative=False,
+    ),
+    "ball_radius": FreeNumber(
+        "seats",
+        "ball_radius_mm",
+        1.0,
+        lambda p: p.seats.ball_radius,
+        lambda p, v: replace(p, seats=replace(p.seats, ball_radius=v)),
+    ),
+    "rod_radius": FreeNumber(
+        "tripod",
+        "rod_radius_mm",
+        1.0,
+        lambda p: p.tripod.rod_radius,
+        lambda p, v: replace(p, tripod=replace(p.tripod, rod_radius=v)),
+    ),
+    "stem_diameter": FreeNumber(
+        "stylus",
+        "diameter_mm",
+        1.0,
+        lambda p: p.stem.diameter,
+        lambda p, v: replace(p, stylus=_with_stem(p, v)),
+    ),
+    "rotation": FreeNumber(
+        "orientation",
+        "rotation_deg",
+        DEGREE,
+        lambda p: p.orientation.rotation,
+        lambda p, v: replace(p, orientation=replace(p.orientation, rotation=v)),
+        relative=False,
+    ),
+    "rod_azimuth_1": _rod(0),
+    "rod_azimuth_2": _rod(1),
+    "rod_azimuth_3": _rod(2),
+}
+"""The numbers that can be identified, by name."""
+
+
+def free_numbers(names: Sequence[str]) -> list[FreeNumber]:
+    """The numbers with these names.
+
+    Raises
+    ------
+    PretravelError
+        No name, unknown names, a name given twice.
+
+    >>> [number.key for number in free_numbers(["preload"])]
+    ['preload_N']
+    """
+    if not names:
+        raise PretravelError(f"no number is free; there are {', '.join(FREE)}", inputs=("free",))
+    for name in names:
+        if name not in FREE:
+            raise PretravelError(
+                f"'{name}' cannot be identified; there are {', '.join(FREE)}", inputs=("free",)
+            )
+    if len(set(names)) < len(names):
+        raise PretravelError("a free number is named twice", inputs=("free",))
+    return [FREE[name] for name in names]
+
+
+def identified_description(text: str, found: Identification, source: str) -> str:
+    """A description with the identified quantities and their uncertainties.
+
+    Parameters
+    ----------
+    text : str
+        TOML of the description from which the identification started.
+    found : Identification
+    source : str
+        Name of the map, for the sources of the numbers.
+
+    Returns
+    -------
+    str
+        TOML; comments and other quantities stay as they are.
+    """
+    changes = {}
+    for name, value, u in zip(found.names, found.values, found.standard_uncertainty, strict=True):
+        number = FREE[name]
+        # A description states the hub offset: lever = stylus length + hub offset.
+        written = value - found.probe.stylus_length if name == "lever" else value
+        changes[f"{number.table}.{number.key}"] = (
+            float(f"{written / number.unit:.9g}"),
+            f"identified from {source}, u = {u / number.unit:.2g}",
+        )
+    return rewritten(text, changes)

@@ -1,0 +1,1 @@
+"""The designer's screen of the workbench."""

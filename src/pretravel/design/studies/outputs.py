@@ -1,0 +1,297 @@
+"""What a study computes of one design: numbers, and values over directions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pretravel.base import MICROMETRE, FloatArray, PretravelError, fibonacci_cap, grid
+from pretravel.design.studies.conditions import Calibration, Case, case_of
+from pretravel.design.studies.definition import Directions, Level, Study
+from pretravel.files import read_targets
+from pretravel.maps import PretravelMap
+from pretravel.measurement import apply, compare_corrections
+from pretravel.prediction import Trigger, predict
+from pretravel.probing import Latch, PartSetup, simulate, travel_since_contact
+from pretravel.qualification import qualify
+from pretravel.six_seats import probe_response, response_map
+from pretravel.surface import parse_surface
+from pretravel.touches import Touches
+
+
+class OutputMeaning(NamedTuple):
+    """A number that a study computes of each design.
+
+    Attributes
+    ----------
+    unit : str
+    text : str
+    """
+
+    unit: str
+    text: str
+
+
+def _spread(unit: str, what: str) -> dict[str, OutputMeaning]:
+    key = what.replace(" ", "_")
+    return {
+        f"{key}_{which}": OutputMeaning(unit, f"{which} {what} over the directions")
+        for which in ("least", "mean", "greatest")
+    }
+
+
+STUDIED_CORRECTIONS = (
+    "uncorrected", "mean radius", "two axis radii", "four directions", "eight sectors",
+    "eight sectors, resampled", "Woźniak",
+)  # fmt: skip
+"""Corrections of `compare_corrections` that a study reports."""
+
+
+def _left_by(method: str) -> str:
+    return "left_by_" + method.replace(",", "").replace(" ", "_").replace("ź", "z").lower()
+
+
+MEANINGS: Mapping[str, Mapping[str, OutputMeaning]] = {
+    "force": _spread("N", "trigger force"),
+    "sensing-distance": _spread("um", "sensing distance"),
+    "pretravel": {
+        **_spread("um", "pretravel"),
+        "pretravel_range": OutputMeaning("um", "greatest less least pretravel"),
+        "pretravel_deviation": OutputMeaning("um", "root mean square about the mean pretravel"),
+        "pretravel_lobes": OutputMeaning(
+            "um", "amplitude of the third harmonic around, at the largest polar angle up to 90°"
+        ),
+    },
+    "corrections": {
+        _left_by(method): OutputMeaning("um", f"root mean square error left by: {method}")
+        for method in STUDIED_CORRECTIONS
+    },
+    "calibration": {
+        "left_after_calibration": OutputMeaning(
+            "um", "root mean square error of compensated touches, from the sphere's centre"
+        ),
+        "left_after_calibration_greatest": OutputMeaning("um", "largest of these errors"),
+        "u_after_calibration": OutputMeaning("um", "root mean square of the stated uncertainty"),
+    },
+    "touch": _spread("um", "travel since contact"),
+    "stress": {"stress_greatest": OutputMeaning("MPa", "highest von Mises stress of any part")},
+}
+"""The numbers of each output, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came of a design.
+
+    Attributes
+    ----------
+    numbers : mapping of str to float
+        See `MEANINGS`; none where the design failed.
+    force, sensing_distance, pretravel : (p, a) float or None
+        Over the directions: N, µm, µm. None: not kept.
+    reason : str
+        Why the design failed; empty: it did not.
+    """
+
+    numbers: Mapping[str, float]
+    force: FloatArray | None = None
+    sensing_distance: FloatArray | None = None
+    pretravel: FloatArray | None = None
+    reason: str = ""
+
+
+def output_names(study: Study) -> dict[str, OutputMeaning]:
+    """The numbers of a study, by name, in their order."""
+    return {name: meaning for output in study.outputs for name, meaning in MEANINGS[output].items()}
+
+
+def outcome_of(study: Study, levels: Mapping[str, Level]) -> Outcome:
+    """Compute a design; a fault of it is its reason, not an error.
+
+    Parameters
+    ----------
+    study : Study
+    levels : mapping of key to value
+        Of the factors.
+
+    Returns
+    -------
+    Outcome
+
+    >>> from pretravel.design.studies.definition import load_study
+    >>> study = load_study("preload-and-seats")
+    >>> outcome_of(study, {"spring.preload_N": 5.91}).pretravel.shape  # polar, azimuth
+    (9, 36)
+    >>> outcome_of(study, {"spring.preload_N": -1.0}).reason
+    'the spring preload is -1 N; it must be positive'
+    """
+    try:
+        return computed(study, case_of(study, levels))
+    except (PretravelError, ArithmeticError, np.linalg.LinAlgError) as error:
+        return Outcome({}, reason=str(error) or type(error).__name__)
+
+
+def computed(study: Study, case: Case) -> Outcome:
+    """Compute the outputs of a case.
+
+    Raises
+    ------
+    PretravelError
+        A probe that never triggers in one of the directions; whatever the outputs refuse.
+    """
+    directions = study.directions
+    d = grid(directions.polar, directions.azimuth)
+    trigger = predict(case.probe, d, case.prediction.model, workpiece=case.prediction.material)
+    shape = (len(directions.polar), len(directions.azimuth))
+    force = trigger.force.reshape(shape)
+    sensing_distance = trigger.sensing_distance.reshape(shape) / MICROMETRE
+    pretravel = trigger.pretravel.reshape(shape) / MICROMETRE
+    numbers: dict[str, float] = {}
+    for output in study.outputs:
+        found = _COMPUTE[output](case, trigger, directions)
+        numbers |= {name: float(found[name]) for name in MEANINGS[output]}
+    kept = (force, sensing_distance, pretravel) if study.keep_directions else (None, None, None)
+    return Outcome(numbers, *kept)
+
+
+def _three(what: str, values: FloatArray) -> dict[str, float]:
+    return {
+        f"{what}_least": float(values.min()),
+        f"{what}_mean": float(values.mean()),
+        f"{what}_greatest": float(values.max()),
+    }
+
+
+def _force(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del case, directions
+    return _three("trigger_force", trigger.force)
+
+
+def _sensing_distance(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del case, directions
+    return _three("sensing_distance", trigger.sensing_distance / MICROMETRE)
+
+
+def _pretravel(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del case
+    pretravel = trigger.pretravel / MICROMETRE
+    return _three("pretravel", pretravel) | {
+        "pretravel_range": float(np.ptp(pretravel)),
+        "pretravel_deviation": float(np.std(pretravel)),
+        "pretravel_lobes": _lobes(
+            pretravel.reshape(len(directions.polar), len(directions.azimuth)), directions
+        ),
+    }
+
+
+def _lobes(pretravel: FloatArray, directions: Directions) -> float:
+    """Amplitude of three lobes on a ring; not a number where the azimuths are not a whole circle.
+
+    Least squares on an even circle is the discrete Fourier transform.
+    """
+    azimuth = np.asarray(directions.azimuth)
+    step = 2.0 * math.pi / len(azimuth)
+    walls = [
+        (polar, row) for row, polar in enumerate(directions.polar) if polar <= 0.5 * math.pi + 1e-9
+    ]
+    even = np.allclose(np.diff(np.sort(np.mod(azimuth, 2.0 * math.pi))), step, atol=1e-6)
+    if len(azimuth) < 7 or not even or not walls:
+        return math.nan
+    ring = pretravel[max(walls)[1]]
+    return float(2.0 * abs(np.mean(ring * np.exp(-3j * azimuth))))
+
+
+def _exact_map(case: Case, trigger: Trigger) -> PretravelMap:
+    response = probe_response(case.probe, case.prediction.model, workpiece=case.prediction.material)
+    return response_map(case.probe, response, trigger)
+
+
+def _corrections(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del directions
+    compared = compare_corrections(_exact_map(case, trigger))
+    return {
+        _left_by(row.method): row.rms / MICROMETRE for row in compared.rows if row.where == "all"
+    }
+
+
+_TESTED = 400
+"""Directions in which a calibration is judged."""
+
+
+def _calibration(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    """The errors of touches without noise, compensated with the map of a qualification."""
+    del trigger, directions
+    wish = case.calibration
+    n = fibonacci_cap(wish.touches)
+    noise = np.random.default_rng(wish.seed).normal(0.0, wish.noise, len(n))
+    made = qualify(
+        _on_sphere(case, n, wish, noise),
+        wish.diameter,
+        tip_diameter=2.0 * case.probe.tip.radius,
+        kind=wish.kind,
+    )
+    tested = fibonacci_cap(_TESTED)
+    judged = apply(_on_sphere(case, tested, wish), made.pretravel_map, extrapolate=True)
+    away = np.sum((judged.positions - made.center) * tested, axis=1) - 0.5 * wish.diameter
+    return {
+        "left_after_calibration": float(np.sqrt(np.mean(away**2))) / MICROMETRE,
+        "left_after_calibration_greatest": float(np.abs(away).max()) / MICROMETRE,
+        "u_after_calibration": float(np.sqrt(np.mean(judged.standard_uncertainty**2))) / MICROMETRE,
+    }
+
+
+def _on_sphere(
+    case: Case, n: FloatArray, wish: Calibration, noise: FloatArray | float = 0.0
+) -> Touches:
+    """Touches of the predicted probe on the sphere, along its normals."""
+    trigger = predict(case.probe, n, case.prediction.model, workpiece=case.prediction.material)
+    reach = 0.5 * wish.diameter + case.probe.tip.radius - trigger.pretravel + noise
+    return Touches(n * reach[:, None], n)
+
+
+def _touch(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del trigger, directions
+    wish = case.touch
+    if not wish.targets:
+        raise PretravelError(
+            "the output touch needs [touch] with surface and targets (a file nx,ny,nz or "
+            "x_mm,y_mm,z_mm beside the study)"
+        )
+    surface = parse_surface(wish.surface)
+    touches = simulate(
+        case.probe,
+        surface,
+        read_targets(case.folder / wish.targets, surface, approach="normal"),
+        model=case.prediction.model,
+        setup=PartSetup(material=case.prediction.material, friction=wish.friction),
+        latch=Latch(wish.feed, wish.delay_ms * 1e-3),
+    )
+    return _three(
+        "travel_since_contact", travel_since_contact(touches, case.probe.tip.radius) / MICROMETRE
+    )
+
+
+def _stress(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:
+    del directions
+    from pretravel.design.fem.elastic_field import stress_by_direction
+    from pretravel.design.fem.reduction_cache import reduced_model
+
+    if case.prediction.model != "fem":
+        raise PretravelError("the output stress needs the model fem")
+    stresses = stress_by_direction(case.probe, trigger.directions, reduced_model(case.probe))
+    return {"stress_greatest": float(stresses.highest.max())}
+
+
+_COMPUTE: Mapping[str, Callable[[Case, Trigger, Directions], dict[str, float]]] = {
+    "force": _force,
+    "sensing-distance": _sensing_distance,
+    "pretravel": _pretravel,
+    "corrections": _corrections,
+    "calibration": _calibration,
+    "touch": _touch,
+    "stress": _stress,
+}

@@ -1,0 +1,5 @@
+"""Search the best design for a wish; list the wishes of the package."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,4 @@
+"""What other rooms use of this one."""
+
+from .task import Design as Design
+from .task import Wishes as Wishes

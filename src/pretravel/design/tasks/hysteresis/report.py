@@ -1,0 +1,176 @@
+"""Report and picture of touches with friction at the seats: hysteresis and drift."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pretravel.base import MICROMETRE, FloatArray
+from pretravel.design.friction.seat_friction import FrictionCycle
+from pretravel.show import (
+    Axis,
+    Bars,
+    Colour,
+    Column,
+    Document,
+    Dots,
+    KeyFigure,
+    LineMark,
+    Mark,
+    Picture,
+    PlaneChart,
+    Rule,
+    Span,
+    Table,
+    View,
+    angles_deg,
+    azimuth_axis,
+    decimals,
+    direction_words,
+    series,
+    significant,
+    value_text,
+)
+
+
+def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
+    """The report of repeated touches with friction at the seats.
+
+    Parameters
+    ----------
+    cycle : FrictionCycle
+    probe_name : str
+
+    Returns
+    -------
+    Document
+    """
+    touches = cycle.trigger_force.shape[1]
+    title = f"{probe_name}, friction {cycle.friction:g}"
+    quantities = _quantities(cycle)
+    return Document(
+        title=title,
+        verdict=f"{probe_name}, seats with friction {cycle.friction:g}: hysteresis up to "
+        f"{_largest(cycle.hysteresis)}, drift of zero up to {_largest(cycle.zero_drift)} "
+        f"({touches} touches in {len(cycle.directions)} directions)",
+        figures=tuple(
+            KeyFigure(f"{name}, touch {touch}", Span.of(values), unit, decimals(3))
+            for name, touch, values, unit in quantities
+        ),
+        tables=(_direction_table(cycle, quantities),),
+        pictures=(
+            Picture("Touch and return, hysteresis and drift", lambda: friction_view(cycle, title)),
+        ),
+    )
+
+
+def _largest(lengths: FloatArray) -> str:
+    """The largest of the last touch, without its sign."""
+    return value_text(float(np.abs(lengths[:, -1]).max()) / MICROMETRE, "µm", decimals(3))
+
+
+def _quantities(cycle: FrictionCycle) -> list[tuple[str, int, FloatArray, str]]:
+    """Name, touch, values over the directions and unit, for the first touch and the last."""
+    last = cycle.trigger_force.shape[1]
+    return [
+        ("force", 1, cycle.trigger_force[:, 0], "N"),
+        ("force", last, cycle.trigger_force[:, last - 1], "N"),
+        ("closing force", last, cycle.reseat_force[:, last - 1], "N"),
+        ("hysteresis", last, cycle.hysteresis[:, last - 1] / MICROMETRE, "µm"),
+        ("drift", 1, cycle.zero_drift[:, 0] / MICROMETRE, "µm"),
+        ("drift", last, cycle.zero_drift[:, last - 1] / MICROMETRE, "µm"),
+        ("reseat", last, cycle.reseat_error[:, last - 1] / MICROMETRE, "µm"),
+    ]
+
+
+def _direction_table(
+    cycle: FrictionCycle, quantities: list[tuple[str, int, FloatArray, str]]
+) -> Table:
+    polar, azimuth = angles_deg(cycle.directions)
+    return Table(
+        (
+            Column.of("polar", polar, "°", significant(6)),
+            Column.of("azimuth", azimuth, "°", significant(6)),
+            *(
+                Column.of(f"{name} {touch}", values, unit, decimals(3))
+                for name, touch, values, unit in quantities
+            ),
+        ),
+        title=f"Touch 1 and touch {cycle.trigger_force.shape[1]} in each direction",
+        explanation="force: on the tip when the first seat opens; closing force: when the last "
+        "seat closes on the return; hysteresis: deflection at opening less that at reseating; "
+        "drift: where the tip then rests, along the normal, "
+        "against the start; reseat: distance from the rest position of the touch before.",
+        detail=True,
+    )
+
+
+def friction_view(cycle: FrictionCycle, title: str = "") -> View:
+    """Force over deflection, and hysteresis and drift in each direction.
+
+    Parameters
+    ----------
+    cycle : FrictionCycle
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    return View(title, (_loops_chart(cycle), _directions_chart(cycle)), 2)
+
+
+def _loops_chart(cycle: FrictionCycle) -> PlaneChart:
+    """Force over deflection in up to four directions that symmetry does not make alike."""
+    polar, azimuth = angles_deg(cycle.directions)
+    _, different = np.unique(np.round(cycle.trigger_force[:, -1], 4), return_index=True)
+    shown = different[np.unique(np.linspace(0, len(different) - 1, 4).astype(int))]
+    marks: list[Mark] = []
+    for index, row in enumerate(shown):
+        name = f"polar {polar[row]:.0f}°, azimuth {azimuth[row]:.0f}°"
+        marks.append(LineMark(cycle.deflection[row] / MICROMETRE, cycle.force[row], name,
+                              series(index), 1.2))  # fmt: skip
+        labels = tuple(f"{name}: touch {touch}, a seat opens"
+                       for touch in range(1, cycle.trigger_force.shape[1] + 1))  # fmt: skip
+        marks.append(Dots(cycle.trigger_deflection[row] / MICROMETRE, cycle.trigger_force[row], "",
+                          series(index), labels=labels))  # fmt: skip
+    return PlaneChart("touch and return", Axis("deflection along the normal", "µm"),
+                      Axis("force on the tip", "N", low=0.0), tuple(marks),
+                      note="Dots: a seat opens.")  # fmt: skip
+
+
+def _directions_chart(cycle: FrictionCycle) -> PlaneChart:
+    """Hysteresis and drift in each direction."""
+    words = direction_words(cycle.directions)
+    rows, last = np.arange(len(words), dtype=np.float64), cycle.trigger_force.shape[1] - 1
+    groups: tuple[tuple[str, FloatArray, Colour], ...] = (
+        (f"trigger hysteresis, touch {last + 1}", cycle.hysteresis[:, last], "series1"),
+        ("zero drift after touch 1", cycle.zero_drift[:, 0], "series5"),
+        (f"zero drift after touch {last + 1}", cycle.zero_drift[:, last], "series4"),
+    )
+    if len(words) <= _MOST_BARS:
+        bars = tuple(
+            Bars(rows + 0.27 * (place - 1), values / MICROMETRE, name, colour, 0.25,
+                 horizontal=True)
+            for place, (name, values, colour) in enumerate(groups)
+        )  # fmt: skip
+        names = Axis("", categories=tuple(_short(word) for word in words))
+        return PlaneChart("hysteresis and drift", Axis("length", "µm"), names, bars)
+    azimuth = angles_deg(cycle.directions)[1]
+    dots = tuple(
+        Dots(azimuth, values / MICROMETRE, name, colour, labels=tuple(words))
+        for name, values, colour in groups
+    )
+    return PlaneChart("hysteresis and drift", azimuth_axis(), Axis("length", "µm"),
+                      (Rule(0.0), *dots))  # fmt: skip
+
+
+def _short(words: str) -> str:
+    """A direction with whole degrees where it has them.
+
+    >>> _short("polar 90.0°, azimuth 22.5°")
+    'polar 90°, azimuth 22.5°'
+    """
+    return words.replace(".0°", "°")
+
+
+_MOST_BARS = 16

@@ -1,0 +1,5 @@
+"""Identify quantities of a probe's description from a measured map."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,5 @@
+"""Predict the map of a probe in another orientation of an indexing head."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,5 @@
+"""Wing: decide a drawing. Features of parts, alignment, datum systems, tolerances."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,1 @@
+"""Placement of a part from its touches."""

@@ -1,0 +1,1 @@
+"""Features of parts: association, form, uncertainty, conformity."""

@@ -1,0 +1,454 @@
+"""How the errors of points move a feature: those of each point, and those that points share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import chdtri, ndtr, stdtrit
+
+from pretravel.base import FloatArray, IntArray, PretravelError
+from pretravel.measurement import FIXED_SCATTER, Association, Points
+from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
+
+OWN = "repeatability of the touches"
+UNKNOWN_CORRELATION = "points, correlation not stated"
+FORM_OF_PART = "form of the part"
+MACHINE = "machine"
+MAP = "map"
+_RARE = 0.01  # probability that noise alone is taken for form
+_SAME_DIRECTION = np.radians(1.0)
+_CELLS = 128  # of one degree and more, from -1 to 1
+_PERFECT = 0.3  # probability, before the touches, that a surface has no form beside the noise
+_SIZES = 24  # of the form of a part that are tried
+_LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
+_DOFS = (0.5, 1e4)  # of Student's t: fewer are a bound, more are normal
+_TRIALS = 4000
+_MOST_DRAWS = 4_000_000
+_SEED = 1
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureErrors:
+    """The errors of a feature's points along the outward normals of the feature.
+
+    Attributes
+    ----------
+    association : Association
+    own : (n,) float
+        Standard uncertainty of each point by errors of its own; where it is not stated which
+        errors are common, by all errors. [mm]
+    shared : mapping of str to (m, n) float
+        Factors of the errors that points have in common, by cause. [mm]
+    fixed : (n,) float
+        Errors that the points of one direction have in common. [mm]
+    direction : (n,) int
+        Number of the direction of each point, the same in all features.
+    correlation_known : bool
+        Whether the points state which errors are common.
+    excess : float
+        Standard deviation of the residuals beyond that of the errors: form of the part. [mm]
+    machine : float
+        Standard uncertainty of a length by other causes than the probe. [mm]
+    form_sizes, form_weights : (s,) float
+        Standard deviations of the form of the part from point to point, and their probabilities
+        by the residuals. Few residuals tell them apart poorly. [mm]
+    """
+
+    association: Association
+    own: FloatArray
+    shared: dict[str, FloatArray]
+    fixed: FloatArray
+    direction: IntArray
+    correlation_known: bool
+    excess: float = 0.0
+    machine: float = 0.0
+    form_sizes: FloatArray = field(default_factory=lambda: np.zeros(1))
+    form_weights: FloatArray = field(default_factory=lambda: np.ones(1))
+
+    @property
+    def map_is_stated(self) -> bool:
+        """Whether the uncertainty of the map is in the points; that of a prediction is not."""
+        if not self.correlation_known:
+            return bool(self.own.any())
+        return MAP in self.shared
+
+    def parts(self, rows: FloatArray) -> dict[str, FloatArray]:
+        """Covariance of linear functions of the parameters, source by source.
+
+        Parameters
+        ----------
+        rows : (m, k) float
+            Of lengths or angles, by the parameters of the feature.
+
+        Returns
+        -------
+        dict of str to (m, m) float
+            As `covariance_by_source`.
+        """
+        return covariance_by_source([(self, rows)])
+
+    def dof(self, row: FloatArray, u: float) -> float:
+        """Degrees of freedom of the standard uncertainty of a linear function of the parameters.
+
+        Parameters
+        ----------
+        row : (k,) float
+            Of a length or an angle, by the parameters of the feature.
+        u : float
+            Its standard uncertainty, with that of the machine. [mm or rad]
+
+        Returns
+        -------
+        float
+            As `dof_of_features`.
+        """
+        return dof_of_features([(self, row[None])], u)
+
+    def sums_by_direction(self, weights: FloatArray) -> FloatArray:
+        """Weighted sums of the fixed errors of each direction, (m, directions), from (m, n)."""
+        return _sums(weights * self.fixed, self.direction)
+
+    def u_of_differences(self, rows: IntArray) -> FloatArray:
+        """Standard uncertainties of the differences between residuals of points, (k, k). [mm]
+
+        Where it is not stated which errors are common: the largest that any correlation allows.
+        """
+        association = self.association
+        change = association.jacobian[rows] @ association.response
+        change[np.arange(len(rows)), rows] += 1.0
+        if not self.correlation_known:
+            most = np.abs(change) @ self.own
+            return np.asarray(most[:, None] + most)
+        covariance = (change * self.own**2) @ change.T
+        for factors in self.shared.values():
+            covariance += (change @ factors.T) @ (change @ factors.T).T
+        if self.fixed.any():
+            sums = self.sums_by_direction(change)
+            covariance += sums @ sums.T
+        variance = np.diag(covariance)
+        return np.asarray(np.sqrt(np.maximum(variance[:, None] + variance - 2.0 * covariance, 0.0)))
+
+    def noise_trials(self, generator: np.random.Generator) -> FloatArray:
+        """Residuals that the errors of the points alone produce, drawn, (trials, n). [mm]
+
+        Errors whose correlation is not stated are drawn as independent, which gives the largest
+        residuals.
+        """
+        count = len(self.own)
+        trials = max(min(_TRIALS, _MOST_DRAWS // count), 200)
+        moved = self.own * generator.standard_normal((trials, count))
+        for factors in self.shared.values():
+            moved += generator.standard_normal((trials, len(factors))) @ factors
+        if self.fixed.any():
+            names, of_point = np.unique(self.direction, return_inverse=True)
+            moved += generator.standard_normal((trials, len(names)))[:, of_point] * self.fixed
+        return self.association.residual_change(moved)
+
+
+def feature_errors(
+    points: Points, association: Association, *, u_machine: float = 0.0
+) -> FeatureErrors:
+    """The errors of points as errors of a feature through them.
+
+    Parameters
+    ----------
+    points : Points
+    association : Association
+        Through these points.
+    u_machine : float
+        Standard uncertainty of a length by other causes than the probe. [mm]
+
+    Returns
+    -------
+    FeatureErrors
+    """
+    along = np.sum(association.outward * points.normals, axis=1)
+    covariance, outward = points.covariance, association.outward
+    u = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", outward, covariance, outward), 0.0))
+    stated = dict(points.shared or {})
+    fixed = stated.pop(FIXED_SCATTER, np.zeros(len(points))) * along
+    shared: dict[str, list[FloatArray]] = {}
+    for name, moved in stated.items():
+        cause = name.rstrip("0123456789 ") or name
+        shared.setdefault(cause, []).append(moved * along)
+    factors = {cause: np.array(rows) for cause, rows in shared.items()}
+    common = sum((np.sum(rows**2, axis=0) for rows in factors.values()), fixed**2)
+    own = np.sqrt(np.maximum(u**2 - common, 0.0))
+    known = points.shared is not None
+    errors = FeatureErrors(
+        association, own, factors, fixed, _directions(points.normals), known, machine=u_machine
+    )
+    if association.dof < 1:
+        return errors
+    observed = float(np.sum(association.residuals**2))
+    expected = _expected_squares(errors)
+    sizes, weights = _form_sizes(observed, expected, association.dof)
+    return replace(
+        errors,
+        excess=_excess(observed, expected, association.dof),
+        form_sizes=sizes,
+        form_weights=weights,
+    )
+
+
+def _directions(normals: FloatArray) -> IntArray:
+    """Number of the direction of each normal: those in one cell of about a degree have the same."""
+    # The offset keeps the usual directions (0, ±1, halves) away from the borders of the cells.
+    cells = np.floor(normals / _SAME_DIRECTION + 0.37).astype(np.int64) + _CELLS // 2
+    return np.asarray((cells[:, 0] * _CELLS + cells[:, 1]) * _CELLS + cells[:, 2])
+
+
+def _sums(values: FloatArray, direction: IntArray) -> FloatArray:
+    """Sums over the points of each direction, (m, directions), from (m, n)."""
+    of_point = np.unique(direction, return_inverse=True)[1].reshape(-1)
+    return np.array([np.bincount(of_point, row) for row in values])
+
+
+_Terms = Sequence[tuple[FeatureErrors, FloatArray]]
+
+
+def covariance_by_source(terms: _Terms) -> dict[str, FloatArray]:
+    """Covariance of linear functions of the parameters of one or several features, by source.
+
+    Parameters
+    ----------
+    terms : sequence of (FeatureErrors, (m, k) float)
+        Each feature with the change of the m functions by its parameters. The points are those of
+        one compensation.
+
+    Returns
+    -------
+    dict of str to (m, m) float
+        Where it is not stated which errors are common: the largest covariance that any
+        correlation of the points' errors can produce.
+
+    Raises
+    ------
+    PretravelError
+        Features whose points do not have the same causes of common errors.
+
+    Notes
+    -----
+    Of one sum Σ w e with standard uncertainties u, this largest variance is (Σ |w| u)². Of
+    several, with vectors w, Σ |w| u · Σ w w' u/|w| is not below the covariance in any
+    direction (Cauchy-Schwarz inequality).
+    """
+    weights = np.hstack([rows @ each.association.response for each, rows in terms])
+    return covariance_by_weights([errors for errors, _ in terms], weights)
+
+
+def covariance_by_weights(
+    features: Sequence[FeatureErrors], weights: FloatArray
+) -> dict[str, FloatArray]:
+    """Covariance of weighted sums of the movements of points along their normals, by source.
+
+    Parameters
+    ----------
+    features : sequence of FeatureErrors
+        One after the other; their points are those of one compensation.
+    weights : (m, n) float
+        Of all points of these features.
+
+    Returns
+    -------
+    dict of str to (m, m) float
+        As `covariance_by_source`.
+    """
+    known = check_same_causes(features)
+
+    def of_points(name: str) -> FloatArray:
+        return np.concatenate([getattr(each, name) for each in features])
+
+    own, found = of_points("own"), {}
+    if known:
+        found[OWN] = (weights * own**2) @ weights.T
+        for cause in features[0].shared:
+            moved = weights @ np.hstack([each.shared[cause] for each in features]).T
+            found[cause] = moved @ moved.T
+        fixed = of_points("fixed")
+        if fixed.any():
+            sums = _sums(weights * fixed, np.concatenate([each.direction for each in features]))
+            found[FIXED_SCATTER] = sums @ sums.T
+    else:
+        length = np.linalg.norm(weights, axis=0)
+        share = own / np.maximum(length, 1e-300)
+        found[UNKNOWN_CORRELATION] = (length @ own) * (weights * share) @ weights.T
+    excess = np.repeat([each.excess for each in features], [len(each.own) for each in features])
+    if excess.any():
+        found[FORM_OF_PART] = (weights * excess**2) @ weights.T
+    return {cause: np.asarray(part) for cause, part in found.items()}
+
+
+def check_same_causes(features: Sequence[FeatureErrors]) -> bool:
+    """Whether the points of features state their common errors; all do, or none.
+
+    Raises
+    ------
+    PretravelError
+        Features whose points do not have the same causes of common errors.
+    """
+    causes = [{cause: len(rows) for cause, rows in each.shared.items()} for each in features]
+    known = [each.correlation_known for each in features]
+    if any(each != causes[0] for each in causes) or len(set(known)) > 1:
+        raise PretravelError(
+            "the points of these features do not state the same common errors, so that it is not "
+            "known which of them are common to both; compensate the touches of both together"
+        )
+    return known[0]
+
+
+def noise_of_features(
+    features: Sequence[FeatureErrors], trials: int, generator: np.random.Generator
+) -> list[FloatArray]:
+    """Movements of the points of features along their normals by their errors, drawn.
+
+    Parameters
+    ----------
+    features : sequence of FeatureErrors
+        Errors that they have in common are the same in one trial. Errors whose correlation is not
+        stated are drawn as independent.
+    trials : int
+    generator : Generator
+
+    Returns
+    -------
+    list of (trials, n) float
+        [mm]
+    """
+    check_same_causes(features)
+    drawn = [
+        np.hypot(each.own, each.excess) * generator.standard_normal((trials, len(each.own)))
+        for each in features
+    ]
+    for cause, rows in features[0].shared.items():
+        amounts = generator.standard_normal((trials, len(rows)))
+        for own, each in zip(drawn, features, strict=True):
+            own += amounts @ each.shared[cause]
+    names, of_point = np.unique(
+        np.concatenate([each.direction for each in features]), return_inverse=True
+    )
+    amounts = generator.standard_normal((trials, len(names)))
+    start = 0
+    for own, each in zip(drawn, features, strict=True):
+        mine = of_point[start : start + len(each.own)]
+        if each.fixed.any():
+            own += amounts[:, mine] * each.fixed
+        start += len(mine)
+    return drawn
+
+
+def dof_of_features(terms: _Terms, u: float) -> float:
+    """Degrees of freedom of the standard uncertainty of a function of one or two features.
+
+    They are those with which Student's t gives the expanded uncertainty of an error that is normal
+    for each size of the form of the part, with the probabilities of these sizes.
+
+    Parameters
+    ----------
+    terms : sequence of (FeatureErrors, (1, k) float)
+        As of `covariance_by_source`.
+    u : float
+        The standard uncertainty, with that of the machine. [mm or rad]
+
+    Returns
+    -------
+    float
+        Infinite where the form of the part does not matter.
+    """
+    variance, probability, by_form = np.zeros(1), np.ones(1), 0.0
+    for errors, rows in terms:
+        factor = float(np.sum((rows @ errors.association.response) ** 2))
+        by_form += errors.excess**2 * factor
+        variance = np.add.outer(variance, errors.form_sizes**2 * factor).ravel()
+        probability = np.multiply.outer(probability, errors.form_weights).ravel()
+    return dof_of_mixture(np.sqrt(max(u**2 - by_form, 0.0) + variance), probability, u)
+
+
+def _expected_squares(errors: FeatureErrors) -> float:
+    """Sum of the squared residuals that the errors of the points produce, on average. [mm²]"""
+    # The errors of points after the fit: their covariance, projected off the feature.
+    basis = np.linalg.qr(errors.association.jacobian)[0]
+    expected = float(np.sum(errors.own**2 * (1.0 - np.sum(basis**2, axis=1))))
+    for factors in errors.shared.values():
+        left = factors - (factors @ basis) @ basis.T
+        expected += float(np.sum(left**2))
+    return expected + float(
+        np.sum(errors.fixed**2) - np.sum(errors.sums_by_direction(basis.T) ** 2)
+    )
+
+
+def _excess(observed: float, expected: float, dof: int) -> float:
+    """Standard deviation of residuals that the errors of the points do not explain. [mm]
+
+    Zero where the errors alone exceed the observed sum of squares in more than one of a hundred
+    cases (chi-squared distribution).
+    """
+    limit = expected * float(chdtri(dof, _RARE)) / dof
+    if observed <= limit:
+        return 0.0
+    return float(np.sqrt((observed - expected) / dof))
+
+
+def _form_sizes(observed: float, expected: float, dof: int) -> tuple[FloatArray, FloatArray]:
+    """Standard deviations of the form of a part, and their probabilities by the residuals. [mm]
+
+    Before the touches a surface has no form with a probability of 0.3, and all orders of magnitude
+    of a form are alike. The sum of the squares is distributed as chi-squared. With more weight on
+    surfaces without form, sizes of rough bores of five touches would be accepted falsely too often;
+    with less, four touches of a perfect bore would say still less (benchmarks/features.py).
+    """
+    noise = max(math.sqrt(expected / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
+    largest = _MOST * max(noise, math.sqrt(observed / dof))
+    sizes = np.concatenate([[0.0], np.geomspace(_LEAST * noise, largest, _SIZES)])
+    variance = noise**2 + sizes**2
+    likelihood = -0.5 * (dof * np.log(variance / noise**2) + observed / variance)
+    prior = np.full(len(sizes), (1.0 - _PERFECT) / _SIZES)
+    prior[0] = _PERFECT
+    weights = prior * np.exp(likelihood - likelihood.max())
+    return sizes, weights / weights.sum()
+
+
+def dof_of_mixture(deviations: FloatArray, weights: FloatArray, u: float) -> float:
+    """Degrees of freedom with which Student's t gives the U of a mixture of normal errors.
+
+    Parameters
+    ----------
+    deviations : (s,) float
+        Standard deviations of the normal errors.
+    weights : (s,) float
+        Their probabilities.
+    u : float
+        The standard uncertainty that is stated.
+
+    Returns
+    -------
+    float
+        Infinite where 2 u is enough.
+
+    >>> dof_of_mixture(np.array([1.0]), np.array([1.0]), 1.0)
+    inf
+    >>> round(dof_of_mixture(np.array([1.0, 3.0]), np.array([0.9, 0.1]), 1.0), 1)  # k = 2.64
+    5.1
+    """
+    outside = 1.0 - EXPANDED_COVERAGE
+
+    def beyond(limit: float) -> float:
+        scaled = np.maximum(deviations, 1e-300)
+        return float(np.sum(weights * 2.0 * ndtr(-limit / scaled)) - outside)
+
+    most = float(np.max(deviations))
+    if u <= 0.0 or beyond(COVERAGE_FACTOR * u * (1.0 + 1e-3)) <= 0.0:
+        return math.inf
+    factor = float(brentq(beyond, 0.0, 4.0 * most)) / u
+
+    def short(dof: float) -> float:
+        return float(stdtrit(dof, 1.0 - 0.5 * outside)) - factor
+
+    fewest, most_dof = _DOFS
+    if short(fewest) <= 0.0:
+        return fewest
+    return math.inf if short(most_dof) >= 0.0 else float(brentq(short, fewest, most_dof))

@@ -1,0 +1,220 @@
+"""Features of a part: chosen by the labels of the points, measured, a row for each quantity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+from nicegui import ui
+
+from pretravel.app import (
+    ScreenState,
+    Work,
+    described_fields,
+    document_view,
+    file_drop,
+    folded,
+    folded_until_opened,
+    here,
+    kept,
+    live,
+    note,
+    outcome,
+    page_button,
+    result_button,
+    section_view,
+    sign_and_word,
+    text,
+    verdict_card,
+    warning,
+)
+from pretravel.base import MICROMETRE
+from pretravel.drawing.features.conformity import Conformity
+from pretravel.drawing.screen.work import (
+    FEATURE_FORM,
+    FEATURES,
+    PartFeatures,
+    PartResult,
+    groups_of,
+)
+from pretravel.drawing.tasks.measure import BY_LABEL
+from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows
+from pretravel.measurement import named_feature
+from pretravel.show import decimals, number_text
+from pretravel.task import command_line
+
+_USUAL = ("feature", "size_tolerance", "form_tolerance", "u_machine_um")
+_MORE = tuple(name for name in FEATURE_FORM.names if name not in _USUAL)
+_FEATURE, _SELECT, _EACH = map(FEATURE_FORM.stored_name, ("feature", "select", "by_prefix"))
+
+
+def features_tab(state: ScreenState, result: PartResult) -> None:
+    """What is measured, the button, and the rows of results."""
+    labels = result.compensated.points.labels
+    groups = groups_of(labels)
+
+    def by_label_at_first() -> None:
+        if _FEATURE not in state.settings and any(map(named_feature, groups)):
+            state.settings[_FEATURE] = BY_LABEL
+
+    by_label_at_first()
+    here([state.listen], by_label_at_first)
+    if groups:
+        live([state.listen], lambda: _chips(state, groups), lambda: _chosen(state, groups))
+    with ui.element("div").classes("field-grid"):
+        described_fields(state, FEATURE_FORM, _USUAL)
+    with folded("More settings"):
+        described_fields(state, FEATURE_FORM, _MORE)
+        note(f"Labels of the points: {', '.join(labels[:8])} …")
+        file_drop(
+            state, "drawing", "Instead: all features and tolerances of the drawing",
+            endings=(".toml", ".qif", ".dmi"),
+            hint="A table [[feature]] for each, as for pretravel measure --features; or a plan",
+        )  # fmt: skip
+    built: list[bool] = []
+
+    def show(result: PartFeatures) -> None:
+        rows = _shown(result)
+        if built:  # the rows stand below the fields that a person has just filled in
+            ui.run_javascript(
+                f"getHtmlElement({rows.id}).scrollIntoView({{block: 'center', behavior: 'smooth'}})"
+            )
+
+    work = outcome(state, FEATURES, show, button="Measure")
+    built.append(True)
+    kept(work, lambda: _to_keep(work))
+    live([work.listen], lambda: _same(work.result), lambda: work.result)
+
+
+def _chosen(state: ScreenState, groups: dict[str, tuple[int, str]]) -> tuple[str, ...]:
+    """The groups that are measured."""
+    patterns = str(state.settings.get(_SELECT) or "").split()
+    if patterns:
+        return tuple(name for name, (_, pattern) in groups.items() if pattern in patterns)
+    if state.settings.get(_FEATURE) == BY_LABEL:
+        return tuple(filter(named_feature, groups))
+    return tuple(groups) if state.settings.get(_EACH) else ()
+
+
+def _chips(state: ScreenState, groups: dict[str, tuple[int, str]]) -> None:
+    chosen = _chosen(state, groups)
+
+    def toggle(name: str) -> Callable[[], None]:
+        def change() -> None:
+            now = [one for one in groups if (one in chosen) != (one == name)]
+            state.settings[_EACH] = bool(now)
+            state.settings[_SELECT] = " ".join(groups[one][1] for one in now)
+
+        return change
+
+    with ui.element("div").classes("chips").props('role="group" aria-label="What is measured"'):
+        for name, (count, _) in groups.items():
+            chip = ui.button(f"{name} · {count}", on_click=toggle(name)).props("no-caps outline")
+            chip.props["aria-pressed"] = "true" if name in chosen else "false"
+            chip.classes("chip")
+
+
+def _shown(result: PartFeatures) -> ui.element:
+    document = result.document
+    verdict_card(document.verdict, document.judgement)
+    for words in document.warnings:
+        warning(words)
+    rows = _main_rows(feature_rows(result.features.features, result.features.relations))
+    with ui.element("div").classes("table-frame").props('tabindex="0" role="region"') as frame:
+        frame.props["aria-label"] = "Features"
+        with ui.element("table").classes("sortable feature-rows"):
+            with ui.element("thead"), ui.element("tr"):
+                for heading in ("feature", "", "before/mm", "after/mm", "tolerance", "U/µm",
+                                "verdict"):  # fmt: skip
+                    text("th", heading).props('scope="col"')
+            with ui.element("tbody"):
+                for row in rows:
+                    _row(row)
+    for section in document.sections:
+        folded_until_opened(section.heading, partial(section_view, section))
+    folded_until_opened("Full report", lambda: document_view(document))
+    return frame
+
+
+def _main_rows(rows: list[FeatureRow]) -> list[FeatureRow]:
+    """A row for each feature: its first quantity, and what is compared with a tolerance."""
+    first = {row.name: row for row in reversed(rows)}
+    return [row for row in rows if row is first[row.name] or row.conformity is not None]
+
+
+def _row(row: FeatureRow) -> None:
+    quantity, conformity = row.quantity, row.conformity
+    before, after = quantity.uncompensated, quantity.value
+    with ui.element("tr"):
+        text("th", row.name).props('scope="row"')
+        text("td", quantity.name)
+        text("td", "" if before is None else number_text(before, decimals(4)), "number").props(
+            'data-label="before"'
+        )
+        text("td", number_text(after, decimals(4)), "number").props('data-label="after"')
+        with ui.element("td"):
+            if conformity is not None:
+                _bar(conformity, before, quantity.expanded_u)
+        known = math.isfinite(quantity.expanded_u)
+        expanded = number_text(quantity.expanded_u / MICROMETRE) if known else ""
+        text("td", expanded, "number").props('data-label="U/µm"')
+        with ui.element("td").classes("row-verdict"):
+            if row.judgement is not None:
+                with ui.element("span").classes(f"row-judgement {row.judgement.level}"):
+                    sign_and_word(row.judgement, "span")
+
+
+def _bar(conformity: Conformity, before: float | None, expanded_u: float) -> None:
+    """The tolerance as a zone, the value before as a ring, that after as a dot with its U."""
+    lower, upper = conformity.lower, conformity.upper
+    ends = [end for end in (lower, upper) if math.isfinite(end)]
+    values = [conformity.value - expanded_u, conformity.value + expanded_u]
+    values = [value for value in values if math.isfinite(value)] or [conformity.value]
+    width = max(ends[-1] - ends[0], *(abs(value - end) for value in values for end in ends))
+    low, high = min(ends) - 0.5 * width, max(ends) + 0.5 * width
+
+    def place(value: float) -> float:
+        """In percent of the bar; what is outside stands at its end."""
+        return 100.0 * min(max((value - low) / (high - low), 0.0), 1.0)
+
+    words = (
+        f"{conformity.value:.4f} mm, tolerance {_limit(lower)} to {_limit(upper)} mm, "
+        f"U {expanded_u / MICROMETRE:.2f} µm"
+    )
+    with ui.element("div").classes("tolerance-bar").props('role="img"') as bar:
+        bar.props["aria-label"] = bar.props["title"] = words
+        left, right = place(lower), place(upper)
+        ui.element("span").classes("zone").style(f"left: {left:.2f}%; width: {right - left:.2f}%")
+        if before is not None:
+            ui.element("span").classes("before").style(f"left: {place(before):.2f}%")
+        start, end = place(values[0]), place(values[-1])
+        ui.element("span").classes("whisker").style(
+            f"left: {start:.2f}%; width: {end - start:.2f}%"
+        )
+        ui.element("span").classes("after").style(f"left: {place(conformity.value):.2f}%")
+
+
+def _limit(value: float) -> str:
+    return f"{value:.4f}" if math.isfinite(value) else "any"
+
+
+def _to_keep(work: Work) -> None:
+    def write(path: object, result: PartFeatures) -> None:
+        result.features.write("output", path)  # type: ignore[arg-type]
+
+    with ui.element("div").classes("buttons"):
+        result_button(work, "features.csv", "features.csv", write)
+        page_button(
+            work, lambda result: result.document, _command_of,
+            name="features.html",
+        )  # fmt: skip
+
+
+def _command_of(result: PartFeatures) -> str:
+    return "" if result.same is None else command_line(result.same)
+
+
+def _same(result: PartFeatures | None) -> None:
+    if result is not None:
+        note(_command_of(result))

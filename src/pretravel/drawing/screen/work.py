@@ -1,0 +1,334 @@
+"""What the screen Part computes; nothing here touches a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from itertools import takewhile
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.app import Inputs, Job, ScreenState, TaskForm, own_map, with_file_names
+from pretravel.base import FloatArray, IntArray, PretravelError, temporary_folder
+from pretravel.drawing.tasks.align import Align, AlignedPart
+from pretravel.drawing.tasks.measure import Measure, MeasuredFeatures
+from pretravel.files import read_points
+from pretravel.maps import PretravelMap
+from pretravel.measurement import contact_slide, label_prefix, point_budget, points_at
+from pretravel.prediction import catalogue_names
+from pretravel.show import Document
+from pretravel.surface import Part, feet_on_faces, read_part
+from pretravel.task import SILENT, Task
+from pretravel.tasks.compensate import Compensate, CompensatedTouches
+from pretravel.uncertainty import Budget
+
+PART_FORM = TaskForm(Compensate, shared=("units", "feed"))
+ALIGN_FORM = TaskForm(Align, without=("tip_diameter", "extrapolate"), prefix="align_")
+FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"}, prefix="measure_")
+_OF_DRAWING = ("association", "probability", "u_machine_um")
+"""Settings that go with a drawing, which states the others for each feature."""
+_MEASURED_FACES = ("plane", "cylinder", "cone", "sphere", "torus")
+
+
+@dataclass(frozen=True)
+class PartResult:
+    """The compensated touches of a part.
+
+    Attributes
+    ----------
+    compensated : CompensatedTouches
+    document : Document
+    slide : (n,) float or None
+        How far the contact slides before the trigger; None without a nominal part in its own
+        frame. [mm]
+    same : tuple of Task
+        As the user can do it: align where the part was found, and compensate.
+    aligned : AlignedPart or None
+        Where the part lies; None where its touches are in its own frame.
+    face : (n,) int or None
+        Index of the face that each point lies on; None without a part.
+    """
+
+    compensated: CompensatedTouches
+    document: Document
+    slide: FloatArray | None
+    same: tuple[Task, ...]
+    aligned: AlignedPart | None = None
+    face: IntArray | None = None
+
+    def budget(self, row: int) -> Budget:
+        """The uncertainty budget of a point. [mm]"""
+        return point_budget(self.compensated.errors, row)
+
+    @property
+    def part(self) -> Part | None:
+        """The part from its CAD file."""
+        nominal = self.compensated.nominal
+        return nominal if isinstance(nominal, Part) else None
+
+    def face_at(self, place: FloatArray) -> int | None:
+        """Index of the face nearest to a place of the picture, (3,); None without a part. [mm]"""
+        if self.part is None:
+            return None
+        return int(feet_on_faces(self.part, np.reshape(place, (1, 3))).face[0])
+
+    def write_points(self, path: Path) -> None:
+        """Write the points, in the frame of the part."""
+        if self.aligned is None:
+            self.compensated.write("output", path)
+        else:
+            self.aligned.write("points", path)
+
+
+def lacking_for_points(state: ScreenState) -> str:
+    """What is still needed beside the touches: a map, or a probe of the catalogue."""
+    # Not a path on this computer.
+    if state.files["map"] or state.settings.get("probe", "") in catalogue_names():
+        return ""
+    return (
+        "Next: a map of the probe. Drop the map that “Qualify a probe” makes, or choose a probe of "
+        "the catalogue."
+    )
+
+
+def compensate_part(inputs: Inputs) -> PartResult:
+    """Compensate the touches of a part.
+
+    Raises
+    ------
+    PretravelError
+        What the files are refused for.
+    """
+    settings = inputs.settings
+    map_file, part = inputs.optional_file("map"), inputs.optional_file("part")
+    probe = str(settings.get("probe", ""))
+    task = Compensate(
+        touches=(inputs.file("touches"),),
+        map_file=str(map_file or probe),
+        output=Path("points.csv"),
+        nominal=None if part is None else str(part),
+        **PART_FORM.given(settings),
+    )
+    if map_file is None:
+        pretravel_map = task.pretravel_map()
+    else:
+        pretravel_map = own_map(map_file, task.model, tip_diameter=task.tip_diameter)
+    # Not parse_surface: it executes Python files.
+    nominal = None if part is None else read_part(part)
+    if settings.get("aligned"):
+        return _aligned(inputs, task, pretravel_map, nominal)
+    readings = task.read_on(nominal, pretravel_map, SILENT)
+    found = task.compensated(readings, pretravel_map, nominal)
+    slide, face = None, None
+    if nominal is not None:
+        seen = pretravel_map.seen_from(readings.placement)
+        slide = np.linalg.norm(contact_slide(found.touches, found.points, seen), axis=1)
+        face = feet_on_faces(nominal, found.points.positions).face
+    same = (with_file_names(task),)
+    return PartResult(found, found.document(), slide, same, face=face)
+
+
+def _aligned(
+    inputs: Inputs, task: Compensate, pretravel_map: PretravelMap, part: Part | None
+) -> PartResult:
+    """Find where the part lies, and compensate its touches there."""
+    if part is None:
+        raise PretravelError(
+            "the part is needed to find where it lies: drop its STEP file", inputs=("part",)
+        )
+    align = Align(
+        touches=task.touches,
+        part=inputs.file("part"),
+        map_file=task.map_file,
+        tip_diameter=task.tip_diameter,
+        extrapolate=task.extrapolate,
+        points=Path("points.csv"),
+        output=Path("place.json"),
+        **{name: getattr(task, name) for name in PART_FORM.shared},
+        **ALIGN_FORM.given(inputs.settings),
+    )
+    aligned = align.aligned(align.readings(SILENT, pretravel_map), part, pretravel_map)
+    with temporary_folder() as folder:
+        aligned.write("output", folder / "place.json")
+        placed = replace(task, place=str(folder / "place.json"))
+        readings = placed.read_on(part, pretravel_map, SILENT)
+        found = placed.compensated(readings, pretravel_map, part)
+        document = aligned.document()
+        section = found.document().as_section("The compensated points")
+    same = (with_file_names(align), with_file_names(placed, output=Path("machine_points.csv")))
+    document = replace(document, sections=(*document.sections, section))
+    return PartResult(found, document, None, same, aligned, aligned.alignment.feet.face)
+
+
+@dataclass(frozen=True)
+class PartFeatures:
+    """Measured features.
+
+    Attributes
+    ----------
+    features : MeasuredFeatures
+    document : Document
+    same : Measure or None
+        As the user can do it, with the file of the points; None where no option chooses them.
+    """
+
+    features: MeasuredFeatures
+    document: Document
+    same: Measure | None
+
+
+def groups_of(labels: Sequence[str]) -> dict[str, tuple[int, str]]:
+    """Groups of labels that differ in the number at the end: how many points, and their pattern.
+
+    Parameters
+    ----------
+    labels : sequence of str
+
+    Returns
+    -------
+    dict of str to pair of int and str
+        Groups that no pattern chooses alone are left out.
+
+    >>> groups_of(["bore1-1", "bore1-2", "top-1", "12"])
+    {'bore1': (2, 'bore1-*'), 'top': (1, 'top-1*')}
+    """
+    rows: dict[str, list[int]] = {}
+    for row, label in enumerate(labels):
+        if label_prefix(label) != label:
+            rows.setdefault(label_prefix(label), []).append(row)
+    found = {name: _pattern(labels, np.array(mine)) for name, mine in rows.items()}
+    return {name: (len(rows[name]), pattern[0]) for name, pattern in found.items() if pattern}
+
+
+def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
+    """Measure features of compensated points.
+
+    Raises
+    ------
+    PretravelError
+        Points that do not determine the features; limits in the wrong order.
+    """
+    drawing = inputs.optional_file("drawing")
+    given = FEATURE_FORM.given(inputs.settings)
+    if drawing is not None:
+        given = {name: given[name] for name in _OF_DRAWING if name in given}
+        given |= {"features": drawing, "part": inputs.optional_file("part")}
+    return _measured(result, Measure(points=Path("points.csv"), output=_FEATURES, **given))
+
+
+def measure_face(result: PartResult, index: int) -> PartFeatures:
+    """Measure the feature of one face, from the touches on it.
+
+    Raises
+    ------
+    PretravelError
+        Too few touches on the face; a face that is no plane, cylinder, cone, sphere or torus.
+    """
+    if result.part is None or result.face is None or not 0 <= index < len(result.part.faces):
+        raise PretravelError("this face is not one of the part: click another one")
+    face, rows = result.part.faces[index], np.flatnonzero(result.face == index)
+    if not len(rows):
+        raise PretravelError(f"no touch lies on face {face.number}: click another one")
+    if face.kind not in _MEASURED_FACES:
+        raise PretravelError(
+            f"face {face.number} is no plane, cylinder, cone, sphere or torus: it has no size. Its "
+            "deviations are in the picture"
+        )
+    task = Measure(
+        points=Path("points.csv"),
+        output=_FEATURES,
+        feature=face.kind,
+        select=_pattern(result.compensated.points.labels, rows),
+    )
+    return _measured(result, task, rows, f"face {face.number}")
+
+
+def _pattern(labels: Sequence[str], rows: IntArray) -> tuple[str, ...]:
+    """What chooses the labels of these rows and no others; nothing where no pattern does."""
+    words = sorted(labels[row] for row in rows)
+    same = takewhile(lambda pair: pair[0] == pair[1], zip(words[0], words[-1], strict=False))
+    pattern = "".join(letter for letter, _ in same) + "*"
+    chosen = [row for row, label in enumerate(labels) if fnmatchcase(label, pattern)]
+    return (pattern,) if chosen == rows.tolist() else ()
+
+
+def _measured(
+    result: PartResult, task: Measure, rows: IntArray | None = None, label: str = ""
+) -> PartFeatures:
+    # The points as a file of them has them, so that the command finds the same last digit.
+    with temporary_folder() as folder:
+        result.write_points(folder / "points.csv")
+        points = read_points(folder / "points.csv")
+    if rows is not None:
+        points = replace(points_at(points, rows), labels=(label,) * len(rows))
+        found = replace(task, select=(label,)).measured(points)
+    else:
+        found = task.measured(points)
+    same = with_file_names(task) if rows is None or task.select else None
+    return PartFeatures(found, found.document(), same)
+
+
+_FEATURES = Path("features.csv")
+
+
+def example_map(folder: Path) -> tuple[str, bytes]:
+    """Name and content of the map of the probe that touched the example part."""
+    from pretravel.files import write_map
+    from pretravel.tasks.qualify import Qualify
+
+    touches = (folder / "sphere_touches.csv",)
+    task = Qualify(touches=touches, diameter=24.9987, tip_diameter=6.0, kind="physical")
+    made = task.qualified(task.read())
+    with temporary_folder() as place:
+        write_map(place / "example_map.json", made.pretravel_map)
+        return "example_map.json", (place / "example_map.json").read_bytes()
+
+
+COMPENSATION = Job(
+    "compensate",
+    compensate_part,
+    "Compensating the touches",
+    settings=("probe", "aligned", *PART_FORM.stored, *ALIGN_FORM.stored),
+    files=("touches", "map", "part"),
+    needs=("touches",),
+    lacks=lacking_for_points,
+    own_process=True,
+)
+"""The points of the part."""
+
+
+def measure_newest(inputs: Inputs) -> PartFeatures:
+    """Measure the features of the newest points."""
+    return measure_part(inputs.results[COMPENSATION.name], inputs)
+
+
+FEATURES = Job(
+    "features",
+    measure_newest,
+    "Measuring the features",
+    settings=FEATURE_FORM.stored,
+    files=("drawing", "part"),
+    needs=("touches",),
+    after=(COMPENSATION,),
+    automatic=False,
+)
+"""What is measured of the points."""
+
+
+def measure_clicked(inputs: Inputs) -> PartFeatures:
+    """Measure the feature of the face that was clicked."""
+    return measure_face(inputs.results[COMPENSATION.name], int(str(inputs.settings["face"])))
+
+
+FACE = Job(
+    "face",
+    measure_clicked,
+    "Measuring the face",
+    settings=("face",),
+    needs=("touches", "part"),
+    lacks=lambda state: "" if isinstance(state.settings.get("face"), int) else "Click a face.",
+    after=(COMPENSATION,),
+)
+"""The feature of the face that was clicked."""

@@ -1,0 +1,353 @@
+"""Align a part: where it lies in the machine, from touches on its faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.base import PretravelError
+from pretravel.task import (
+    PAGES,
+    SILENT,
+    Field,
+    Progress,
+    Reported,
+    Result,
+    TipOfMap,
+    TouchFilesWithFeed,
+    existing,
+    output,
+    placement_files,
+    with_reading,
+)
+
+if TYPE_CHECKING:
+    from pretravel.base import Placement
+    from pretravel.drawing.alignment.alignment import Alignment, Datum, TipCentres
+    from pretravel.files import FileReadings
+    from pretravel.maps import PretravelMap
+    from pretravel.show import Document
+    from pretravel.surface import Part
+
+_LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
+_MOST_LISTED = 8
+
+
+class Align(TouchFilesWithFeed, Reported):
+    """Determine where a part lies in the machine, from touches on its faces.
+
+    Touches need no normals: those of the faces are taken, and the pretravel is solved together with
+    the placement. Without a start and a plan the placement is searched for from nothing.
+    """
+
+    name = "align"
+    group = "Measure"
+    example = (
+        "pretravel align touches.csv --part part.step --map map.json -o place.json "
+        "--points points.csv"
+    )
+
+    part: Annotated[Path, Field(help="The part: .step, .stp, .igs or .iges.", reads=True)]
+    map_file: Annotated[
+        str | None,
+        Field(
+            help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name "
+            "or .toml). Without it the tip's radius alone is taken off.",
+            option="--map",
+            label="Map",
+            reads=existing,
+        ),
+    ] = None
+    tip_diameter: TipOfMap = None
+    start: Annotated[
+        str | None,
+        Field(
+            help="Approximate placement of the part: x,y,z in mm, then turns about the machine's "
+            "axes in degrees, or a file of pretravel align. Without it: from the targets of a "
+            "plan, or searched for.",
+            metavar="X,Y,Z,A,B,C",
+            reads=placement_files,
+        ),
+    ] = None
+    datum: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Faces of a datum, by number or name: A=3, then B=7,8, in the order of the "
+            "drawing. Without it: best fit on all touched faces.",
+            metavar="NAME=FACES",
+            label="Datums",
+            hint="A=3 B=7,8: numbers of faces, in the order of the drawing",
+        ),
+    ] = ()
+    datum_association: Annotated[
+        Literal["gaussian", "outside"],
+        Field(
+            help="gaussian: datums of least squares, on which all touches have a say. outside: "
+            "from outside the material (ISO 5459): planes that touch it, inscribed bores, "
+            "circumscribed bosses; they rest on a few touches.",
+            label="Datums are associated",
+            words={
+                "gaussian": "by least squares (Gaussian)",
+                "outside": "from outside the material (ISO 5459)",
+            },
+        ),
+    ] = "gaussian"
+    free: Annotated[
+        str,
+        Field(
+            help="Motions that are determined: shifts x, y, z and turns a, b, c about x, y, z of "
+            "the machine.",
+            metavar="x,y,z,a,b,c",
+        ),
+    ] = "x,y,z,a,b,c"
+    extrapolate: Annotated[
+        bool,
+        Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
+    ] = False
+    points: Annotated[
+        Path | None,
+        Field(
+            help="Compensated points in the frame of the part, for measure: .csv, .parquet, .json, "
+            ".nc, .qif, .msr.",
+            writes=(".csv",),
+            label="Points in the frame of the part",
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output(
+            "Placement with its uncertainty, for --place: .json; or a page, .html or .pdf.",
+            ".json",
+            *PAGES,
+        ),
+    ] = None
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Points are written in each format that is known."""
+        from pretravel.files import point_endings
+
+        return tuple(point_endings()) if output == "points" else super().endings(output)
+
+    def run(self, progress: Progress = SILENT) -> AlignedPart:
+        """Read touches, part and map, and determine the placement."""
+        from pretravel.surface import read_part
+
+        pretravel_map = self.pretravel_map()
+        with progress.working(f"reading {self.part.name}"):
+            part = read_part(self.part)
+        readings = self.readings(progress, pretravel_map)
+        with progress.working(f"aligning {len(readings.touches)} touches"):
+            return self.aligned(readings, part, pretravel_map)
+
+    def pretravel_map(self) -> PretravelMap:
+        """The map, in the axes of the machine; the tip's radius alone where there is none."""
+        from pretravel.drawing.alignment.alignment import radius_alone
+        from pretravel.task import map_or_prediction
+
+        if self.map_file is not None:
+            return map_or_prediction(self.map_file, tip_diameter=self.tip_diameter)
+        if self.tip_diameter is None:
+            raise PretravelError(
+                "the map, or the tip's diameter, is needed: the touches are tip centres",
+                inputs=("map", "tip_diameter"),
+            )
+        return radius_alone(0.5 * self.tip_diameter)
+
+    def readings(self, progress: Progress, pretravel_map: PretravelMap) -> FileReadings:
+        """The touches, in the axes of the machine; their normals are directions of approach."""
+        from dataclasses import replace
+
+        from pretravel.files import one_normal
+
+        options = self.reading_options(
+            tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
+        )
+        return self.read_with(
+            replace(options, normals_from=one_normal([0.0, 0.0, 1.0])), progress
+        ).in_machine_axes()
+
+    def aligned(
+        self, readings: FileReadings, part: Part, pretravel_map: PretravelMap
+    ) -> AlignedPart:
+        """Align touches that have been read.
+
+        Parameters
+        ----------
+        readings : FileReadings
+            In the axes of the machine; their normals are directions of approach alone.
+        part : Part
+        pretravel_map : PretravelMap
+
+        Raises
+        ------
+        PretravelError
+            Several placements explain the touches, or none does.
+        """
+        from pretravel.drawing.alignment.alignment import TipCentres, align
+
+        tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
+        extrapolate = self.extrapolate or self.map_file is None
+        start, found_from = self._start(tips), "the start"
+        if start is None:
+            start = self._found(tips, part, pretravel_map, extrapolate=extrapolate)
+            found_from = "the touches alone"
+        elif self.start is None:
+            found_from = "the targets of the touches"
+        alignment = align(
+            tips,
+            part,
+            pretravel_map,
+            start,
+            datums=self.datums(part),
+            free=self._free(),
+            extrapolate=extrapolate,
+        )
+        return AlignedPart(self, readings, alignment, found_from)
+
+    def _start(self, tips: TipCentres) -> Placement | None:
+        """The start that is stated, or that of the targets; None where there is none."""
+        from pretravel.base import parse_placement
+        from pretravel.drawing.alignment.alignment import placement_onto
+        from pretravel.files import read_placement
+
+        if self.start is not None:
+            files = placement_files(self.start)
+            return read_placement(files[0]) if files else parse_placement(self.start)
+        if tips.nominal_points is None or len(tips) < 3:
+            return None
+        return placement_onto(tips.nominal_points, tips.positions)
+
+    def _found(
+        self, tips: TipCentres, part: Part, pretravel_map: PretravelMap, *, extrapolate: bool
+    ) -> Placement:
+        """The one placement that explains the touches."""
+        from pretravel.base import typed_placement
+        from pretravel.drawing.alignment.alignment_search import found_placements
+
+        found = found_placements(tips, part, pretravel_map, extrapolate=extrapolate)
+        if not found:
+            raise PretravelError(
+                f"no placement of {self.part.name} explains the touches. Is it the right part, in "
+                "mm, and are these tip centres? State an approximate placement",
+                inputs=("start",),
+            )
+        if len(found) == 1:
+            return found[0].placement
+        listed = "\n".join(
+            f"  {typed_placement(each.placement)}   (residuals {1e3 * each.scatter:.1f} µm)"
+            for each in found[:_MOST_LISTED]
+        )
+        more = "\n  …" if len(found) > _MOST_LISTED else ""
+        raise PretravelError(
+            f"{len(found)} placements explain the touches: the part is symmetric, or the touches "
+            f"are too few to tell them apart. State the right one as the start:\n{listed}{more}",
+            inputs=("start",),
+        )
+
+    def datums(self, part: Part) -> list[Datum]:
+        """The datums, with the indices of their faces.
+
+        Raises
+        ------
+        PretravelError
+            A datum without faces, or faces that the part does not have.
+        """
+        from pretravel.drawing.alignment.alignment import Datum
+
+        found = []
+        if self.datum_association == "outside" and not self.datum:
+            raise PretravelError(
+                "an association from outside the material is that of datums; state them",
+                inputs=("datum", "datum_association"),
+            )
+        for text in self.datum:
+            name, sign, faces = text.partition("=")
+            words = [word.strip() for word in faces.split(",") if word.strip()]
+            if not (sign and name.strip() and words):
+                raise PretravelError(
+                    f"datum '{text}': expected a name and its faces, for example A=3 or B=7,8",
+                    inputs=("datum",),
+                )
+            chosen = [index for word in words for index in part.select(word).chosen]
+            found.append(Datum(name.strip(), tuple(chosen), self.datum_association == "outside"))
+        return found
+
+    def _free(self) -> tuple[str, ...]:
+        letters = [word.strip() for word in self.free.split(",") if word.strip()]
+        unknown = [letter for letter in letters if letter not in _LETTERS]
+        if unknown or not letters:
+            raise PretravelError(
+                f"the free motions are '{self.free}'; they are some of x,y,z (shifts) and a,b,c "
+                "(turns about x, y, z)",
+                inputs=("free",),
+            )
+        return tuple(_LETTERS[letter] for letter in letters)
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedPart(Result):
+    """A part with its placement in the machine.
+
+    Attributes
+    ----------
+    task : Align
+    readings : FileReadings
+    alignment : Alignment
+    found_from : str
+        Where the search began.
+    """
+
+    task: Align
+    readings: FileReadings
+    alignment: Alignment
+    found_from: str
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.drawing.tasks.align.report import alignment_document
+
+        task = self.task
+        return alignment_document(
+            self.alignment,
+            touches_name=task.touches_name,
+            found_from=self.found_from,
+            datums=task.datum,
+            warnings=self.readings.notes(),
+        )
+
+    def in_brief(self, report: Document) -> Document:
+        """Where the part lies, without the deviations."""
+        from dataclasses import replace
+
+        left = f"{len(report.tables) - 1} tables of deviations"
+        note = f"{left}, and notes: --verbose, or -o report.html"
+        return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the placement, or the points in the frame of the part."""
+        task, alignment = self.task, self.alignment
+        if output == "points":
+            from pretravel.drawing.alignment.alignment import points_in_part
+            from pretravel.files import write_points
+
+            write_points(
+                path,
+                points_in_part(alignment),
+                f"{task.touches_name} aligned on {task.part.name}, in the frame of the part",
+                nominal_points=alignment.feet.local.point,
+            )
+            return
+        from pretravel.files import write_placement
+
+        write_placement(
+            path,
+            alignment.measured_placement,
+            part=task.part.name,
+            touches=task.touches_name,
+            note="; ".join(alignment.undetermined_motions),
+        )

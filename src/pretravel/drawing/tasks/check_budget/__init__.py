@@ -1,0 +1,5 @@
+"""Is a budget honest? A qualification of one's own, simulated many times against the truth."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,311 @@
+"""Is a budget honest? A qualification of one's own, simulated many times against the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.base import MICROMETRE, NOISE, REFERENCE_DIAMETER, U_OF_DIAMETER, PretravelError
+from pretravel.task import (
+    ANSWER,
+    PAGES,
+    SILENT,
+    Field,
+    Progress,
+    Result,
+    Task,
+    output,
+    with_reading,
+)
+from pretravel.tasks.qualify import Qualify
+
+if TYPE_CHECKING:
+    from pretravel.base import FloatArray
+    from pretravel.drawing.tasks.check_budget.budget_check import BudgetCheck, Coverage
+    from pretravel.files import FileReadings
+    from pretravel.qualification import Qualification
+    from pretravel.show import Document, KeyFigure, Table, View
+    from pretravel.touches import Touches
+
+_WORDS = {
+    "honest": "U is honest: it contains the error as often as it states",
+    "too small": "U is too small: it contains the error less often than it states",
+    "too large": "U is larger than needed: it costs touches and good parts",
+}
+_LEVELS: Mapping[str, Literal["good", "caution", "bad"]] = {
+    "honest": "good",
+    "too small": "bad",
+    "too large": "caution",
+}
+
+
+class CheckBudget(Qualify):
+    """Is U honest? Simulate your own qualification many times and count.
+
+    The probe of each set is drawn from the map of your touches and its uncertainty. It repeats your
+    touches, with your settings, and then touches faces and a bore whose places are known. What acts
+    is what your settings state, or what --true-… state: what would happen if the diameter were
+    worse than its certificate says?
+
+    Exit code 3: U is too small.
+    """
+
+    name = "check-budget"
+    group = "Qualify"
+    example = "pretravel check-budget sphere.csv --diameter 25 --tip-diameter 6 --sets 200"
+
+    sets: Annotated[int, Field(help="Simulated qualifications.", range=(20, 100000))] = 100
+    bore: Annotated[
+        float,
+        Field(
+            help="Diameter of the bore that is measured, in mm.",
+            range=REFERENCE_DIAMETER,
+            label="Diameter of the bore",
+        ),
+    ] = 20.0
+    bore_touches: Annotated[
+        int, Field(help="Touches in the bore.", range=(4, 1000), label="Touches in the bore")
+    ] = 8
+    true_noise_um: Annotated[
+        float | None,
+        Field(
+            help="Noise of a touch that acts, in µm, standard deviation; that of your touches "
+            "where it is not stated.",
+            range=NOISE,
+            label="Noise that acts",
+        ),
+    ] = None
+    true_u_diameter_um: Annotated[
+        float | None,
+        Field(
+            help="Standard deviation of the error of the diameter that acts, in µm; as "
+            "--u-diameter and --u-temperature state it where it is not given.",
+            range=U_OF_DIAMETER,
+            label="Error of the diameter that acts",
+        ),
+    ] = None
+    true_hysteresis_um: Annotated[
+        float,
+        Field(
+            help="Hysteresis that acts, in µm: shift of the tip's rest by the touch before.",
+            range=NOISE,
+            label="Hysteresis that acts",
+        ),
+    ] = 0.0
+    seed: Annotated[
+        int, Field(help="Of the random numbers: the same seed gives the same answer.",
+                   range=(0, 2**32 - 1)),
+    ] = 1  # fmt: skip
+    output: Annotated[
+        Path | None,
+        output("Shares as a table, .csv; or a page, .html or .pdf.", ".csv", *PAGES),
+    ] = None
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """A table or a page, on whatever reference."""
+        return Task.endings(self, output)
+
+    def run(self, progress: Progress = SILENT) -> CheckedBudget:  # type: ignore[override]
+        """Qualify, simulate, count.
+
+        Raises
+        ------
+        PretravelError
+            Several references or tips, an old map: they are not simulated.
+        """
+        from dataclasses import replace
+
+        import numpy as np
+
+        from pretravel.drawing.tasks.check_budget.budget_check import ActingErrors, check_budget
+
+        others = {"block": self.on_references, "tip": self.tip, "prior": self.prior}
+        wrong = tuple(name for name, stated in others.items() if stated)
+        if wrong:
+            raise PretravelError(
+                "a budget is checked for one tip on one sphere, ring or pin, without an old map",
+                inputs=wrong,
+            )
+        readings = self.read(progress)
+        with progress.working(f"qualifying on {len(readings.touches)} touches"):
+            qualification = self.qualified(readings).qualification
+        setup = qualification.pretravel_map.provenance.setup
+        assert setup is not None
+
+        def again(touches: Touches) -> Qualification:
+            return self.qualified(replace(readings, touches=touches)).qualification
+
+        stated = self.true_u_diameter_um
+        noise = self.true_noise_um
+        acting = ActingErrors(
+            qualification.pretravel_map.single_touch if noise is None else noise * MICROMETRE,
+            setup.u_reference_diameter if stated is None else stated * MICROMETRE,
+            setup.sphere_form,
+            self.true_hysteresis_um * MICROMETRE,
+        )
+        used = readings.touches.take(np.flatnonzero(qualification.used))
+        bore = (self.bore, self.bore_touches)
+        with progress.working(f"simulating {self.sets} qualifications"):
+            found = check_budget(
+                used, qualification, again, acting, sets=self.sets, bore=bore, rng=self.seed
+            )
+        return CheckedBudget(self, readings, found)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedBudget(Result):
+    """How often U contained the error.
+
+    Attributes
+    ----------
+    task : CheckBudget
+    readings : FileReadings
+    check : BudgetCheck
+    """
+
+    task: CheckBudget
+    readings: FileReadings
+    check: BudgetCheck
+
+    @property
+    def exit_code(self) -> int:  # type: ignore[override]
+        """3 where U is too small."""
+        return ANSWER if self.check.verdict == "too small" else 0
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.show import Document, Judgement, KeyFigure, Picture, decimals
+
+        found, acting = self.check, self.check.acting
+        return Document(
+            title=f"{self.task.touches_name}: is U honest?",
+            verdict=_WORDS[found.verdict],
+            judgement=Judgement(_LEVELS[found.verdict], found.verdict.capitalize()),
+            figures=(
+                *(_figure(each) for each in found.coverages),
+                KeyFigure("simulated qualifications", found.sets, "", decimals(0)),
+            ),
+            tables=(_table(found),),
+            pictures=(Picture("Shares of errors within U", lambda: _view(found)),),
+            notes=(
+                (
+                    f"Acting: noise {acting.noise / MICROMETRE:.2f} µm, diameter of the reference "
+                    f"{acting.diameter / MICROMETRE:.2f} µm, its form "
+                    f"{acting.form / MICROMETRE:.2f} µm, hysteresis "
+                    f"{acting.hysteresis / MICROMETRE:.2f} µm. The bore is {self.task.bore:g} mm "
+                    f"wide, touched {self.task.bore_touches} times."
+                ),
+                (
+                    "The probes are drawn from your map: what no map of this kind can show, a "
+                    "drift of the machine and errors of its axes are not in these numbers."
+                ),
+            ),
+            warnings=(*self.readings.notes(), *_refusals(found)),
+        )  # fmt: skip
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the table."""
+        del output
+        import numpy as np
+
+        from pretravel.files import write_csv_table
+
+        found = self.check.coverages
+        write_csv_table(path, {
+            "quantity": [each.name for each in found],
+            "share_within_u_percent": np.array([100.0 * each.share for each in found]),
+            "share_lower_percent": np.array([100.0 * each.interval[0] for each in found]),
+            "share_upper_percent": np.array([100.0 * each.interval[1] for each in found]),
+            "rms_error_um": np.array([_rms(each.errors) for each in found]),
+            "rms_u_um": np.array([_rms(each.u) for each in found]),
+            "chi_squared": np.array([each.chi_squared for each in found]),
+            "needed_factor": np.array([each.needed for each in found]),
+            "verdict": [each.verdict for each in found],
+        })  # fmt: skip
+
+
+def _rms(values: FloatArray) -> float:
+    import numpy as np
+
+    return float(np.sqrt(np.mean(values**2))) / MICROMETRE
+
+
+def _figure(each: Coverage) -> KeyFigure:
+    from pretravel.show import KeyFigure, decimals
+
+    low, high = (100.0 * end for end in each.interval)
+    return KeyFigure(
+        f"{each.name}: errors within U", 100.0 * each.share, "%", decimals(1),
+        remark=f"{low:.1f} to {high:.1f} %; 95.4 % is stated: {each.verdict}",
+    )  # fmt: skip
+
+
+def _refusals(found: BudgetCheck) -> list[str]:
+    if not found.refused:
+        return []
+    return [
+        (
+            f"{len(found.refused)} of {found.sets + len(found.refused)} simulated qualifications "
+            f"were refused, the first one because: {found.refused[0]}"
+        )
+    ]
+
+
+def _table(found: BudgetCheck) -> Table:
+    from pretravel.show import Column, Table, decimals
+
+    each = found.coverages
+    return Table(
+        (
+            Column.of("quantity", [one.name for one in each]),
+            Column.of("error (rms)", [_rms(one.errors) for one in each], "µm", decimals(2)),
+            Column.of("u (rms)", [_rms(one.u) for one in each], "µm", decimals(2)),
+            Column.of("χ²", [one.chi_squared for one in each], "", decimals(2)),
+            Column.of("U is right times", [one.needed for one in each], "", decimals(2)),
+            Column.of("verdict", [one.verdict for one in each]),
+        ),
+        "Errors against what was stated:",
+        "χ² is the mean of (error/u)²: one where u is right. U times the factor would have "
+        "contained 95.4 % of the errors.",
+    )
+
+
+def _view(found: BudgetCheck) -> View:
+    import numpy as np
+
+    from pretravel.show import Axis, Dots, LineMark, PlaneChart, Rule, View
+    from pretravel.uncertainty import EXPANDED_COVERAGE
+
+    each = found.coverages
+    place = np.arange(float(len(each)))
+    low, high = (100.0 * np.array([one.interval[end] for one in each]) for end in (0, 1))
+    shares = PlaneChart(
+        "Share of errors within U",
+        Axis("", categories=tuple(one.name for one in each)),
+        Axis("share, with 95 % interval", "%"),
+        (
+            Rule(100.0 * EXPANDED_COVERAGE, "stated"),
+            Dots(place, 0.5 * (low + high), "attained", "series1", u=0.5 * (high - low)),
+        ),
+    )
+    points = each[0]
+    u, error = points.u.ravel() / MICROMETRE, points.errors.ravel() / MICROMETRE
+    edge = np.array([float(u.min()), float(u.max())])
+    some = slice(None, None, max(1, len(u) // 2000))
+    scatter = PlaneChart(
+        "Errors of single points",
+        Axis("u", "µm"),
+        Axis("error", "µm"),
+        (
+            LineMark(edge, 2.0 * edge, "U", "series2"),
+            LineMark(edge, -2.0 * edge, "", "series2"),
+            Dots(u[some], error[some], points.name, "series1"),
+        ),
+    )
+    return View("Is U honest?", (shares, scatter), 2)

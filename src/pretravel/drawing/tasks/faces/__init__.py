@@ -1,0 +1,5 @@
+"""List the faces of a STEP or IGES file."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,1 @@
+"""Datum systems and tolerances of drawings."""

@@ -1,0 +1,247 @@
+"""The frame of a drawing from its datums, as measured features: ISO 5459.
+
+Each datum takes the motions that it determines and those before it left. The frame follows from the
+parameters of the datum features by linear equations, so that its errors are those of their points.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.base import ConvergenceError, FloatArray, Placement, PretravelError, frozen
+from pretravel.drawing.features.measured_feature import MeasuredFeature
+from pretravel.measurement import Association
+from pretravel.uncertainty import across
+
+_DETERMINED = 1e-3  # of a unit motion: below it, a motion counts as not determined
+_CLOSED = 1e-10  # mm
+_STEPS = 50
+_LARGEST_TURN = 0.5  # rad
+
+
+@dataclass(frozen=True, eq=False)
+class DatumFeature:
+    """A measured feature that serves as a datum, with its place on the drawing.
+
+    Attributes
+    ----------
+    feature : MeasuredFeature
+    point : (3,) float
+        Nominal: a point of the plane or axis, or the centre. [mm]
+    direction : (3,) float or None
+        Nominal: outward normal of a plane, axis. None for a sphere.
+    """
+
+    feature: MeasuredFeature
+    point: FloatArray
+    direction: FloatArray | None
+
+    @classmethod
+    def as_measured(cls, feature: MeasuredFeature) -> DatumFeature:
+        """A datum whose nominal place is where it is."""
+        found = feature.association
+        return cls(feature, found.point, found.direction)
+
+
+Datums = Sequence[Sequence[DatumFeature]]
+"""In the order of the drawing; several features are one common datum (A-B)."""
+
+
+@dataclass(frozen=True, eq=False)
+class DatumSystem:
+    """The frame of a drawing in the frame of the points.
+
+    Attributes
+    ----------
+    placement : Placement
+        Of the frame of the drawing.
+    features : tuple of MeasuredFeature
+        All datum features, in order.
+    by_parameters : tuple of (6, k) float
+        Motion of the frame by the parameters of each: shift, and turn about the origin of the
+        points. [mm, rad]
+    free : (6, m) float
+        Motions that the datums leave free: shift, and turn about the same origin. [mm, rad]
+    """
+
+    placement: Placement
+    features: tuple[MeasuredFeature, ...]
+    by_parameters: tuple[FloatArray, ...]
+    free: FloatArray
+
+
+def moved_by_frame(points: FloatArray, along: FloatArray) -> FloatArray:
+    """Movement of points along directions by the six motions of their frame, (n, 6).
+
+    Parameters
+    ----------
+    points : (n, 3) float
+        [mm]
+    along : (n, 3) float
+        Unit vectors.
+
+    Returns
+    -------
+    (n, 6) float
+        By shifts, and by turns about the origin. [1, mm]
+
+    >>> moved_by_frame(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]])).tolist()
+    [[0.0, 1.0, 0.0, 0.0, 0.0, 1.0]]
+    """
+    return np.column_stack([along, np.cross(points, along)])
+
+
+def datum_system(datums: Datums) -> DatumSystem:
+    """The frame of a drawing from its measured datums.
+
+    Parameters
+    ----------
+    datums : sequence of sequences of DatumFeature
+        In the order of the drawing. None: the frame of the points, with all motions free.
+
+    Returns
+    -------
+    DatumSystem
+        Its placement is the one nearest to the frame of the points: what the datums leave free
+        stays as it is.
+
+    Raises
+    ------
+    PretravelError
+        A feature that is no datum (a line), or a nominal direction far from the measured one.
+    ConvergenceError
+
+    References
+    ----------
+    ISO 5459: the order of datums. The features are associated as they were measured: least
+    squares, or as the drawing's file states.
+
+    >>> datum_system(()).free.shape
+    (6, 6)
+    """
+    for group in datums:
+        for each in group:
+            _refuse_no_datum(each)
+    lever = _lever(datums)
+    placement = Placement()
+    for _ in range(_STEPS):
+        motion, rows, free = _staged(datums, placement, lever)
+        size = float(np.linalg.norm(motion[3:]))
+        motion = motion * min(1.0, _LARGEST_TURN / max(size, 1e-300))
+        placement = placement.moved(motion)
+        if max(float(np.abs(motion[:3]).max()), lever * size) < _CLOSED * lever:
+            break
+    else:
+        raise ConvergenceError(
+            "the datums did not settle into a frame: are their nominal places those of the drawing?"
+        )
+    features = tuple(each.feature for group in datums for each in group)
+    return DatumSystem(placement, features, tuple(map(frozen, rows)), frozen(free))
+
+
+def _refuse_no_datum(datum: DatumFeature) -> None:
+    kind, found = datum.feature.kind, datum.feature.association
+    if kind == "line":
+        raise PretravelError("a line is no datum here; measure a plane, a slot or an axis")
+    if datum.direction is not None and found.direction is not None:
+        cosine = abs(float(datum.direction @ found.direction))
+        if cosine < math.cos(0.5):
+            raise PretravelError(
+                f"datum {datum.feature.label}: its nominal direction is "
+                f"{math.degrees(math.acos(min(cosine, 1.0))):.0f}° from the measured one; align "
+                "the points with the part first, or correct the axis"
+            )
+
+
+def _lever(datums: Datums) -> float:
+    places = [each.point for group in datums for each in group]
+    clouds = [each.feature.association.points for group in datums for each in group]
+    if not places:
+        return 1.0
+    return max(float(np.ptp(np.vstack([*clouds, *places]), axis=0).max()), 1e-3)
+
+
+def _staged(
+    datums: Datums, placement: Placement, lever: float
+) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+    """Motion that brings the nominal datums onto the measured ones, datum after datum.
+
+    With its change by the parameters of each feature, and the motions that are left.
+    """
+    # The turns are about the middle of the datums, so that their scale is that of shifts.
+    middle = np.zeros(3)
+    places = [each.point for group in datums for each in group]
+    if places:
+        middle = placement.points(np.array(places)).mean(axis=0)
+    to_origin = np.eye(6)
+    # A turn w about the middle shifts the origin by -w x middle.
+    to_origin[:3, 3:] = np.cross(np.eye(3), middle)
+    scale = np.array([1.0, 1.0, 1.0, *(3 * [1.0 / lever])])
+    rows: list[FloatArray] = []
+    left, motion = np.eye(6), np.zeros(6)
+    for group in datums:
+        wanted = [_equations(each, placement, middle, lever) for each in group]
+        matrix = np.vstack([one[0] for one in wanted]) * scale
+        off = np.concatenate([one[1] for one in wanted])
+        u, size, v = np.linalg.svd(matrix @ left, full_matrices=True)
+        rank = int(np.sum(size > _DETERMINED))
+        inverse = (left @ v[:rank].T / size[:rank]) @ u[:, :rank].T
+        motion = motion + inverse @ (off - matrix @ motion)
+        rows = [row - inverse @ (matrix @ row) for row in rows]
+        start = 0
+        for _, own, change in wanted:
+            rows.append(inverse[:, start : start + len(own)] @ change)
+            start += len(own)
+        left = left @ v[rank:].T
+
+    def from_origin(of_middle: FloatArray) -> FloatArray:
+        return np.asarray(to_origin @ (scale[:, None] * of_middle))
+
+    return (
+        from_origin(motion[:, None])[:, 0],
+        [from_origin(row) for row in rows],
+        from_origin(left),
+    )
+
+
+def _equations(
+    datum: DatumFeature, placement: Placement, middle: FloatArray, lever: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What a datum asks of a motion: matrix (e, 6), amounts (e,), their change by parameters.
+
+    Directions are multiplied by the lever, so that all are in mm.
+    """
+    found: Association = datum.feature.association
+    matrix, off, change = [], [], []
+    here = placement.points(datum.point[None])[0]
+    if found.direction is not None and found.direction_rows is not None:
+        assert datum.direction is not None
+        nominal = placement.vectors(datum.direction[None])[0]
+        sign = 1.0 if nominal @ found.direction >= 0.0 else -1.0
+        for side in across(nominal):
+            matrix.append(lever * np.concatenate([np.zeros(3), np.cross(nominal, side)]))
+            off.append(lever * sign * float(side @ found.direction))
+            change.append(lever * sign * (side @ found.direction_rows))
+    apart = found.point - here
+    for side in found.located_along:
+        matrix.append(np.concatenate([side, np.cross(here - middle, side)]))
+        off.append(float(side @ apart))
+        change.append(side @ found.point_rows + turned_side(found, side) @ apart)
+    return np.array(matrix), np.array(off), np.array(change)
+
+
+def turned_side(found: Association, side: FloatArray) -> FloatArray:
+    """Change of a direction of `located_along` by the parameters, (k, 3).
+
+    That of a plane is its normal and turns with it; one across an axis turns against the axis.
+    """
+    rows = found.direction_rows
+    if found.direction is None or rows is None:
+        return np.zeros((found.point_rows.shape[1], 3))
+    if abs(float(side @ found.direction)) > 0.5:
+        return np.asarray(rows.T)
+    return -np.outer(side @ rows, found.direction)

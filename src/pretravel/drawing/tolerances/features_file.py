@@ -1,0 +1,208 @@
+"""Features that are measured in one run, with what the drawing allows them, as TOML."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pretravel.base import InputError, PretravelError, TomlStructure, read_toml
+from pretravel.drawing.features.extreme_association import check_criterion
+from pretravel.drawing.tolerances.tolerance_frame import (
+    POSITION,
+    GeometricTolerance,
+)
+
+
+@dataclass(frozen=True)
+class DrawnFeature:
+    """One feature of a drawing; the words are those of the options of `pretravel measure`.
+
+    Attributes
+    ----------
+    kind : str
+    select : str
+        Its points by label, with * and ?, or by number.
+    label : str
+        Its name; the selection when empty.
+    association : str or None
+        gaussian, minimum-zone, inscribed, circumscribed or tangent. None: that of the option.
+    axis, at : tuple of float or None
+        Axis, and nominal position in mm.
+    tolerance : str or None
+        Of the diameter: ``20..20.021``, or with a nominal diameter ``+0.021/0``.
+    nominal : float or None
+        Diameter. [mm]
+    position_tolerance, form_tolerance : float or None
+        [mm]
+    geometric : tuple of GeometricTolerance
+        Tolerances to datums, which are other features of the drawing.
+    """
+
+    kind: str
+    select: str
+    label: str = ""
+    association: str | None = None
+    axis: tuple[float, float, float] | None = None
+    at: tuple[float, float, float] | None = None
+    tolerance: str | None = None
+    nominal: float | None = None
+    position_tolerance: float | None = None
+    form_tolerance: float | None = None
+    geometric: tuple[GeometricTolerance, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.association is not None:
+            try:
+                check_criterion(self.association, self.kind)
+            except PretravelError as error:  # of a key, not of an option
+                raise PretravelError(str(error)) from None
+
+
+@dataclass(frozen=True)
+class DrawnPattern:
+    """Features that have a position together (ISO 5458): holes of one flange.
+
+    Attributes
+    ----------
+    label : str
+    features : tuple of str
+        Their names.
+    position_tolerance : float
+        Diameter of each zone. [mm]
+    datums : tuple of str
+        As of `GeometricTolerance`; without them the pattern lies as it fits best.
+    material : str
+    """
+
+    label: str
+    features: tuple[str, ...]
+    position_tolerance: float
+    datums: tuple[str, ...] = ()
+    material: str = ""
+
+    @property
+    def tolerance(self) -> GeometricTolerance:
+        """Of the position of each feature."""
+        return GeometricTolerance(POSITION, self.position_tolerance, self.datums, self.material)
+
+    def __post_init__(self) -> None:
+        if len(self.features) < 2:
+            raise PretravelError("a pattern has two features or more")
+        _ = self.tolerance  # refused here, with the line
+
+
+@dataclass(frozen=True)
+class DrawnRelation:
+    """A distance or an angle between two features, with its tolerance.
+
+    Attributes
+    ----------
+    features : tuple of two str
+        Their names.
+    tolerance : str
+        ``49.9..50.1``, or with a nominal value ``±0.1``; mm, or degrees of an angle.
+    quantity : str
+        distance or angle.
+    nominal : float or None
+        [mm or degrees]
+    """
+
+    features: tuple[str, str]
+    tolerance: str
+    quantity: str = "distance"
+    nominal: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.quantity not in ("distance", "angle"):
+            raise PretravelError(f"between features is a distance or an angle, no {self.quantity}")
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """All that is measured in one run.
+
+    Attributes
+    ----------
+    feature : tuple of DrawnFeature
+    pattern : tuple of DrawnPattern
+    between : tuple of DrawnRelation
+    """
+
+    feature: tuple[DrawnFeature, ...]
+    pattern: tuple[DrawnPattern, ...] = ()
+    between: tuple[DrawnRelation, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.feature:
+            raise PretravelError("no [[feature]]", inputs=("features",))
+        names = self.names
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise PretravelError(
+                f"two features are called '{twice}'; state a label for each", inputs=("features",)
+            )
+        wanted = [
+            (f"pattern {each.label}", name) for each in self.pattern for name in each.features
+        ]
+        wanted += [("[[between]]", name) for each in self.between for name in each.features]
+        for where, name in wanted:
+            if name not in names:
+                raise PretravelError(
+                    f"{where}: there is no feature '{name}'; there are {', '.join(names)}",
+                    inputs=("features",),
+                )
+
+    @property
+    def names(self) -> list[str]:
+        """Of the features, in order."""
+        return [each.label or each.select for each in self.feature]
+
+
+_STRUCTURE = TomlStructure(hint="docs/how-to/tolerances.md shows a whole file")
+_STRUCTURE.table(
+    DrawnFeature,
+    at="at_mm",
+    nominal="nominal_mm",
+    position_tolerance="position_tolerance_mm",
+    form_tolerance="form_tolerance_mm",
+)
+_STRUCTURE.table(GeometricTolerance, zone="tolerance_mm")
+_STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm")
+
+
+def read_features(path: str | Path) -> Drawing:
+    r"""Read the features of a drawing: one table ``[[feature]]`` for each.
+
+    Tables ``[[feature.geometric]]`` are tolerances to datums, ``[[pattern]]`` positions of several
+    features, ``[[between]]`` distances and angles.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Drawing
+
+    Raises
+    ------
+    InputError
+        No TOML, a key that is not known or a value of another type, with its line.
+    PretravelError
+        No feature, two of one name, or the name of a feature that there is not.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "features.toml"
+    >>> text = '[[feature]]\nkind = "bore"\nselect = "bore1*"\nnominal_mm = 20.0\n'
+    >>> read_features(path.write_text(text) and path).feature[0].nominal
+    20.0
+    """
+    document = read_toml(path, "file of features")
+    try:
+        return _STRUCTURE.make(document, Drawing)
+    except InputError:
+        raise
+    except PretravelError as error:
+        if str(path) in str(error):
+            raise
+        raise PretravelError(f"{path}: {error}", inputs=error.inputs) from None

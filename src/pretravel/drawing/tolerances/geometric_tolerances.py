@@ -1,0 +1,129 @@
+"""Position, orientation, profile, run-out and coaxiality to datums: ISO 1101, with uncertainty.
+
+Two kinds of zone. That of derived elements (centres, axes, median planes) contains a few located
+places, whose errors follow from the parameters of the features. That of a surface contains its
+touched points themselves. Motions that the datums leave free are those of the best fit of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from pretravel.base import PretravelError
+from pretravel.drawing.tolerances.tolerance_frame import (
+    POSITION,
+    PROFILE,
+    RUN_OUT,
+    TOTAL_RUN_OUT,
+    DatumWord,
+    GeometricResult,
+    GeometricTolerance,
+    PlacedFeature,
+)
+from pretravel.drawing.tolerances.tolerances_of_places import decided_places
+from pretravel.drawing.tolerances.tolerances_of_surfaces import decided_surface
+from pretravel.measurement import associate
+from pretravel.surface import Part, feet_on_faces
+
+_SAME_FACE = 1e-6  # of the part's size: a larger form of the nominal points is another shape
+_DERIVED = ("circle", "bore", "boss", "sphere", "cylinder", "cone", "torus", "slot")
+
+
+def inspect_geometry(
+    features: Sequence[PlacedFeature],
+    tolerance: GeometricTolerance,
+    datums: Mapping[str, PlacedFeature],
+    required: float,
+) -> GeometricResult:
+    """Compare a feature, or a pattern of features, with a tolerance to datums.
+
+    Parameters
+    ----------
+    features : sequence of PlacedFeature
+        One, or the features of a pattern (ISO 5458): they have one common freedom.
+    tolerance : GeometricTolerance
+    datums : mapping of str to PlacedFeature
+        By their letters.
+    required : float
+        Probability at which conformity or nonconformity is proven.
+
+    Returns
+    -------
+    GeometricResult
+
+    Raises
+    ------
+    PretravelError
+        A datum that was not measured; a nominal place that is missing; a feature that has no such
+        tolerance.
+    """
+    groups = [_group(word, datums) for word in tolerance.datums]
+    for placed in features:
+        if any(one.feature is placed.feature for group in groups for one in group.features):
+            raise PretravelError(f"{placed.label} cannot be a datum of itself")
+    if len(features) == 1 and tolerance.kind == POSITION and not groups:
+        raise PretravelError(
+            f"{features[0].label}: a position without datums is that of a pattern; state datums, "
+            "or position_tolerance_mm for one in the frame of the points"
+        )
+    if len(features) > 1 and tolerance.kind != POSITION:
+        raise PretravelError(f"a pattern has a position, not a {tolerance.kind}")
+    if _is_surface(features[0], tolerance):
+        if len(features) > 1:
+            raise PretravelError("a pattern consists of bores, bosses, slots or balls, not planes")
+        return decided_surface(features[0], tolerance, groups, required)
+    return decided_places(features, tolerance, groups, required)
+
+
+def nominal_of_part(placed: PlacedFeature, part: Part) -> PlacedFeature:
+    """The nominal place that is not stated, from the faces of the part beneath the points.
+
+    Parameters
+    ----------
+    placed : PlacedFeature
+        In the frame of the part.
+    part : Part
+
+    Returns
+    -------
+    PlacedFeature
+        What was stated stays. Where the faces beneath the points form no such feature, nothing is
+        added.
+    """
+    found = placed.feature.association
+    feet = feet_on_faces(part, found.points)
+    kind = placed.feature.kind
+    axis = feet.local.normal.mean(axis=0) if kind == "plane" else found.direction
+    if kind == "slot":
+        axis = found.direction
+    try:
+        nominal = associate(kind, feet.local.point, axis=axis, at=placed.point)
+    except PretravelError:
+        return placed
+    if nominal.form > _SAME_FACE * max(found.diameter or 0.0, part.size):
+        return placed
+    return replace(
+        placed,
+        point=nominal.point if placed.point is None else placed.point,
+        direction=nominal.direction if placed.direction is None else placed.direction,
+        size=nominal.diameter if placed.size is None else placed.size,
+    )
+
+
+def _group(word: str, datums: Mapping[str, PlacedFeature]) -> DatumWord:
+    name, sign, _ = word.replace(" ", "").partition("(M)")
+    letters = name.split("-") if name not in datums else [name]
+    missing = [letter for letter in letters if letter not in datums]
+    if missing:
+        raise PretravelError(
+            f"datum {missing[0]} is not among the measured features: {', '.join(datums)}"
+        )
+    return DatumWord(tuple(datums[letter] for letter in letters), bool(sign))
+
+
+def _is_surface(placed: PlacedFeature, tolerance: GeometricTolerance) -> bool:
+    """Whether the touched points themselves must lie in the zone."""
+    if tolerance.kind in (PROFILE, RUN_OUT, TOTAL_RUN_OUT):
+        return True
+    return placed.feature.kind in ("plane", "line") or placed.feature.kind not in _DERIVED

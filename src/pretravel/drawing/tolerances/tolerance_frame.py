@@ -1,0 +1,306 @@
+"""A tolerance frame of a drawing, its feature, and the frame of its datums (ISO 1101, ISO 5459)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pretravel.base import DISTANCE, FloatArray, Placement, PretravelError, checked
+from pretravel.drawing.features.conformity import Conformity
+from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
+from pretravel.drawing.tolerances.datum_system import (
+    DatumFeature,
+    DatumSystem,
+    datum_system,
+)
+from pretravel.surface import Part
+
+POSITION, PROFILE = "position", "profile"
+COAXIALITY, CONCENTRICITY, SYMMETRY = "coaxiality", "concentricity", "symmetry"
+PARALLELISM, PERPENDICULARITY, ANGULARITY = "parallelism", "perpendicularity", "angularity"
+RUN_OUT, TOTAL_RUN_OUT = "run-out", "total run-out"
+TOLERANCE_KINDS = (
+    POSITION, PROFILE, COAXIALITY, CONCENTRICITY, SYMMETRY, PARALLELISM, PERPENDICULARITY,
+    ANGULARITY, RUN_OUT, TOTAL_RUN_OUT,
+)  # fmt: skip
+"""The tolerances to datums, by name; the form of a feature is a tolerance without datums."""
+ORIENTATION = (PARALLELISM, PERPENDICULARITY, ANGULARITY)
+TO_AXIS = (COAXIALITY, CONCENTRICITY, SYMMETRY, RUN_OUT, TOTAL_RUN_OUT)
+MAXIMUM, LEAST = "M", "L"
+"""Material conditions of ISO 2692."""
+ROUNDS = 6
+NO_MOTION = 1e-7  # of distances by a unit motion: less is rounding
+_SMALL_TURN = 1e-7  # rad: a fit that turns the frame by more is repeated from there
+
+
+@dataclass(frozen=True)
+class GeometricTolerance:
+    """A tolerance frame of a drawing.
+
+    Attributes
+    ----------
+    kind : str
+        Of `TOLERANCE_KINDS`.
+    zone : float
+        Width or diameter of the zone. [mm]
+    datums : tuple of str
+        In the order of the frame; "A-B" is a common datum, "B(M)" one at maximum material.
+    material : str
+        "M" or "L" where the tolerance grows with the departure of the feature from its maximum or
+        least material size (ISO 2692).
+    """
+
+    kind: str
+    zone: float
+    datums: tuple[str, ...] = ()
+    material: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in TOLERANCE_KINDS:
+            raise PretravelError(
+                f"'{self.kind}' is not a tolerance here: {', '.join(TOLERANCE_KINDS)}"
+            )
+        checked(self.zone, "the tolerance", DISTANCE)
+        if self.material not in ("", MAXIMUM, LEAST):
+            raise PretravelError(f"the material condition is M or L, not '{self.material}'")
+        if self.material and self.kind not in (
+            POSITION, COAXIALITY, SYMMETRY, PARALLELISM, PERPENDICULARITY, ANGULARITY
+        ):  # fmt: skip
+            raise PretravelError(f"a {self.kind} has no material condition")
+        if not self.datums and self.kind not in (POSITION, PROFILE):
+            raise PretravelError(f"a {self.kind} needs a datum")
+
+    @property
+    def name(self) -> str:
+        """As in a report: ``position to A|B|C (M)``."""
+        to = f" to {'|'.join(self.datums)}" if self.datums else ""
+        return f"{self.kind}{f' ({self.material})' if self.material else ''}{to}"
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedFeature:
+    """A measured feature with its nominal place, as the drawing has it.
+
+    Attributes
+    ----------
+    feature : MeasuredFeature
+    point : (3,) float or None
+        Nominal. [mm]
+    direction : (3,) float or None
+        Nominal axis, or outward normal.
+    size : float or None
+        Nominal diameter. [mm]
+    limits : pair of float or None
+        Of the size. [mm]
+    part : Part or None
+        Whose faces are the nominal surface of a profile.
+    """
+
+    feature: MeasuredFeature
+    point: FloatArray | None = None
+    direction: FloatArray | None = None
+    size: float | None = None
+    limits: tuple[float, float] | None = None
+    part: Part | None = None
+
+    @property
+    def label(self) -> str:
+        return self.feature.label or self.feature.kind
+
+    def needed(self, what: str) -> FloatArray:
+        """Its nominal point or direction.
+
+        Raises
+        ------
+        PretravelError
+            It has none.
+        """
+        value = self.point if what == "point" else self.direction
+        if value is None:
+            key = "at_mm" if what == "point" else "axis"
+            raise PretravelError(
+                f"{self.label}: the tolerance needs its nominal {what}: state {key}, or the part "
+                "with whose faces the points agree"
+            )
+        return value
+
+
+@dataclass(frozen=True, eq=False)
+class GeometricResult:
+    """A feature, or a pattern of features, compared with a tolerance to datums.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    tolerance : GeometricTolerance
+    quantity : Quantity
+    conformity : Conformity
+    bonus : float
+        By which the material condition enlarges the tolerance. [mm]
+    free : int
+        Number of motions that the datums left, and that were fitted.
+    remarks : tuple of str
+    """
+
+    labels: tuple[str, ...]
+    tolerance: GeometricTolerance
+    quantity: Quantity
+    conformity: Conformity
+    bonus: float = 0.0
+    free: int = 0
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class DatumWord:
+    """Features of one datum, and whether it is at maximum material."""
+
+    features: tuple[PlacedFeature, ...]
+    at_maximum: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The frame of a tolerance, with the nominal place of the toleranced feature in it."""
+
+    system: DatumSystem
+    point: FloatArray  # in the frame of the points
+    direction: FloatArray | None
+
+    def moved(self, rows: FloatArray, change: FloatArray) -> tuple[Frame, bool]:
+        """After the free motion that explains a change of distances, and whether it matters.
+
+        `rows` are the changes of the distances by the six motions of the frame.
+        """
+        free = self.system.free
+        by_motion = rows @ free
+        free = free[:, np.linalg.norm(by_motion, axis=0) > NO_MOTION]
+        if free.shape[1] == 0:
+            return self, False
+        motion = free @ np.linalg.lstsq(rows @ free, change, rcond=1e-9)[0]
+        after = replace(self.system, placement=self.system.placement.moved(motion))
+        step = Placement().moved(motion)
+        turned = None if self.direction is None else step.vectors(self.direction[None])[0]
+        there = Frame(after, step.points(self.point[None])[0], turned)
+        return there, float(np.linalg.norm(motion[3:])) > _SMALL_TURN
+
+
+def frame_of(
+    placed: PlacedFeature, tolerance: GeometricTolerance, groups: Sequence[DatumWord]
+) -> Frame:
+    """The frame of the datums of a tolerance, with the nominal place of a feature in it.
+
+    Parameters
+    ----------
+    placed : PlacedFeature
+    tolerance : GeometricTolerance
+    groups : sequence of DatumWord
+
+    Returns
+    -------
+    Frame
+
+    Raises
+    ------
+    PretravelError
+        A nominal place that is missing, or datums that do not suit the tolerance.
+    """
+    if tolerance.kind in TO_AXIS:
+        return _frame_of_axis(tolerance, groups)
+    if tolerance.kind in ORIENTATION and len(groups) == 1 and len(groups[0].features) == 1:
+        return _frame_of_direction(placed, tolerance, groups[0].features[0])
+    system = datum_system([[_nominal(one) for one in group.features] for group in groups])
+    place = system.placement
+    kind = tolerance.kind
+    needs_point = kind == POSITION or (kind == PROFILE and placed.part is None)
+    point = placed.needed("point") if needs_point else np.zeros(3)
+    direction = placed.direction
+    measured = placed.feature.association
+    needs = kind in ORIENTATION or measured.direction_rows is not None
+    if placed.part is None and direction is None and needs:
+        direction = placed.needed("direction")
+    if direction is None:
+        direction = measured.direction
+        turned = direction
+    else:
+        turned = place.vectors(direction[None])[0]
+    return Frame(system, place.points(point[None])[0], turned)
+
+
+def _nominal(placed: PlacedFeature) -> DatumFeature:
+    found = placed.feature.association
+    direction = placed.direction
+    if direction is None and found.direction_rows is not None:
+        direction = placed.needed("direction")
+    return DatumFeature(placed.feature, placed.needed("point"), direction)
+
+
+def _frame_of_axis(tolerance: GeometricTolerance, groups: Sequence[DatumWord]) -> Frame:
+    """The datum is the place itself: an axis, a centre or a median plane, wherever it is."""
+    if not groups or len(groups) > 2:
+        raise PretravelError(f"a {tolerance.kind} has one datum, or an axis and a plane")
+    first = [one.feature for one in groups[0].features]
+    own = [DatumFeature.as_measured(each) for each in first]
+    point, direction = first[0].association.point, first[0].association.direction
+    if len(first) > 1:  # a common axis
+        places = np.array([each.association.point for each in first])
+        middle = places.mean(axis=0)
+        extent = np.linalg.svd(places - middle)[2][0]
+        direction = extent if direction is None or extent @ direction > 0.0 else -extent
+        point = middle
+        own = [
+            DatumFeature(each, middle + ((place - middle) @ extent) * extent, direction)
+            for each, place in zip(first, places, strict=True)
+        ]
+    more = [[DatumFeature.as_measured(one.feature) for one in group.features]
+            for group in groups[1:]]  # fmt: skip
+    system = datum_system([own, *more])
+    if tolerance.kind in (RUN_OUT, TOTAL_RUN_OUT) and direction is None:
+        raise PretravelError(f"a {tolerance.kind} needs a datum with an axis")
+    place = system.placement
+    turned = None if direction is None else place.vectors(direction[None])[0]
+    return Frame(system, place.points(point[None])[0], turned)
+
+
+def _frame_of_direction(
+    placed: PlacedFeature, tolerance: GeometricTolerance, datum: PlacedFeature
+) -> Frame:
+    """A direction parallel to a single datum, across it, or at the nominal angle to it."""
+    found, own = datum.feature.association, placed.feature.association
+    if found.direction is None or found.direction_rows is None:
+        raise PretravelError(f"datum {datum.label} has no direction that its points determine")
+    if own.direction is None:
+        raise PretravelError(f"a {placed.feature.kind} has no direction")
+    if tolerance.kind == ANGULARITY:
+        nominal = DatumFeature(datum.feature, found.point, datum.needed("direction"))
+        system = datum_system([[nominal]])
+        turned = system.placement.vectors(placed.needed("direction")[None])[0]
+        return Frame(system, own.point, turned)
+    system = datum_system([[DatumFeature.as_measured(datum.feature)]])
+    normal = [each.kind in ("plane", "slot", "line") for each in (placed.feature, datum.feature)]
+    along = (tolerance.kind == PARALLELISM) == (normal[0] == normal[1])
+    cosine = float(own.direction @ found.direction)
+    if along:
+        direction = math.copysign(1.0, cosine) * found.direction
+    else:
+        flat = own.direction - cosine * found.direction
+        direction = flat / max(float(np.linalg.norm(flat)), 1e-300)
+    if abs(float(direction @ own.direction)) < math.cos(0.5):
+        raise PretravelError(
+            f"{placed.label} is {math.degrees(math.acos(min(abs(cosine), 1.0))):.0f}° to datum "
+            f"{datum.label}: this is no {tolerance.kind}"
+        )
+    return Frame(system, own.point, direction)
+
+
+def independent_columns(columns: FloatArray) -> FloatArray:
+    """The same space in independent columns; none where nothing moves."""
+    length = np.linalg.norm(columns, axis=0)
+    scaled = columns[:, length > NO_MOTION] / length[length > NO_MOTION]
+    if scaled.shape[1] == 0:
+        return np.asarray(scaled)
+    found = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(found[0][:, found[1] > 1e-6], dtype=np.float64)

@@ -1,0 +1,196 @@
+"""The tolerances of a feature, and the decisions about it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pretravel.base import DISTANCE, PROBABILITY, PretravelError, check_numbers
+from pretravel.drawing.features.conformity import (
+    DEFAULT_PROBABILITY,
+    Conformity,
+    ConformityVerdict,
+    form_conformity,
+    position_conformity,
+    size_conformity,
+)
+from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
+from pretravel.drawing.tolerances.tolerance_frame import GeometricResult
+
+
+@dataclass(frozen=True)
+class FeatureTolerances:
+    """What a drawing allows a feature.
+
+    Attributes
+    ----------
+    size : pair of float or None
+        Limits of the diameter; infinite where there is none. [mm]
+    position : float or None
+        Diameter (for a plane or line: width) of the zone around the nominal position. [mm]
+    form : float or None
+        Roundness, flatness, straightness, cylindricity. [mm]
+    probability : float
+        At which conformity or nonconformity is proven.
+    """
+
+    size: tuple[float, float] | None = None
+    position: float | None = None
+    form: float | None = None
+    probability: float = DEFAULT_PROBABILITY
+
+    def __post_init__(self) -> None:
+        check_numbers(self, position=DISTANCE, form=DISTANCE, probability=PROBABILITY)
+
+    @property
+    def any_stated(self) -> bool:
+        """Whether there is a tolerance at all."""
+        return not (self.size is None and self.position is None and self.form is None)
+
+
+@dataclass(frozen=True, eq=False)
+class InspectedFeature:
+    """A measured feature and the decisions about its tolerances.
+
+    Attributes
+    ----------
+    feature : MeasuredFeature
+    conformities : tuple of Conformity
+        One for each tolerance.
+    geometric : tuple of GeometricResult
+        Of tolerances to datums; their conformities are among `conformities`.
+    """
+
+    feature: MeasuredFeature
+    conformities: tuple[Conformity, ...]
+    geometric: tuple[GeometricResult, ...] = ()
+
+    @property
+    def stated(self) -> tuple[Quantity, ...]:
+        """All that is stated of the feature, with what its tolerances to datums ask."""
+        return (*self.feature.stated, *(each.quantity for each in self.geometric))
+
+    def with_geometric(self, results: Sequence[GeometricResult]) -> InspectedFeature:
+        """With the results of its tolerances to datums."""
+        decided = [decided_if_known(each.conformity, self.feature) for each in results]
+        return replace(self, conformities=(*self.conformities, *decided), geometric=tuple(results))
+
+    @property
+    def verdict(self) -> ConformityVerdict | None:
+        """Of all tolerances together; None without a tolerance."""
+        found = Counter(conformity.verdict for conformity in self.conformities)
+        for verdict in (ConformityVerdict.DOES_NOT_CONFORM, ConformityVerdict.UNDECIDED):
+            if found[verdict]:
+                return verdict
+        return ConformityVerdict.CONFORMS if found else None
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """A decision about several features: of a pattern, a distance, an angle.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    quantity : Quantity
+    conformity : Conformity
+    u_machine : float
+        Standard uncertainty of a length by other causes than the probe. [mm]
+    remarks : tuple of str
+    """
+
+    labels: tuple[str, ...]
+    quantity: Quantity
+    conformity: Conformity
+    u_machine: float
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return ", ".join(self.labels)
+
+
+def inspect_feature(feature: MeasuredFeature, tolerances: FeatureTolerances) -> InspectedFeature:
+    """Compare a feature with its tolerances.
+
+    Parameters
+    ----------
+    feature : MeasuredFeature
+    tolerances : FeatureTolerances
+
+    Returns
+    -------
+    InspectedFeature
+        Nothing is decided where the map of the points stated no uncertainty (a prediction): its
+        error may be larger than all others.
+
+    Raises
+    ------
+    PretravelError
+        A tolerance of a quantity that the feature does not have; a position without a nominal one.
+    """
+    found = []
+    required = tolerances.probability
+    if tolerances.size is not None:
+        size = feature.quantity(feature.size_name)
+        found.append(
+            size_conformity(size.name, size.value, size.u, tolerances.size, required, dof=size.dof)
+        )
+    if tolerances.position is not None:
+        if feature.located is None:
+            raise PretravelError(
+                "a tolerance of the position needs the nominal position", inputs=("at",)
+            )
+        found.append(
+            position_conformity(
+                feature.located,
+                feature.located_covariance,
+                tolerances.position,
+                required,
+                dof=feature.position_dof,
+            )
+        )
+    if tolerances.form is not None:
+        if feature.association.dof < 1:
+            raise PretravelError(
+                f"{len(feature.points)} points determine a {feature.kind} exactly: they say "
+                f"nothing about its {feature.form_name}; touch more points"
+            )
+        found.append(form_conformity(feature.form_name, feature.form, tolerances.form, required))
+    return InspectedFeature(feature, tuple(decided_if_known(each, feature) for each in found))
+
+
+def decided_if_known(conformity: Conformity, feature: MeasuredFeature) -> Conformity:
+    """The decision, or none where the points do not state the uncertainty of their map."""
+    if feature.errors.map_is_stated:
+        return conformity
+    return replace(conformity, probability=math.nan, verdict=ConformityVerdict.UNDECIDED)
+
+
+def side_of_failure(conformity: Conformity, side: str) -> str:
+    """In words, on which side a diameter is outside its tolerance, and what that means.
+
+    Parameters
+    ----------
+    conformity : Conformity
+        Of a diameter.
+    side : str
+        "inside" or "outside": where the surface is (`MeasuredFeature.side`).
+
+    >>> small = size_conformity("diameter", 19.99, 0.001, (20.0, 20.021), 0.95)
+    >>> side_of_failure(small, "inside")
+    'too small by 10.0 µm, material is left'
+    """
+    if conformity.lower <= conformity.value <= conformity.upper:
+        return ""
+    small = conformity.value < conformity.lower
+    by = conformity.lower - conformity.value if small else conformity.value - conformity.upper
+    left = small == (side == "inside")
+    if not side or math.isinf(by):
+        return ""
+    return (
+        f"too {'small' if small else 'large'} by {by * 1e3:.1f} µm, "
+        f"{'material is left' if left else 'no material is left'}"
+    )

@@ -1,0 +1,260 @@
+"""Tolerances of surfaces: the zone contains the touched points themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pretravel.base import FloatArray, IntArray, PretravelError
+from pretravel.drawing.features.conformity import form_conformity
+from pretravel.drawing.features.feature_form import FormResult, bounded_form
+from pretravel.drawing.features.feature_uncertainty import (
+    FeatureErrors,
+    covariance_by_weights,
+    noise_of_features,
+)
+from pretravel.drawing.features.measured_feature import Quantity
+from pretravel.drawing.tolerances.datum_system import DatumSystem, moved_by_frame
+from pretravel.drawing.tolerances.tolerance_frame import (
+    ORIENTATION,
+    PROFILE,
+    ROUNDS,
+    RUN_OUT,
+    TOTAL_RUN_OUT,
+    DatumWord,
+    Frame,
+    GeometricResult,
+    GeometricTolerance,
+    PlacedFeature,
+    frame_of,
+    independent_columns,
+)
+from pretravel.surface import feet_on_faces
+from pretravel.uncertainty import about_axis
+
+_TRIALS = 2000
+_SEED = 1
+_NOISE_DOF = 50  # as of a form
+_MOST_WEIGHTS = 4000  # points of a surface whose common errors may be unknown
+_FEWEST_IN_SECTION = 3
+_SECTION = 0.02  # of the length of a cylinder: heights nearer than this are one section
+
+
+def decided_surface(
+    placed: PlacedFeature,
+    tolerance: GeometricTolerance,
+    groups: Sequence[DatumWord],
+    required: float,
+) -> GeometricResult:
+    """Compare the touched points of a surface with a tolerance to datums.
+
+    Parameters
+    ----------
+    placed : PlacedFeature
+    tolerance : GeometricTolerance
+    groups : sequence of DatumWord
+    required : float
+        Probability at which conformity or nonconformity is proven.
+
+    Returns
+    -------
+    GeometricResult
+    """
+    if tolerance.material or any(group.at_maximum for group in groups):
+        raise PretravelError("a surface has no material condition; its axis or median plane has")
+    frame = frame_of(placed, tolerance, groups)
+    system = frame.system
+    points = placed.feature.association.points
+    for _ in range(ROUNDS):
+        distance, normals, section = _distances(placed, frame, tolerance)
+        frame_rows = -moved_by_frame(points, normals)
+        columns = _free_of_surface(frame_rows, system, tolerance, section)
+        fitted = _flattest(distance, columns)
+        left = distance + columns @ fitted
+        if section is not None or tolerance.kind in ORIENTATION:
+            break
+        frame, turned = frame.moved(frame_rows, columns @ fitted)
+        if not turned:
+            break
+    own = placed.feature.errors
+    along = np.sum(normals * placed.feature.points.normals, axis=1)
+    sign = np.sum(placed.feature.association.outward * placed.feature.points.normals, axis=1)
+    # Errors move a point along the outward normal of its feature; the zone may be seen otherwise.
+    factor = along / np.where(np.abs(sign) > 0.1, sign, 1.0)
+    form = _form(placed, own, factor, left, columns, frame_rows, system)
+    conformity = form_conformity(tolerance.name, form, tolerance.zone, required)
+    quantity = Quantity(tolerance.name, form.value, form.u, {}, ends=form.interval)
+    return GeometricResult(
+        (placed.label,), tolerance, quantity, conformity, 0.0, columns.shape[1],
+    )  # fmt: skip
+
+
+def _free_of_surface(
+    frame_rows: FloatArray,
+    system: DatumSystem,
+    tolerance: GeometricTolerance,
+    section: IntArray | None,
+) -> FloatArray:
+    """What moves the distances freely: motions, the place of an orientation, each section."""
+    if section is not None:
+        return np.asarray((section[:, None] == np.unique(section)).astype(float))
+    free = [frame_rows @ system.free]
+    if tolerance.kind in ORIENTATION:
+        free.append(np.ones((len(frame_rows), 1)))
+    return independent_columns(np.hstack(free))
+
+
+def _distances(
+    placed: PlacedFeature, frame: Frame, tolerance: GeometricTolerance
+) -> tuple[FloatArray, FloatArray, IntArray | None]:
+    """Distances of the points from the nominal surface, its normals, and sections of a run-out."""
+    feature, points = placed.feature, placed.feature.association.points
+    kind, direction = feature.kind, frame.direction
+    if tolerance.kind in (RUN_OUT, TOTAL_RUN_OUT):
+        assert direction is not None
+        height, radius, outward = about_axis(points, frame.point, direction)
+        axial = kind in ("plane", "line")
+        value = height if axial else radius
+        normals = np.tile(direction, (len(points), 1)) if axial else outward
+        whole = tolerance.kind == TOTAL_RUN_OUT
+        of_section = np.zeros(len(points), dtype=int) if whole else _sections(
+            placed, radius if axial else height
+        )  # fmt: skip
+        return value - value.mean(), normals, of_section
+    if placed.part is not None and tolerance.kind == PROFILE:
+        place = frame.system.placement
+        feet = feet_on_faces(placed.part, place.inverse.points(points))
+        return feet.distance, place.vectors(feet.local.normal), None
+    if kind in ("plane", "line"):
+        assert direction is not None
+        normals = np.tile(direction, (len(points), 1))
+        return (points - frame.point) @ direction, normals, None
+    if placed.size is None:
+        raise PretravelError(
+            f"{placed.label}: a profile needs the nominal diameter, or the part: state nominal_mm"
+        )
+    nominal = 0.5 * placed.size
+    if kind == "sphere":
+        away = points - frame.point
+        length = np.linalg.norm(away, axis=1)
+        return np.asarray(length - nominal), away / length[:, None], None
+    if kind in ("circle", "bore", "boss", "cylinder"):
+        assert direction is not None
+        _, distance, outward = about_axis(points, frame.point, direction)
+        return distance - nominal, outward, None
+    raise PretravelError(f"the profile of a {kind} needs the part, with whose faces it is compared")
+
+
+def _sections(placed: PlacedFeature, place: FloatArray) -> IntArray:
+    """Numbers of the sections that the points of a run-out form by their heights or radii."""
+    order = np.argsort(place)
+    steps = np.diff(place[order])
+    near = max(_SECTION * float(np.ptp(place)), 1e-2)
+    number = np.concatenate([[0], np.cumsum(steps > near)])
+    found = np.empty(len(place), dtype=int)
+    found[order] = number
+    few = np.flatnonzero(np.bincount(number) < _FEWEST_IN_SECTION)
+    if len(few):
+        label = placed.feature.points.labels[int(np.flatnonzero(found == few[0])[0])]
+        raise PretravelError(
+            f"{placed.label}: a run-out is that of single sections, and the one of point {label} "
+            f"has fewer than {_FEWEST_IN_SECTION} points. Touch several places of each section, or "
+            "state the total run-out"
+        )
+    return found
+
+
+def _flattest(distance: FloatArray, columns: FloatArray) -> FloatArray:
+    """Amounts of the columns with the smallest largest distance: a linear program (HiGHS)."""
+    if columns.shape[1] == 0:
+        return np.zeros(0)
+    from scipy.optimize import linprog
+
+    scale = max(float(np.abs(distance).max()), 1e-9)
+    one = -np.ones((len(distance), 1))
+    found = linprog(
+        np.eye(columns.shape[1] + 1)[-1],
+        A_ub=np.vstack([np.hstack([columns, one]), np.hstack([-columns, one])]),
+        b_ub=np.concatenate([-distance, distance]) / scale,
+        bounds=[(None, None)] * (columns.shape[1] + 1),
+        method="highs",
+    )
+    if not found.success:
+        raise PretravelError(f"the zone was not found: {found.message}")
+    return np.asarray(scale * np.asarray(found.x)[:-1])
+
+
+def _form(
+    placed: PlacedFeature,
+    own: FeatureErrors,
+    factor: FloatArray,
+    left: FloatArray,
+    columns: FloatArray,
+    frame_rows: FloatArray,
+    system: DatumSystem,
+) -> FormResult:
+    """The extent of the zone with its bounds, as `feature_form.form_result` finds those of a form.
+
+    The errors of the datums move the zone. The form of the surface itself is no error.
+    """
+    generator = np.random.default_rng(_SEED)
+    surface = replace(own, excess=0.0)
+    involved = [surface, *(each.errors for each in system.features)]
+    drawn = noise_of_features(involved, _TRIALS, generator)
+    moved = factor * drawn[0]
+    for each, rows, noise in zip(system.features, system.by_parameters, drawn[1:], strict=True):
+        moved = moved + (noise @ each.errors.association.response.T) @ (frame_rows @ rows).T
+    fit: FloatArray = np.zeros((0, len(left)))
+    if columns.shape[1]:
+        fit = np.asarray(np.linalg.pinv(columns), dtype=np.float64)
+    after = moved - (moved @ fit.T) @ columns.T
+    u = after.std(axis=0)
+    if not own.correlation_known:
+        u = _largest_u(involved, factor, columns, fit, frame_rows, system)
+    measured = 2.0 * float(np.abs(left).max())
+    alone = 2.0 * np.abs(after).max(axis=1)
+    scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, _TRIALS))
+    shape = left * math.sqrt(
+        max(1.0 - float(np.mean(u**2)) / max(float(np.mean(left**2)), 1e-300), 0.0)
+    )
+    bias = float(np.mean(2.0 * np.abs(shape + after).max(axis=1))) - 2.0 * float(
+        np.abs(shape).max()
+    )
+    return bounded_form(
+        measured,
+        scale * alone,
+        lambda factors: 2.0 * np.max(np.abs(left) + factors[:, None] * u, axis=1),
+        bias=bias,
+        noise=alone,
+        u_machine=placed.feature.errors.machine,
+        generator=generator,
+    )
+
+
+def _largest_u(
+    involved: Sequence[FeatureErrors],
+    factor: FloatArray,
+    columns: FloatArray,
+    fit: FloatArray,
+    frame_rows: FloatArray,
+    system: DatumSystem,
+) -> FloatArray:
+    """Largest standard uncertainties of the distances that any correlation allows, (n,)."""
+    count = len(factor)
+    if count > _MOST_WEIGHTS:
+        raise PretravelError(
+            f"{count} points whose common errors are not stated are too many for this tolerance; "
+            "compensate the touches with this version"
+        )
+    weights = [np.diag(factor)]
+    for each, rows in zip(system.features, system.by_parameters, strict=True):
+        weights.append(frame_rows @ rows @ each.errors.association.response)
+    joint = np.hstack(weights)
+    joint = joint - columns @ (fit @ joint)
+    return np.array(
+        [math.sqrt(sum(float(part[0, 0]) for part in
+                       covariance_by_weights(involved, row[None]).values())) for row in joint]
+    )  # fmt: skip

@@ -1,1 +1,0 @@
-"""Where both branches meet: a probe's own numbers from touches or from a measured map."""

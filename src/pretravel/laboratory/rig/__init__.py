@@ -1,0 +1,1 @@
+"""Calibration rigs: traces, marks, parameters, budget."""

@@ -1,0 +1,306 @@
+"""Uncertainty budgets of a calibration rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.base import MICROMETRE, PretravelError
+from pretravel.laboratory.rig.calibration import RigCalibration
+from pretravel.uncertainty import COVERAGE_FACTOR, Budget, Component, coverage_factor
+
+
+@dataclass(frozen=True)
+class LengthComponent:
+    """A source of uncertainty with a constant part and a part proportional to the length.
+
+    Attributes
+    ----------
+    source : str
+    evaluation : str
+        A or B.
+    constant : float
+        [mm]
+    per_length : float
+        Without unit: mm per mm.
+    dof : float
+        Degrees of freedom.
+    repeatability : bool
+        Whether the repeats of a calibration replace this source.
+    thermal : bool
+        Whether `thermal_components` replace this source.
+    """
+
+    source: str
+    evaluation: str
+    constant: float = 0.0
+    per_length: float = 0.0
+    dof: float = math.inf
+    repeatability: bool = False
+    thermal: bool = False
+
+
+_SMALLEST_OF_A_RIG = 1e-6
+"""Standard uncertainty of a whole rig; Ren's has 0.058 µm without its repeatability. [mm]"""
+REN_BUDGET: tuple[LengthComponent, ...] = (
+    LengthComponent("probing", "A", 0.034e-3),
+    LengthComponent("calibration of probe", "B", 0.030e-3),
+    LengthComponent("standard sphere", "B", 0.030e-3),
+    LengthComponent("grating scale displacement", "B", 0.020e-3),
+    LengthComponent("repeatability at zero position", "A", 0.055e-3, repeatability=True),
+    LengthComponent("repeatability at trigger position", "A", 0.060e-3, repeatability=True),
+    LengthComponent("temperature measurement (5 mK)", "B", 0.0, 0.058e-6, thermal=True),
+    LengthComponent("temperature distribution (10 mK)", "A", 0.0, 0.115e-6),
+    LengthComponent("thermal expansion coefficient (1.0e-6/K)", "B", 0.0, 0.010e-6, thermal=True),
+    LengthComponent("cosine error of gauge (0.1 mm / 100 mm)", "B", 0.0, 0.001e-6),
+)
+"""Ren 2020, Table 2."""
+
+
+def abbe_error(offset: float, tilt: float) -> float:
+    """Error of a length whose scale is not in line with it.
+
+    Parameters
+    ----------
+    offset : float
+        Abbé offset: distance of the scale from the line of measurement. [mm]
+    tilt : float
+        Turn of the guide between both ends of the length. [rad]
+
+    Returns
+    -------
+    float
+        Length at the scale less the measured length. [mm]
+
+    References
+    ----------
+    Ren 2020, equation 1 and Figure 1, which give the difference but not its size.
+
+    >>> round(abbe_error(10.0, 2e-6) * 1e6, 3)  # nm
+    20.0
+    """
+    return offset * math.tan(tilt)
+
+
+def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
+    """The line of a budget for the Abbé error.
+
+    Parameters
+    ----------
+    offset : float
+        [mm]
+    u_tilt : float
+        Standard uncertainty of the turn of the guide over the travel. [rad]
+
+    Returns
+    -------
+    LengthComponent
+
+    >>> abbe_component(10.0, 2e-6).source
+    'Abbé error (10 mm, 2 µrad)'
+    """
+    return LengthComponent(
+        f"Abbé error ({offset:g} mm, {u_tilt * 1e6:g} µrad)", "B", abs(abbe_error(offset, u_tilt))
+    )
+
+
+def thermal_components(
+    *, expansion: float, deviation: float, u_expansion: float, u_temperature: float
+) -> tuple[LengthComponent, LengthComponent]:
+    """The lines of a budget for temperature and thermal expansion of the scale.
+
+    Parameters
+    ----------
+    expansion, u_expansion : float
+        Coefficient of the scale and its standard uncertainty. [1/K]
+    deviation, u_temperature : float
+        Temperature of the scale less 20 °C, and its standard uncertainty. [K]
+
+    Returns
+    -------
+    two LengthComponent
+
+    References
+    ----------
+    Ren 2020, equation 17: u(α)² (ΔT L0)² + u(ΔT)² (α L0)².
+
+    >>> lines = thermal_components(expansion=11.5e-6, deviation=0.01, u_expansion=1e-6,
+    ...                            u_temperature=0.005)
+    >>> [f"{line.per_length * 1e6:.3f}" for line in lines]  # µm/m
+    ['0.057', '0.010']
+    """
+    return (
+        LengthComponent(
+            f"temperature of the scale (u {u_temperature:g} K)", "B", 0.0,
+            abs(expansion) * u_temperature, thermal=True,
+        ),
+        LengthComponent(
+            f"thermal expansion of the scale (u {u_expansion * 1e6:g}e-6/K)", "B", 0.0,
+            abs(deviation) * u_expansion, thermal=True,
+        ),
+    )  # fmt: skip
+
+
+def length_budget(components: Sequence[LengthComponent], length: float) -> Budget:
+    """The budget of one measured length.
+
+    Parameters
+    ----------
+    components : sequence of LengthComponent
+    length : float
+        [mm]
+
+    Returns
+    -------
+    Budget
+        In mm. The two parts of one source are added before they are squared.
+
+    References
+    ----------
+    Ren 2020, Table 2 and equation 18.
+
+    >>> budget = length_budget(REN_BUDGET, 0.0)
+    >>> round(2.0 * budget.combined * 1e3, 4)  # U with k = 2, in µm
+    0.1998
+    """
+    if length < 0.0:
+        raise PretravelError(f"the length is {length:g} mm; it must not be negative")
+    return Budget(
+        tuple(
+            Component(c.source, c.evaluation, c.constant + c.per_length * length, dof=c.dof)
+            for c in components
+        )
+    )
+
+
+def constant_and_slope(components: Sequence[LengthComponent]) -> tuple[float, float]:
+    """Constant and slope of u(L)² = constant² + (slope L)².
+
+    Returns
+    -------
+    constant : float
+        [mm]
+    slope : float
+        [mm/mm]
+
+    Raises
+    ------
+    PretravelError
+        A source with both parts; this form does not hold for it.
+
+    >>> [f"{1e3 * number:.3g}" for number in constant_and_slope(REN_BUDGET)]  # µm, µm/mm
+    ['0.0999', '0.000129']
+    """
+    if any(c.constant and c.per_length for c in components):
+        raise PretravelError(
+            "a source has a constant part and a part per length; then the uncertainty does not "
+            "have the form of a constant and a slope"
+        )
+    return (
+        math.sqrt(math.fsum(c.constant**2 for c in components)),
+        math.sqrt(math.fsum(c.per_length**2 for c in components)),
+    )
+
+
+def calibration_budget(
+    calibration: RigCalibration,
+    components: Sequence[LengthComponent] = REN_BUDGET,
+    count: int | None = None,
+) -> tuple[LengthComponent, ...]:
+    """The budget of a rig with the repeatability that a calibration determined.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    components : sequence of LengthComponent
+        Sources that are a `repeatability` are replaced; all others are the rig's.
+    count : int, optional
+        Number of touches of the direction; the fewest of any direction when not given.
+
+    Returns
+    -------
+    tuple of LengthComponent
+        Of the mean pretravel of one direction.
+    """
+    own = own_repeatability(calibration, count or min(d.count for d in calibration.directions))
+    return tuple(components) if own is None else (*rig_sources(components), own)
+
+
+def rig_sources(components: Sequence[LengthComponent]) -> tuple[LengthComponent, ...]:
+    """The sources of the rig alone, without repeatability."""
+    return tuple(c for c in components if not c.repeatability)
+
+
+def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
+    """What in the budget of a rig states hardly any uncertainty, as sentences.
+
+    >>> budget_doubts((LengthComponent("laser", "B", 0.05e-6), LengthComponent("ruler", "B")))[0]
+    "the budget states no uncertainty for 'ruler': 0 or empty"
+    >>> budget_doubts(REN_BUDGET)
+    ()
+    """
+    rig = rig_sources(components)
+    empty = [f"'{c.source}'" for c in rig if not c.constant and not c.per_length]
+    doubts = [f"the budget states no uncertainty for {', '.join(empty)}: 0 or empty"]
+    combined = length_budget(rig, 0.0).combined
+    small = (
+        f"the sources of the rig in the budget have u = {combined / MICROMETRE:.2g} µm together, "
+        "less than any rig: are they stated, and in µm?"
+    )
+    return (*(doubts if empty else ()), *((small,) if combined < _SMALLEST_OF_A_RIG else ()))
+
+
+def own_repeatability(calibration: RigCalibration, count: int) -> LengthComponent | None:
+    """The repeatability of the mean of `count` touches; None where nothing shows it.
+
+    The position of edges between samples scatters from touch to touch and is part of the
+    repeatability. Where the expanded uncertainty from few repeats is below that of this part, this
+    part is the source.
+    """
+    spread = calibration.repeatability
+    if not math.isfinite(spread.value):
+        return None
+    edges = float(
+        np.mean([t.u_pretravel for t in calibration.touches if math.isfinite(t.u_pretravel)])
+    )
+    if coverage_factor(spread.dof) * spread.measured >= COVERAGE_FACTOR * edges:
+        source = "scatter about three equal lobes" if spread.of_lobes else "repeatability"
+        source, kind, single, dof = f"{source} of pretravel", "A", spread.measured, spread.dof
+    else:
+        source, kind, single, dof = "edges between samples", "B", edges, math.inf
+    return LengthComponent(
+        f"{source}, mean of {count}", kind, single / math.sqrt(count), dof=dof, repeatability=True
+    )
+
+
+def repeatability_doubts(
+    calibration: RigCalibration, components: Sequence[LengthComponent]
+) -> tuple[str, ...]:
+    """What the calibration does not show of the repeatability of its touches, as sentences.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+    components : sequence of LengthComponent
+        Budget of the rig.
+    """
+    spread = calibration.repeatability
+    if spread.of_lobes:
+        shown = (
+            "no direction was touched twice: the repeatability, "
+            f"{spread.value / MICROMETRE:.2g} µm, is what three equal lobes leave of the touches; "
+            "where the lobes differ it is too large. Repeat some directions"
+        )
+        return (shown,)
+    if math.isfinite(spread.value):
+        return ()
+    stated = length_budget([c for c in components if c.repeatability], 0.0).combined
+    unknown = (
+        "nothing was repeated, and the directions do not show the scatter of a touch: the "
+        f"repeatability is that of the budget, {stated / MICROMETRE:.2g} µm, not of this probe. "
+        "Repeat some directions"
+    )
+    return (unknown,)

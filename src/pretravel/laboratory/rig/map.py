@@ -1,0 +1,118 @@
+"""Compensation with the results of a calibration rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base import FloatArray, PretravelError, from_angles
+from pretravel.laboratory.rig.budget import (
+    LengthComponent,
+    length_budget,
+    own_repeatability,
+    rig_sources,
+)
+from pretravel.laboratory.rig.calibration import RigCalibration
+from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, TabulatedBasis
+from pretravel.uncertainty import COVERAGE_FACTOR, Covariance, coverage_factor
+
+
+def rig_map(
+    calibration: RigCalibration, components: Sequence[LengthComponent], tip_radius: float
+) -> PretravelMap:
+    """A map for compensation from a calibration: in the plane across the axis, or all around.
+
+    Parameters
+    ----------
+    calibration : RigCalibration
+        Its directions are those in which the rod pushes the tip: those of surface normals.
+    components : sequence of LengthComponent
+        Of the rig.
+    tip_radius : float
+        [mm]
+
+    Returns
+    -------
+    PretravelMap
+        Linear between the directions. The repeatability of each direction is independent, the
+        rest of the budget is common to all directions.
+
+    Raises
+    ------
+    PretravelError
+        Names of traces without an azimuth.
+    """
+    directions = calibration.directions
+    azimuths = np.array([d.azimuth for d in directions])
+    if np.any(np.isnan(azimuths)):
+        raise PretravelError(
+            "a map needs the angles of each direction; the names of the traces must end in "
+            "_AZIMUTH_REPEAT (rig_030_1), _AZIMUTHpPOLAR_REPEAT (rig_030p45_1) or an axis "
+            "(rig_+Z_1)"
+        )
+    support = DirectionSupport(from_angles(np.array([d.polar for d in directions]), azimuths))
+    common = length_budget(rig_sources(components), abs(calibration.pretravel)).combined
+    own = [own_repeatability(calibration, d.count) for d in directions]
+    # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.
+    variances = [
+        0.0
+        if source is None
+        else (coverage_factor(source.dof) / COVERAGE_FACTOR * source.constant) ** 2
+        for source in own
+    ]
+    spread = calibration.repeatability
+    known = math.isfinite(spread.value)
+    return PretravelMap(
+        basis=TabulatedBasis(support),
+        coefficients=np.array([d.pretravel for d in directions]),
+        covariance=Covariance.full(np.diag(variances) + common**2),
+        support=support,
+        tip_radius=tip_radius,
+        repeatability=spread.value if known else 0.0,
+        repeatability_dof=spread.dof if known else math.inf,
+        feed=float(np.mean([t.feed for t in calibration.touches])),
+        provenance=Provenance(
+            Origin.CALIBRATED,
+            "qualified on a calibration rig",
+            touches=f"{sum(d.count for d in directions)} in {len(directions)} directions",
+            gauge="pretravel is absolute: rod against laser",
+        ),
+    )
+
+
+def compensated_diameter(
+    measured: npt.ArrayLike, first_pretravel: float, second_pretravel: float, taken_off: float
+) -> FloatArray:
+    """An outer diameter from two opposite touches, with the pretravel of each direction.
+
+    Parameters
+    ----------
+    measured : (n,) float
+        By the machine, with one effective radius for all directions. [mm]
+    first_pretravel, second_pretravel : float
+        In the two directions. [mm]
+    taken_off : float
+        Mean pretravel that the machine's effective radius contains already. [mm]
+
+    Returns
+    -------
+    (n,) float
+        [mm]
+
+    References
+    ----------
+    Ren 2020, Table 1, with an amount that does not follow from its equations
+    (docs/validation.md).
+
+    >>> float(compensated_diameter(29.9852, 0.0035, 0.0032, 0.0030).round(4))
+    29.9859
+    """
+    return np.asarray(
+        np.asarray(measured, dtype=np.float64)
+        + first_pretravel
+        + second_pretravel
+        - 2.0 * taken_off
+    )

@@ -1,0 +1,163 @@
+"""One touch on the Abbé rig: the recorded trace and the results of its evaluation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, PretravelError, frozen
+
+REFERENCE_TEMPERATURE = 20.0
+"""Of dimensions (ISO 1). [°C]"""
+LEAST_TRAVEL = 20.0 * MICROMETRE
+"""A push rod that moves less than this does not make a touch. [mm]"""
+
+
+@dataclass(frozen=True, eq=False)
+class RigTrace:
+    """The sampled signals of one touch on the calibration rig.
+
+    Parameters
+    ----------
+    time : (n,) float
+        [s]
+    ruler : (n,) float
+        Position of the push rod. [mm]
+    laser : (n,) float
+        Displacement of the tip. [mm]
+    contact, trigger : (n,) bool
+        Logic levels, True = high; both are high at rest.
+    name : str
+        Of the file, without its ending.
+
+    Raises
+    ------
+    PretravelError
+        Too few samples, time that does not go forward, values that are not finite, a rod that
+        does not move.
+    """
+
+    time: FloatArray
+    ruler: FloatArray
+    laser: FloatArray
+    contact: BoolArray
+    trigger: BoolArray
+    name: str = "trace"
+
+    def __post_init__(self) -> None:
+        for key in ("time", "ruler", "laser"):
+            values = frozen(getattr(self, key))
+            if not np.all(np.isfinite(values)):
+                raise PretravelError(f"{self.name}: {key} is not finite in every row")
+            object.__setattr__(self, key, values)
+        for key in ("contact", "trigger"):
+            object.__setattr__(self, key, np.array(getattr(self, key), dtype=bool))
+        if len(self.time) < 100:
+            raise PretravelError(
+                f"{self.name}: {len(self.time)} samples are too few for a touch on the rig"
+            )
+        if np.any(np.diff(self.time) <= 0.0):
+            row = int(np.argmax(np.diff(self.time) <= 0.0)) + 1
+            raise PretravelError(
+                f"{self.name}: time does not go forward at sample {row + 1} "
+                f"({self.time[row]:g} s after {self.time[row - 1]:g} s)"
+            )
+        if np.ptp(self.ruler) < LEAST_TRAVEL:
+            raise PretravelError(
+                f"{self.name}: the push rod moves by {np.ptp(self.ruler) / MICROMETRE:.2f} µm "
+                "only; is ruler_mm in mm?"
+            )
+
+    @property
+    def interval(self) -> float:
+        """Median time between samples. [s]"""
+        return float(np.median(np.diff(self.time)))
+
+
+@dataclass(frozen=True)
+class RigTouch:
+    """The results of one trace; nan for events that it does not show.
+
+    Attributes
+    ----------
+    trace : str
+    r0, r1, r2, r3 : float
+        Ruler at first contact, at the trigger, where the rod stopped, and where contact
+        was lost on the way back. [mm]
+    u_r0, u_r1, u_r3 : float
+        Standard uncertainties from sampling and the ruler's noise. [mm]
+    tip_displacement : float
+        By the laser, from rest to the trigger. [mm]
+    zero_shift : float
+        Laser at rest after the touch less before it: the shift of the tip's rest position. [mm]
+    feed : float
+        Speed of the rod at contact. [mm/min]
+    notes : tuple of str
+        Irregularities of the signals, as sentences.
+    """
+
+    trace: str
+    r0: float
+    r1: float
+    r2: float
+    r3: float
+    u_r0: float
+    u_r1: float
+    u_r3: float
+    tip_displacement: float
+    zero_shift: float
+    feed: float
+    notes: tuple[str, ...]
+
+    @property
+    def pretravel(self) -> float:
+        """R1 - r0 (Ren 2020, equation 2). [mm]"""
+        return self.r1 - self.r0
+
+    @property
+    def hysteresis(self) -> float:
+        """R3 - r0, drift of the zero position (Ren 2020, equation 3). [mm]"""
+        return self.r3 - self.r0
+
+    @property
+    def tip_compression(self) -> float:
+        """Travel of the rod less that of the tip, up to the trigger: compression at their contact.
+
+        In mm.
+        """
+        return self.pretravel - self.tip_displacement
+
+    @property
+    def u_pretravel(self) -> float:
+        """Standard uncertainty of the pretravel. [mm]"""
+        return math.hypot(self.u_r0, self.u_r1)
+
+
+def at_reference_temperature(trace: RigTrace, temperature: float, expansion: float) -> RigTrace:
+    """The trace with the ruler readings that correspond to 20 °C.
+
+    Parameters
+    ----------
+    trace : RigTrace
+    temperature : float
+        Of the ruler. [°C]
+    expansion : float
+        Coefficient of thermal expansion of the ruler. [1/K]
+
+    Returns
+    -------
+    RigTrace
+
+    Notes
+    -----
+    The paper subtracts alpha ΔT L0. But an expanded ruler shows too few divisions, so that
+    the length is L0 (1 + alpha ΔT). The difference is 0.08 nm for 5 µm at 1 K.
+
+    References
+    ----------
+    Ren 2020, equation 16, its sign corrected.
+    """
+    expanded = 1.0 + expansion * (temperature - REFERENCE_TEMPERATURE)
+    return trace if expanded == 1.0 else replace(trace, ruler=trace.ruler * expanded)

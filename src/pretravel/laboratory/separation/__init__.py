@@ -1,0 +1,1 @@
+"""Machine and probe separated by indexing."""

@@ -1,0 +1,328 @@
+"""Readings of a multi-step test, and the equations that they give for machine and probe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pretravel.base import (
+    COUNT,
+    VARIANCE,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    check_numbers,
+    frozen,
+)
+
+_LISTED = 12  # directions that a message names
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStepReadings:
+    """Readings of a multi-step test; each has one machine direction and one probe direction.
+
+    Parameters
+    ----------
+    machine, probe : (n,) int
+        Indices of the directions; they may start at any number.
+    errors : (n,) float
+        Machine error less probe error, with noise. [mm]
+    lost : int
+        Degrees of freedom that were taken from the readings before, beside those of the errors.
+    first_azimuth : float
+        Of the directions with index 1; nan where they are not known. [rad]
+    directions : int
+        Number of directions around the circle, at equal angles; 0 where it is not known.
+
+    Raises
+    ------
+    PretravelError
+        Shapes that differ, values that are not finite, too few readings.
+
+    >>> MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2e-3]).machines.tolist()
+    [1, 2]
+    """
+
+    machine: IntArray
+    probe: IntArray
+    errors: FloatArray
+    lost: int = 0
+    first_azimuth: float = math.nan
+    directions: int = 0
+
+    def __post_init__(self) -> None:
+        machine, probe = np.array(self.machine), np.array(self.probe)
+        errors = frozen(self.errors)
+        for name, index in (("machine", machine), ("probe", probe)):
+            if np.any(index != np.round(index)):
+                raise PretravelError(f"{name} indices must be whole numbers")
+        if not (machine.shape == probe.shape == errors.shape) or errors.ndim != 1:
+            raise PretravelError(
+                f"{machine.shape} machine indices, {probe.shape} probe indices and "
+                f"{errors.shape} errors: expected three arrays of one length"
+            )
+        if not np.all(np.isfinite(errors)):
+            raise PretravelError("readings must be finite")
+        if len(errors) < 4:
+            raise PretravelError(
+                f"{len(errors)} readings are too few to separate machine and probe; at least 4 "
+                "are needed"
+            )
+        object.__setattr__(self, "machine", machine.astype(np.int64))
+        object.__setattr__(self, "probe", probe.astype(np.int64))
+        object.__setattr__(self, "errors", errors)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    @property
+    def machines(self) -> IntArray:
+        """Machine directions that occur, in order."""
+        return np.unique(self.machine)
+
+    def azimuths_of(self, indices: IntArray) -> FloatArray:
+        """Azimuths of directions by their indices, as `separation-plan` numbers them. [rad]
+
+        Where they are not stated, machine and probe must have the directions 1 to n, all around
+        from +x; else nan.
+        """
+        count, first = self.directions, self.first_azimuth
+        if not count:
+            each = np.arange(1, len(self.machines) + 1)
+            both = len(self.machines) == len(self.probes) > 2
+            if not (
+                both and np.array_equal(self.machines, each) and np.array_equal(self.probes, each)
+            ):
+                return np.full(len(indices), math.nan)
+            count, first = len(each), 0.0
+        return np.asarray(first + (indices - 1) * (2.0 * math.pi / count))
+
+    @property
+    def probes(self) -> IntArray:
+        """Probe directions that occur, in order."""
+        return np.unique(self.probe)
+
+
+@dataclass(frozen=True)
+class RepeatedPair:
+    """One configuration whose variance was measured by repeated touches.
+
+    Parameters
+    ----------
+    machine, probe : int
+        Indices of the directions.
+    variance : float
+        [mm²]
+    count : int
+        Number of repeats from which the variance was determined.
+    """
+
+    machine: int
+    probe: int
+    variance: float
+    count: int = 10
+
+    def __post_init__(self) -> None:
+        check_numbers(self, variance=VARIANCE, count=COUNT)
+        if self.variance == 0.0:
+            raise PretravelError(
+                f"the variance of the repeats is {self.variance * 1e6:g} µm²; it must be positive"
+            )
+        if self.count < 2:
+            raise PretravelError(
+                f"{self.count} repeat does not determine a variance; at least two are needed"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStepDesign:
+    """The linear equations of a multi-step test.
+
+    Attributes
+    ----------
+    machines, probes : (m,), (p,) int
+        Indices as in the readings.
+    row, column : (n,) int
+        Place of each reading's direction in `machines` and in `probes`.
+    incidence : (n, m + p) float
+        One where a direction takes part in a reading: the sums of variances.
+    signs : (m + p,) float
+        Plus one for the machine, minus one for the probe.
+    basis : (m + p, m + p - 1) float
+        Orthonormal; it spans the errors whose machine part adds up to zero.
+    design : (n, m + p - 1) float
+        Readings by the coordinates of the errors in `basis`.
+    """
+
+    machines: IntArray
+    probes: IntArray
+    row: IntArray
+    column: IntArray
+    incidence: FloatArray
+    signs: FloatArray
+    basis: FloatArray
+    design: FloatArray
+
+    @property
+    def split(self) -> int:
+        """Number of machine directions; the probe's come after them."""
+        return len(self.machines)
+
+    @property
+    def size(self) -> int:
+        """Number of machine and probe directions."""
+        return len(self.signs)
+
+    def machine_place(self, index: int) -> int:
+        """Place of a machine direction among all directions."""
+        return direction_place(self.machines, index, "machine")
+
+    def probe_place(self, index: int) -> int:
+        """Place of a probe direction among all directions."""
+        return self.split + direction_place(self.probes, index, "probe")
+
+
+def multi_step_design(readings: MultiStepReadings) -> MultiStepDesign:
+    """The equations of readings.
+
+    Parameters
+    ----------
+    readings : MultiStepReadings
+
+    Returns
+    -------
+    MultiStepDesign
+
+    >>> readings = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2e-3])
+    >>> multi_step_design(readings).design.shape
+    (4, 3)
+    """
+    from scipy.linalg import null_space
+
+    machines, row = np.unique(readings.machine, return_inverse=True)
+    probes, column = np.unique(readings.probe, return_inverse=True)
+    count, split = len(readings), len(machines)
+    incidence = np.zeros((count, split + len(probes)))
+    incidence[np.arange(count), row] = 1.0
+    incidence[np.arange(count), split + column] = 1.0
+    signs = np.concatenate([np.ones(split), -np.ones(len(probes))])
+    # A constant added to all errors of machine and probe changes no reading.
+    machine_sum = np.concatenate([np.ones(split), np.zeros(len(probes))])
+    basis = np.asarray(null_space(machine_sum[None, :]))
+    return MultiStepDesign(
+        machines=machines,
+        probes=probes,
+        row=row,
+        column=column,
+        incidence=incidence,
+        signs=signs,
+        basis=basis,
+        design=(incidence * signs) @ basis,
+    )
+
+
+def direction_sums(design: MultiStepDesign, values: FloatArray) -> FloatArray:
+    """Sums of values of readings over each direction, (m + p,)."""
+    return np.concatenate(
+        [
+            np.bincount(design.row, values, design.split),
+            np.bincount(design.column, values, design.size - design.split),
+        ]
+    )
+
+
+def normal_matrix(design: MultiStepDesign, weights: FloatArray) -> FloatArray:
+    """Normal equations of the errors of all directions, (m + p, m + p).
+
+    The constant that no reading determines is fixed: the machine's errors add up to zero.
+
+    Parameters
+    ----------
+    design : MultiStepDesign
+    weights : (n,) float
+        Of the readings.
+    """
+    split, probes = design.split, design.size - design.split
+    cells = np.bincount(design.row * probes + design.column, weights, split * probes)
+    matrix = np.diag(direction_sums(design, weights))
+    matrix[:split, split:] = -cells.reshape(split, probes)
+    matrix[split:, :split] = matrix[:split, split:].T
+    matrix[:split, :split] += float(np.mean(weights))
+    return matrix
+
+
+def weighted_errors(design: MultiStepDesign, errors: FloatArray, weights: FloatArray) -> FloatArray:
+    """Errors of all directions by weighted least squares, (m + p,). [mm]"""
+    right = design.signs * direction_sums(design, weights * errors)
+    return np.asarray(np.linalg.solve(normal_matrix(design, weights), right))
+
+
+def residuals_from(design: MultiStepDesign, errors: FloatArray, solution: FloatArray) -> FloatArray:
+    """Readings less machine plus probe error, (n,). [mm]"""
+    return errors - (solution[design.row] - solution[design.split + design.column])
+
+
+def weighted_residuals(
+    design: MultiStepDesign, errors: FloatArray, weights: FloatArray
+) -> FloatArray:
+    """Residuals of weighted least squares, (n,). [mm]
+
+    >>> readings = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], [0.0, 1e-3, 1e-3, 2.4e-3])
+    >>> residuals = weighted_residuals(multi_step_design(readings), readings.errors, np.ones(4))
+    >>> [f"{1e3 * residual:.1f}" for residual in residuals]
+    ['0.1', '-0.1', '-0.1', '0.1']
+    """
+    return residuals_from(design, errors, weighted_errors(design, errors, weights))
+
+
+def direction_place(indices: IntArray, wanted: int, kind: str) -> int:
+    """Place of a direction's index among those of the readings.
+
+    Raises
+    ------
+    PretravelError
+        A direction without readings.
+    """
+    found = np.flatnonzero(indices == wanted)
+    if not len(found):
+        listed = ", ".join(str(i) for i in indices[:_LISTED])
+        more = ", …" if len(indices) > _LISTED else ""
+        raise PretravelError(f"no reading has {kind} direction {wanted}; there are {listed}{more}")
+    return int(found[0])
+
+
+def check_connected(design: MultiStepDesign) -> None:
+    """Check that common directions connect all readings.
+
+    Raises
+    ------
+    PretravelError
+        Groups of readings without a common direction: each has an unknown constant of its own.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    nodes = design.size
+    ones = np.ones(len(design.row))
+    graph = coo_array((ones, (design.row, design.split + design.column)), shape=(nodes, nodes))
+    parts, label = connected_components(graph, directed=False)
+    if parts == 1:
+        return
+    groups = []
+    for part in range(min(int(parts), 3)):
+        members = np.flatnonzero(label == part)
+        machines = design.machines[members[members < design.split]]
+        probes = design.probes[members[members >= design.split] - design.split]
+        groups.append(
+            f"machine {', '.join(map(str, machines[:6]))}{'…' if len(machines) > 6 else ''} "
+            f"with probe {', '.join(map(str, probes[:6]))}{'…' if len(probes) > 6 else ''}"
+        )
+    raise PretravelError(
+        f"the readings form {parts} groups that share no direction "
+        f"({'; '.join(groups)}{'; …' if parts > 3 else ''}): each has a constant of its own, "
+        f"and the identification matrix lacks {parts} ranks instead of one. Add readings that "
+        "connect the groups, for example orientations turned by one step"
+    )

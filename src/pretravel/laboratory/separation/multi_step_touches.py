@@ -1,0 +1,213 @@
+"""Readings of a multi-step test from touches of the reference at each orientation of the probe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base import (
+    DEGREE,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    azimuth_angle,
+    frozen,
+    polar_angle,
+    probe_rotation,
+)
+from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, multi_step_design
+from pretravel.touches import Touches
+from pretravel.uncertainty import fit_sphere
+
+_ACROSS = 2.0 * DEGREE
+"""Largest angle between a normal and the plane across the probe's axis. [rad]"""
+_SAME = 0.5 * DEGREE
+"""Within which two azimuths are the same direction. [rad]"""
+_FEWEST = 6
+"""Directions around the circle: a circle takes three numbers of each setup."""
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStepTouches:
+    """The readings of a multi-step test, with the circles that they are deviations from.
+
+    Attributes
+    ----------
+    readings : MultiStepReadings
+        In the order of the touches; radial distances less that of the circle of their setup.
+    orientations : (k,) float
+        Of the probe about its axis. [rad]
+    centers : (k, 2) float
+        Of the circles, across the axis. [mm]
+    radii : (k,) float
+        [mm]
+    notes : tuple of str
+        Sentences on what the circles take away.
+    """
+
+    readings: MultiStepReadings
+    orientations: FloatArray
+    centers: FloatArray
+    radii: FloatArray
+    notes: tuple[str, ...]
+
+
+def readings_of_touches(
+    touches: Touches, *, axis: npt.ArrayLike = (0.0, 0.0, 1.0)
+) -> MultiStepTouches:
+    """Readings from touches around the equator of a sphere, or in a ring, at several setups.
+
+    Parameters
+    ----------
+    touches : Touches
+        They state the orientation of the probe about its axis (`Touches.spindle`), which differs
+        by whole steps between the directions. In each setup the same directions are touched, at
+        equal angles, each once or several times.
+    axis : (3,) float
+        The probe's +z in the machine frame.
+
+    Returns
+    -------
+    MultiStepTouches
+
+    Raises
+    ------
+    PretravelError
+        Touches without orientations, away from the equator, at unequal angles, in different
+        directions; orientations between the steps; fewer than six directions or two setups.
+
+    Notes
+    -----
+    A radial distance is that of the circle, plus the machine's error, less the probe's (equation
+    1). The circle of a setup is that of a qualification made in it: its centre and radius contain
+    the place of the tip, and with it all of the mean and of the first harmonic of both errors.
+    These are not determined. The degrees of freedom that circles take beside those of the
+    separation are in `MultiStepReadings.lost`.
+
+    References
+    ----------
+    Nafi and Mayer 2011, section II and equation 1.
+
+    >>> step = np.arange(12) * np.pi / 6
+    >>> n = np.stack([np.cos(step), np.sin(step), 0 * step], axis=1)
+    >>> lobes = [1e-3 * np.cos(3 * (step - turn)) for turn in step]
+    >>> positions = np.concatenate([n * (13.0 - each)[:, None] for each in lobes])
+    >>> touched = Touches(positions, np.tile(n, (12, 1)), spindle=np.repeat(step, 12))
+    >>> found = readings_of_touches(touched)
+    >>> len(found.readings), bool(np.ptp(found.readings.errors) > 1.9e-3)
+    (144, True)
+    """
+    if touches.spindle is None:
+        raise PretravelError(
+            "these touches do not state the orientation of the probe, in degrees about its axis: "
+            "a multi-step test needs a column spindle_deg (or readings: machine_index, "
+            "probe_index, error_um)"
+        )
+    turn = probe_rotation(axis, 0.0)
+    normals, positions = touches.normals @ turn, touches.positions @ turn
+    off = np.abs(polar_angle(normals) - 0.5 * math.pi)
+    if off.max() > _ACROSS:
+        row = int(np.argmax(off))
+        raise PretravelError(
+            f"{touches.where(row)} is {off[row] / DEGREE:.1f}° off the plane across the probe's "
+            "axis: a multi-step test touches the equator of the reference"
+        )
+    inward = bool(np.median(np.sum((positions - positions.mean(axis=0)) * normals, axis=1)) < 0.0)
+    first, step, direction = _directions(azimuth_angle(normals), touches)
+    orientations, setup = _setups(np.asarray(touches.spindle), step)
+    shift = np.rint(orientations / step).astype(np.int64)
+    count = round(_TURN / step)
+    _check_setups(direction, setup, orientations, count)
+    errors = np.empty(len(touches))
+    centers, radii = np.empty((len(orientations), 2)), np.empty(len(orientations))
+    for number in range(len(orientations)):
+        rows = np.flatnonzero(setup == number)
+        fit = fit_sphere(positions[rows, :2])
+        centers[number], radii[number] = fit.center, fit.radius
+        errors[rows] = np.linalg.norm(positions[rows, :2] - fit.center, axis=1) - fit.radius
+    if inward:  # in a ring a late trigger makes the circle larger, on a sphere smaller
+        errors = -errors
+    machine, probe = direction + 1, np.mod(direction - shift[setup], count) + 1
+    lost = _lost(machine, probe, setup, np.asarray(first + direction * step))
+    readings = MultiStepReadings(
+        machine, probe, errors, lost=lost, first_azimuth=first, directions=count
+    )
+    note = (
+        f"the readings are deviations from {len(orientations)} circles, one for each orientation "
+        "of the probe: the mean and the first harmonic of both errors are in their radii and "
+        f"centres and are not determined; the circles take {lost} degrees of freedom"
+    )
+    return MultiStepTouches(readings, frozen(orientations), frozen(centers), frozen(radii), (note,))
+
+
+def _directions(azimuth: FloatArray, touches: Touches) -> tuple[float, float, IntArray]:
+    """The first azimuth, the step, and the number of each touch's direction from 0."""
+    around = np.mod(azimuth, _TURN)
+    order = np.sort(around)
+    gaps = np.diff(np.append(order, order[0] + _TURN))
+    count = int(np.sum(gaps > _SAME))
+    if count < _FEWEST:
+        raise PretravelError(
+            f"the touches have {count} directions around the circle; a multi-step test needs "
+            f"{_FEWEST} or more, better 12 to 24"
+        )
+    step = _TURN / count
+    # The phase of all directions together, on a circle of one step.
+    phase = float(np.angle(np.mean(np.exp(1j * around * count)))) / count
+    first = phase if phase >= -_SAME else phase + step
+    number = np.rint((around - first) / step).astype(np.int64)
+    off = np.abs(around - first - number * step)
+    if off.max() > _SAME:
+        row = int(np.argmax(off))
+        raise PretravelError(
+            f"{touches.where(row)} is {off[row] / DEGREE:.1f}° beside one of {count} equal steps "
+            f"of {step / DEGREE:g}°: a multi-step test touches at equal angles"
+        )
+    return first, step, np.mod(number, count)
+
+
+def _setups(spindle: FloatArray, step: float) -> tuple[FloatArray, IntArray]:
+    """The orientations, and the number of each touch's setup."""
+    steps = np.rint(spindle / step)
+    off = np.abs(spindle - steps * step)
+    if off.max() > _SAME:
+        worst = float(spindle[np.argmax(off)])
+        raise PretravelError(
+            f"the orientation of {worst / DEGREE:g}° is no whole step of {step / DEGREE:g}° "
+            "between the directions: turn the probe by whole steps, so that each of its "
+            "directions meets several of the machine's"
+        )
+    count = round(_TURN / step)
+    turned, setup = np.unique(np.mod(steps, count), return_inverse=True)
+    if len(turned) < 2:
+        raise PretravelError(
+            "all touches have one orientation of the probe: turn it by whole steps and touch again"
+        )
+    return turned * step, setup.astype(np.int64)
+
+
+def _check_setups(
+    direction: IntArray, setup: IntArray, orientations: FloatArray, count: int
+) -> None:
+    for number, angle in enumerate(orientations):
+        touched = np.unique(direction[setup == number])
+        if len(touched) < max(count // 2, 4):
+            raise PretravelError(
+                f"at the orientation of {angle / DEGREE:g}° only {len(touched)} of {count} "
+                "directions were touched: they do not show the circle of this setup"
+            )
+
+
+def _lost(machine: IntArray, probe: IntArray, setup: IntArray, azimuth: FloatArray) -> int:
+    """Degrees of freedom that the circles take beside those of machine and probe."""
+    design = multi_step_design(MultiStepReadings(machine, probe, np.zeros(len(machine)))).design
+    own = np.equal.outer(setup, np.unique(setup)).astype(np.float64)
+    circles = np.concatenate(
+        [own, own * np.cos(azimuth)[:, None], own * np.sin(azimuth)[:, None]], axis=1
+    )
+    both = np.concatenate([design, circles], axis=1)
+    return int(np.linalg.matrix_rank(both, tol=1e-8) - np.linalg.matrix_rank(design, tol=1e-8))

@@ -1,0 +1,470 @@
+"""Separation of machine and probe: systematic errors and variances from multi-step readings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from pretravel.base import (
+    MICROMETRE,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    ShownInNotebooks,
+    WithPlot,
+    extent,
+    frozen,
+)
+from pretravel.laboratory.separation.multi_step_readings import (
+    MultiStepDesign,
+    MultiStepReadings,
+    RepeatedPair,
+    check_connected,
+    direction_place,
+    multi_step_design,
+)
+from pretravel.laboratory.separation.outliers import ReadingOutlier, outlying_readings
+from pretravel.laboratory.separation.variances import (
+    equally_shared,
+    least_squares_variances,
+    literal_variances,
+    pair_variance_of,
+    restricted_likelihood_variances,
+)
+from pretravel.uncertainty import COVERAGE, coverage_factor
+
+Method = Literal["reml", "least-squares", "paper"]
+METHODS: tuple[Method, ...] = ("reml", "least-squares", "paper")
+_ESTIMATES = {
+    "reml": restricted_likelihood_variances,
+    "least-squares": least_squares_variances,
+    "paper": literal_variances,
+}
+_FEWEST_DOF = 4.0
+_SQUARE_MICROMETRE = MICROMETRE**2
+
+
+@dataclass(frozen=True, eq=False)
+class Separation(ShownInNotebooks, WithPlot):
+    """Systematic errors and variances of machine and probe.
+
+    Attributes
+    ----------
+    machines, probes : (m,), (p,) int
+        Indices as in the readings.
+    machine_error, probe_error : (m,), (p,) float
+        The machine's add up to zero. [mm]
+    error_covariance : (m + p, m + p) float
+        Of the machine's, then the probe's errors. [mm²]
+    machine_variance, probe_variance : (m,), (p,) float
+        Their shares are half each on average, where that keeps all of them non-negative. [mm²]
+    variance_covariance : (m + p, m + p) float
+        [mm⁴]
+    movable : (2,) float
+        How much variance can move from every machine direction to every probe direction (first
+        number), or back (second number), so that no variance becomes negative and all readings
+        are explained equally well. [mm²]
+    residuals : (n,) float
+        Of the readings that were used. [mm]
+    dof : float
+        Degrees of freedom: number of readings less number of systematic errors.
+    method : str
+    repeated : RepeatedPair or None
+    outliers : tuple of ReadingOutlier
+        Readings with a gross error, left out; the largest error first.
+    excluded : tuple of int
+        Rows of the readings that the user left out.
+    notes : tuple of str
+        Sentences on the quantities that the readings do not determine.
+    machine_azimuth, probe_azimuth : (m,), (p,) float
+        Of the directions, of the probe in its own frame; nan where they are not known. [rad]
+    used : MultiStepReadings or None
+        The readings that were used, in the order of the residuals.
+    """
+
+    machines: IntArray
+    probes: IntArray
+    machine_error: FloatArray
+    probe_error: FloatArray
+    error_covariance: FloatArray
+    machine_variance: FloatArray
+    probe_variance: FloatArray
+    variance_covariance: FloatArray
+    movable: FloatArray
+    residuals: FloatArray
+    dof: float
+    method: Method
+    repeated: RepeatedPair | None
+    outliers: tuple[ReadingOutlier, ...]
+    excluded: tuple[int, ...]
+    notes: tuple[str, ...]
+    machine_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    probe_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    used: MultiStepReadings | None = None
+
+    def __repr__(self) -> str:
+        out = len(self.outliers) + len(self.excluded)
+        return (
+            f"Separation({len(self.machines)} machine and {len(self.probes)} probe directions; "
+            f"{len(self.residuals):,} readings, {out} left out; "
+            f"machine {extent(self.machine_error / MICROMETRE)} µm; "
+            f"probe {extent(self.probe_error / MICROMETRE)} µm; method {self.method})"
+        )
+
+    @property
+    def u_machine_error(self) -> FloatArray:
+        """Standard uncertainties, (m,). [mm]"""
+        return np.asarray(np.sqrt(np.diag(self.error_covariance))[: len(self.machines)])
+
+    @property
+    def u_probe_error(self) -> FloatArray:
+        """Standard uncertainties, (p,). [mm]"""
+        return np.asarray(np.sqrt(np.diag(self.error_covariance))[len(self.machines) :])
+
+    @property
+    def u_machine_variance(self) -> FloatArray:
+        """Standard uncertainties for a fixed share of machine and probe, (m,). [mm²]"""
+        return np.asarray(np.sqrt(np.diag(self.variance_covariance))[: len(self.machines)])
+
+    @property
+    def u_probe_variance(self) -> FloatArray:
+        """Standard uncertainties for a fixed share of machine and probe, (p,). [mm²]"""
+        return np.asarray(np.sqrt(np.diag(self.variance_covariance))[len(self.machines) :])
+
+    def pair_variance(self, machine: int, probe: int) -> tuple[float, float]:
+        """Variance of a touch with a machine direction and a probe direction.
+
+        It does not depend on the share of machine and probe.
+
+        Parameters
+        ----------
+        machine, probe : int
+            Indices as in the readings.
+
+        Returns
+        -------
+        variance, standard_uncertainty : float
+            [mm²]
+
+        Raises
+        ------
+        PretravelError
+            A direction without readings.
+
+        References
+        ----------
+        Nafi and Mayer 2011, equation 10.
+        """
+        row = direction_place(self.machines, machine, "machine")
+        column = direction_place(self.probes, probe, "probe")
+        pick = np.zeros(len(self.machines) + len(self.probes))
+        pick[row] = pick[len(self.machines) + column] = 1.0
+        variance = float(self.machine_variance[row] + self.probe_variance[column])
+        return variance, math.sqrt(max(float(pick @ self.variance_covariance @ pick), 0.0))
+
+    def pair_interval(
+        self, machine: int, probe: int, probability: float = COVERAGE
+    ) -> tuple[float, float]:
+        """Coverage interval of `pair_variance`. [mm²]
+
+        Its upper end is that of the chi-square distribution with the degrees of freedom that
+        correspond to its uncertainty. Its lower end is that of a normal distribution, which is
+        lower, since the variance of a pair is partly a difference of sums of squares. With fewer
+        than four degrees of freedom both ends are those of a normal distribution. None is below
+        zero.
+        """
+        from scipy.special import gammaincinv
+
+        variance, u = self.pair_variance(machine, probe)
+        if u == 0.0:
+            return variance, variance
+        dof = 2.0 * (variance / u) ** 2
+        normal = coverage_factor(math.inf, probability) * u
+        lowest = max(variance - normal, 0.0)
+        if dof < _FEWEST_DOF:
+            return lowest, variance + normal
+        lower = 2.0 * float(gammaincinv(0.5 * dof, 0.5 - 0.5 * probability))
+        return lowest, variance * dof / lower
+
+    def error_interval(self, probability: float = COVERAGE) -> FloatArray:
+        """Coverage intervals of the machine's, then the probe's errors, (m + p, 2). [mm]"""
+        value = np.concatenate([self.machine_error, self.probe_error])
+        u = np.sqrt(np.diag(self.error_covariance))
+        half = coverage_factor(self.dof, probability) * u
+        return np.stack([value - half, value + half], axis=1)
+
+
+def separate(
+    readings: MultiStepReadings,
+    *,
+    method: Method = "reml",
+    repeated: RepeatedPair | None = None,
+    exclude: Sequence[tuple[int, int]] = (),
+    search_outliers: bool = True,
+) -> Separation:
+    """Separate machine and probe: systematic errors and variances of each.
+
+    Parameters
+    ----------
+    readings : MultiStepReadings
+        Complete, incomplete or repeated.
+    method : str
+        ``reml``: restricted likelihood; ``least-squares``: sums of squared residuals, with the
+        degrees of freedom of the fit counted exactly; ``paper``: equations 3 to 10 as they are
+        printed, to compare with the paper: they scatter several times as much.
+    repeated : RepeatedPair, optional
+        A configuration whose variance was measured by repeats.
+    exclude : sequence of pairs
+        Machine and probe indices of readings that are left out.
+    search_outliers : bool
+        Whether readings with a gross error are left out, see `outlying_readings`.
+
+    Returns
+    -------
+    Separation
+
+    Raises
+    ------
+    PretravelError
+        Groups of readings without common directions; too few readings for variances; an excluded
+        pair without readings.
+
+    Notes
+    -----
+    A reading is m_i - p_j + noise of variance vm_i + vp_j. A constant added to all m_i and
+    all p_j changes no reading: the machine's errors are made to add up to zero. A constant
+    taken from all vm_i and added to all vp_j changes no reading either, nor the repeats of a
+    configuration: the variances of pairs are absolute, but their shares of machine and probe are
+    not determined. The shares are half each on average, where that keeps all variances
+    non-negative.
+
+    The errors are those of ordinary least squares with both methods: weights from variances that
+    scatter so much would state too small an uncertainty. Their covariance contains the variances.
+
+    References
+    ----------
+    Nafi and Mayer 2011, equations 1 to 10. Equation 5 takes the total less the explained sum of
+    squares of one direction for that of its residuals, which is right only over all directions
+    together (`pretravel.laboratory.separation.variances.literal_variances`). It also leaves out
+    the degrees of freedom of the systematic errors, so that its variances are too small by
+    (n - 1)² / n² in a complete n x n test.
+
+    >>> m, p = np.divmod(np.arange(64), 8)
+    >>> e = 1e-3 * (np.sin(m) - np.cos(p)) + 1e-4 * np.random.default_rng(1).normal(size=64)
+    >>> found = separate(MultiStepReadings(m, p, e))
+    >>> bool(np.corrcoef(found.machine_error, np.sin(np.arange(8)))[0, 1] > 0.99)
+    True
+    """
+    if method not in METHODS:
+        raise PretravelError(f"method '{method}' is not known; there are {', '.join(METHODS)}")
+    excluded = _excluded_rows(readings, exclude)
+    used = np.setdiff1d(np.arange(len(readings)), excluded)
+    design = multi_step_design(rows_of_readings(readings, used))
+    check_connected(design)
+    _check_dof(design)
+    found = outlying_readings(design, readings.errors[used]) if search_outliers else []
+    outliers = [replace(outlier, row=int(used[outlier.row])) for outlier in found]
+    if outliers:
+        used = np.setdiff1d(used, [outlier.row for outlier in outliers])
+        design = multi_step_design(rows_of_readings(readings, used))
+        _check_dof(design)
+    result = _without_lost(_separation(design, readings.errors[used], method, repeated), readings)
+    return replace(
+        result,
+        outliers=tuple(outliers),
+        excluded=tuple(int(row) for row in excluded),
+        machine_azimuth=frozen(readings.azimuths_of(result.machines)),
+        probe_azimuth=frozen(readings.azimuths_of(result.probes)),
+        used=rows_of_readings(readings, used),
+    )
+
+
+def _without_lost(result: Separation, readings: MultiStepReadings) -> Separation:
+    """The separation with the degrees of freedom that were taken from its readings before."""
+    if not readings.lost:
+        return result
+    dof = result.dof - readings.lost
+    if dof < 1.0:
+        raise PretravelError(
+            f"{len(result.residuals)} readings, of which circles took {readings.lost} degrees of "
+            "freedom, leave none for a variance; touch more directions or orientations"
+        )
+    ratio = result.dof / dof
+    return replace(
+        result,
+        error_covariance=frozen(ratio * result.error_covariance),
+        machine_variance=frozen(ratio * result.machine_variance),
+        probe_variance=frozen(ratio * result.probe_variance),
+        # The variances scatter more by the root of the ratio, as their degrees of freedom.
+        variance_covariance=frozen(ratio**3 * result.variance_covariance),
+        movable=frozen(ratio * result.movable),
+        dof=dof,
+    )
+
+
+def _excluded_rows(readings: MultiStepReadings, exclude: Sequence[tuple[int, int]]) -> IntArray:
+    """Rows of the pairs that the user leaves out."""
+    out = np.zeros(len(readings), dtype=bool)
+    for machine, probe in exclude:
+        rows = (readings.machine == machine) & (readings.probe == probe)
+        if not np.any(rows):
+            raise PretravelError(
+                f"no reading to leave out has machine {machine} with probe {probe}",
+                inputs=("exclude",),
+            )
+        out |= rows
+    return np.flatnonzero(out)
+
+
+def rows_of_readings(readings: MultiStepReadings, rows: IntArray) -> MultiStepReadings:
+    """Some of the readings."""
+    if len(rows) == len(readings):
+        return readings
+    return replace(
+        readings,
+        machine=readings.machine[rows],
+        probe=readings.probe[rows],
+        errors=readings.errors[rows],
+    )
+
+
+def _check_dof(design: MultiStepDesign) -> None:
+    count = len(design.row)
+    if count - design.size + 1 < 1:
+        raise PretravelError(
+            f"{count} readings for {design.size - 1} systematic errors leave no degree of "
+            "freedom for a variance; repeat readings, or combine more orientations"
+        )
+
+
+def _separation(
+    design: MultiStepDesign, errors: FloatArray, method: Method, repeated: RepeatedPair | None
+) -> Separation:
+    """The separation from the readings that are used."""
+    pair = None if repeated is None else pair_variance_of(design, repeated)
+    variances = _ESTIMATES[method](design, errors, pair)
+    inverse = np.linalg.pinv(design.design)
+    solution = inverse @ errors
+    of_solution = (inverse * np.maximum(variances.of_readings, 0.0)) @ inverse.T
+    found = design.basis @ solution
+    shares = _shares(design, variances.values)
+    at_share = _projection_to_fixed_share(design)
+    return Separation(
+        machines=design.machines,
+        probes=design.probes,
+        machine_error=frozen(found[: design.split]),
+        probe_error=frozen(found[design.split :]),
+        error_covariance=frozen(design.basis @ of_solution @ design.basis.T),
+        machine_variance=frozen(shares.variances[: design.split]),
+        probe_variance=frozen(shares.variances[design.split :]),
+        variance_covariance=frozen(at_share @ variances.covariance @ at_share.T),
+        movable=frozen(shares.movable),
+        residuals=frozen(errors - design.design @ solution),
+        dof=float(len(errors) - design.size + 1),
+        method=method,
+        repeated=repeated,
+        outliers=(),
+        excluded=(),
+        notes=tuple(_notes(design, shares, variances.values, repeated, method)),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Shares:
+    """Variances after a decision on the shares of machine and probe.
+
+    Attributes
+    ----------
+    variances : (m + p,) float
+        [mm²]
+    movable : (2,) float
+        As in `Separation`. [mm²]
+    negative : bool
+        Whether a pair has a negative variance, as least squares may find it.
+    """
+
+    variances: FloatArray
+    movable: FloatArray
+    negative: bool
+
+
+def _shares(design: MultiStepDesign, values: FloatArray) -> _Shares:
+    """Half of the variance each for machine and probe, where that leaves none negative."""
+    half = equally_shared(design, values)
+    machine, probe = half[: design.split], half[design.split :]
+    # Moving c from machine to probe is possible for -min(probe) <= c <= min(machine).
+    low, high = -float(probe.min()), float(machine.min())
+    negative = low > high
+    moved = 0.5 * (low + high) if negative else min(max(0.0, low), high)
+    shared = half - design.signs * moved
+    movable = np.array([shared[: design.split].min(), shared[design.split :].min()])
+    return _Shares(shared, movable, negative)
+
+
+def _projection_to_fixed_share(design: MultiStepDesign) -> FloatArray:
+    """Projects the combination that no reading determines out of the variances."""
+    probes = design.size - design.split
+    halves = design.signs / np.concatenate(
+        [np.full(design.split, design.split), np.full(probes, probes)]
+    )
+    return np.asarray(
+        np.eye(design.size) - np.outer(design.signs, halves) / float(halves @ design.signs)
+    )
+
+
+def _notes(
+    design: MultiStepDesign,
+    shares: _Shares,
+    variances: FloatArray,
+    repeated: RepeatedPair | None,
+    method: Method,
+) -> list[str]:
+    """Sentences on the quantities that the readings do not determine."""
+    of_errors = (
+        f"{len(design.row)} readings, {len(design.machines)} machine and {len(design.probes)} "
+        f"probe directions. The readings do not determine a constant that is common to all errors "
+        "of machine and probe, and all else they do (the matrix of the equations has rank "
+        f"{design.size - 1} of {design.size}); the machine's errors are made to add up to zero"
+    )
+    of_variances = (
+        "the variances' matrix lacks one rank too: variances of pairs are absolute, but no "
+        "reading determines which part is the machine's and which the probe's, and no repeat "
+        "does. Of the shares without a negative variance, the ones nearest to half each on average "
+        "are stated"
+    )
+    notes = [of_errors, of_variances + _movable_words(shares, variances)]
+    if shares.negative:
+        notes.append(
+            "least squares gives some pairs a negative variance, which is impossible; use the "
+            "method reml"
+            if method == "least-squares"
+            else "the paper's equations give some pairs a negative variance, which is impossible; "
+            "use the method reml"
+        )
+    if repeated is not None:
+        i = design.machine_place(repeated.machine)
+        j = design.probe_place(repeated.probe)
+        own = float(variances[i] + variances[j])
+        notes.append(
+            f"the repeated configuration ({repeated.machine}, {repeated.probe}) has the variance "
+            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats; the "
+            f"separation, which uses it, has {own / _SQUARE_MICROMETRE:.3g} µm² there"
+        )
+    return notes
+
+
+def _movable_words(shares: _Shares, variances: FloatArray) -> str:
+    """How far the shares can differ from half each."""
+    if shares.negative:
+        return ""
+    if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
+        return "; no other share is possible without a negative variance"
+    to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
+    return (
+        f"; up to {to_probe:.3g} µm² can move from every machine direction to every probe "
+        f"direction, or {to_machine:.3g} µm² back"
+    )

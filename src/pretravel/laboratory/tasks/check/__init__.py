@@ -1,0 +1,5 @@
+"""Check a probe by a standard: touches on a calibrated sphere to figures, and their report."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,310 @@
+"""Report and picture of the figures of a standard."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, FloatArray, from_angles
+from pretravel.laboratory.standards.standard_check import (
+    COMPARED,
+    UNCHECKED,
+    FittedSet,
+    LimitOutcome,
+    StandardCheck,
+    StandardFigure,
+)
+from pretravel.laboratory.standards.standard_figures import standard_table
+from pretravel.laboratory.tasks.check.tip_offset_chart import tip_offset_chart
+from pretravel.measurement import MeasuredSphere
+from pretravel.show import (
+    Axis,
+    Chart,
+    Column,
+    Document,
+    Dots,
+    Judgement,
+    KeyFigure,
+    Mark,
+    Picture,
+    PlaneChart,
+    PolarChart,
+    Rule,
+    Scale,
+    Section,
+    SpaceChart,
+    SpaceLines,
+    SpacePoints,
+    Table,
+    View,
+    azimuth_axis,
+    budget_picture,
+    decimals,
+    magnification,
+    series,
+    value_text,
+    whiskers,
+)
+from pretravel.task import budget_table, budgets_data, sphere_section
+
+_ORIGIN = {UNCHECKED: "from memory", COMPARED: "compared"}
+"""Where a definition comes from, by its status."""
+
+
+def standards_document(
+    check: StandardCheck,
+    *,
+    touches_name: str = "",
+    sphere: MeasuredSphere | None = None,
+    method: Sequence[str] = (),
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of the figures of a standard.
+
+    Parameters
+    ----------
+    check : StandardCheck
+    touches_name : str
+        Of the file with the touches.
+    sphere : MeasuredSphere, optional
+        Through all touches, compensated.
+    method : sequence of str
+        What was done, and whether its definitions were compared with the text of the standard.
+    warnings : sequence of str
+
+    Returns
+    -------
+    Document
+    """
+    title = f"{touches_name}: {check.standard}" if touches_name else check.standard
+    budgets = (*check.budgets, *(() if sphere is None else (sphere.budget,)))
+    return Document(
+        title=title,
+        verdict=f"{check.standard}: {_verdict(check)}",
+        judgement=_judgement(check),
+        tables=(_figures_table(check),),
+        sections=(
+            *(() if sphere is None else (sphere_section(sphere),)),
+            *_test_values(check),
+            Section(
+                "Method and definitions",
+                tuple(method),
+                figures=tuple(KeyFigure(figure.name, figure.meaning) for figure in check.figures),
+                detail=True,
+                certificate=True,
+            ),
+        ),
+        pictures=(
+            *_residual_picture(check, title),
+            *(budget_picture(b, b.result or "the test value") for b in check.budgets),
+            *(() if sphere is None else (budget_picture(sphere.budget, "the diameter"),)),
+        ),
+        notes=check.notes,
+        warnings=tuple(warnings),
+        budgets=budgets,
+        data=(
+            Table.of(standard_table(check), "Figures"),
+            Table.of({"reason": check.why_no_conformity}, "Why no conformity is stated"),
+            budgets_data(budgets),
+        ),
+    )
+
+
+def _residual_picture(check: StandardCheck, title: str) -> tuple[Picture, ...]:
+    """None where nothing was fitted: repeats in one direction alone."""
+    if not check.sets:
+        return ()
+    return (Picture("Residuals at the places of the touches", lambda: check_view(check, title)),)
+
+
+def _judgement(check: StandardCheck) -> Judgement | None:
+    """The worst outcome of the figures with a limit; None without one."""
+    found = {figure.outcome for figure in check.figures if figure.limit is not None}
+    if LimitOutcome.EXCEEDS in found:
+        return Judgement("bad", "Exceeds the limit")
+    if LimitOutcome.UNDECIDED in found:
+        return Judgement("caution", "Undecided")
+    return Judgement("good", "Within the limits") if found else None
+
+
+def _verdict(check: StandardCheck) -> str:
+    """What was found of the limits, and what that does not state."""
+    reasons = ", and ".join(check.why_no_conformity)
+    without = f". This is no statement of conformity to the standard: {reasons}" if reasons else ""
+    return _compared(check) + without
+
+
+def _compared(check: StandardCheck) -> str:
+    """The figures and their limits."""
+    limited = [figure for figure in check.figures if figure.limit is not None]
+    if not limited:
+        values = ", ".join(
+            f"{figure.name.partition(' (')[0]} {value_text(figure.value / MICROMETRE, 'µm')}"
+            for figure in check.figures
+        )
+        return f"{values}; no limit given"
+    exceeding = _names(limited, LimitOutcome.EXCEEDS)
+    undecided = _names(limited, LimitOutcome.UNDECIDED)
+    if exceeding:
+        return f"{exceeding} exceed{'' if ',' in exceeding else 's'} the limit"
+    if undecided:
+        return f"undecided: {undecided} within U of the limit"
+    count, all_figures = len(limited), len(check.figures)
+    one = "figure is within its limit" if all_figures == 1 else "figures are within their limits"
+    if count == all_figures:
+        return f"{count} of {all_figures} {one}"
+    return f"{_names(limited, LimitOutcome.WITHIN)} within the limit; the others have none"
+
+
+def _names(figures: Sequence[StandardFigure], outcome: LimitOutcome) -> str:
+    """The figures with an outcome, by the first part of their names."""
+    return ", ".join(f.name.partition(" (")[0] for f in figures if f.outcome is outcome)
+
+
+def _test_values(check: StandardCheck) -> tuple[Section, ...]:
+    """The budgets of the test values; none where nothing is stated."""
+    if not check.budgets:
+        return ()
+    tables = tuple(budget_table(budget, title=budget.result) for budget in check.budgets)
+    heading = "Uncertainty of the test values"
+    return (Section(heading, tables=tables, detail=True, certificate=True),)
+
+
+def _figures_table(check: StandardCheck) -> Table:
+    def micrometres(values: Sequence[float]) -> list[float]:
+        return [value / MICROMETRE for value in values]
+
+    figures, digits = check.figures, decimals(3)
+    limits = [math.nan if figure.limit is None else figure.limit for figure in figures]
+    u = [math.nan if figure.u_test is None else figure.u_test for figure in figures]
+    return Table(
+        (
+            Column.of("figure", [figure.name for figure in figures]),
+            Column.of("value", micrometres([f.value for f in figures]), "µm", digits),
+            Column.of("u of test", micrometres(u), "µm", digits),
+            Column.of("limit", micrometres(limits), "µm", digits),
+            Column.of("verdict", [figure.verdict for figure in figures]),
+            Column.of("definition", [_ORIGIN.get(f.status, f.status) for f in figures]),
+        ),
+        explanation="u of test: standard uncertainty of the test value from the calibration of the "
+        "reference (of an offset: from the touches); empty where that is not stated. verdict: "
+        "outside the zone of U about the limit (the rule of ISO 14253-1; U = 2 u, or more where u "
+        "has few degrees of freedom); without u the value alone is compared.",
+    )
+
+
+def check_view(check: StandardCheck, title: str = "") -> View:
+    """Residuals of the fitted spheres or circles, at the places of their touches.
+
+    Parameters
+    ----------
+    check : StandardCheck
+    title : str
+
+    Returns
+    -------
+    View
+        The set with the largest range at its places, on a circle or in space (or the tip's offset
+        from the axis of the spindle), and the residuals of all sets over the azimuth.
+    """
+    worst = int(np.argmax([fitted.fit.form for fitted in check.sets]))
+    marks: list[Mark] = []
+    for index, fitted in enumerate(check.sets):
+        fit, residuals = fitted.fit, fitted.fit.residuals / MICROMETRE
+        name = f"{fitted.name}, {len(residuals)} touches: range {fit.form / MICROMETRE:.2f} µm"
+        azimuth = _azimuth(fitted) / DEGREE
+        marks.append(Dots(azimuth, residuals, name, series(index), labels=_labels(fitted)))
+    drawn = check.sets[worst]
+    marks += [Rule(0.0, colour="ink"), *_limits(drawn)]
+    around = PlaneChart(
+        "residuals over the azimuth",
+        azimuth_axis(drawn.frame),
+        Axis("distance less radius", "µm"),
+        tuple(marks),
+        note="several polar angles may lie at one azimuth",
+    )
+    place: Chart
+    if check.tip_offset is not None:
+        place = tip_offset_chart(check.tip_offset)
+    elif drawn.places.shape[1] == 2:
+        place = _circle_chart(drawn, worst)
+    else:
+        place = _sphere_chart(drawn)
+    return View(title or check.standard, (place, around), columns=2)
+
+
+def _azimuth(fitted: FittedSet) -> FloatArray:
+    """Of the places about the fitted centre, (n,). [rad]"""
+    offset = fitted.places - fitted.fit.center
+    return np.asarray(np.arctan2(offset[:, 1], offset[:, 0]) % (2.0 * np.pi))
+
+
+def _labels(fitted: FittedSet) -> tuple[str, ...]:
+    return tuple(f"touch {row + 1}" for row in range(len(fitted.places)))
+
+
+def _limits(fitted: FittedSet) -> list[Rule]:
+    """The limit of a set's range, laid about the middle of its residuals."""
+    if fitted.limit is None:
+        return []
+    residuals = fitted.fit.residuals
+    middle = 0.5 * float(residuals.max() + residuals.min())
+    text = f"largest allowed range ({fitted.name}): {fitted.limit / MICROMETRE:g} µm"
+    return [
+        Rule((middle + side * 0.5 * fitted.limit) / MICROMETRE, text if side > 0 else "", "limit")
+        for side in (-1.0, 1.0)
+    ]
+
+
+def _circle_chart(fitted: FittedSet, index: int) -> PolarChart:
+    """Residuals of a circle over the azimuth, seen from the spindle."""
+    residuals = fitted.fit.residuals / MICROMETRE
+    rules = [Rule(0.0, "fitted circle", "ink"), *_limits(fitted)]
+    ends = [*residuals, *(rule.value for rule in rules)]
+    span = max(float(np.ptp(ends)), 1e-3)
+    return PolarChart(
+        f"{fitted.name}: residuals on the circle",
+        Axis("distance less radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
+        (Dots(_azimuth(fitted), residuals, "touches", series(index), labels=_labels(fitted)),
+         *rules),
+        fitted.frame,
+        note="about the centre of the fitted circle",
+    )  # fmt: skip
+
+
+def _sphere_chart(fitted: FittedSet) -> SpaceChart:
+    """Residuals as whiskers on the fitted sphere."""
+    fit, offset = fitted.fit, fitted.places - fitted.fit.center
+    normals = offset / np.linalg.norm(offset, axis=1)[:, None]
+    feet = fit.radius * normals
+    factor = magnification(feet, fit.residuals)
+    starts, ends = whiskers(feet, normals, factor * fit.residuals)
+    residuals = fit.residuals / MICROMETRE
+    return SpaceChart(
+        f"{fitted.name}: residuals on the sphere",
+        (
+            _circles(fit.radius),
+            SpaceLines(starts, ends, f"residual, magnified {factor:g} times", "ink", 1.4),
+            SpacePoints(ends, values=residuals, size=6.0, labels=_labels(fitted)),
+        ),
+        fitted.frame,
+        scale=Scale.of("distance less radius", "µm", residuals, signed=True),
+        note="about the centre of the fitted sphere",
+    )
+
+
+def _circles(radius: float) -> SpaceLines:
+    """Circles of a sphere at polar angles of 30, 60 and 90 degrees, and four meridians."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 61)
+    lines = [from_angles(np.full(61, polar * DEGREE), turn) for polar in (30.0, 60.0, 90.0)] + [
+        from_angles(turn[:16], np.full(16, azimuth * DEGREE)) for azimuth in range(0, 360, 45)
+    ]
+    return SpaceLines(
+        radius * np.concatenate([line[:-1] for line in lines]),
+        radius * np.concatenate([line[1:] for line in lines]),
+        "fitted sphere",
+        "reference",
+        0.7,
+    )

@@ -1,0 +1,146 @@
+"""Metrologist: touches on a calibrated sphere → figures of a standard, budget, certificate."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from functools import partial
+
+from nicegui import ui
+
+from pretravel.app import (
+    CERTIFICATES,
+    Job,
+    ScreenState,
+    StoredFile,
+    Work,
+    described_field,
+    described_fields,
+    document_screen,
+    file_drop,
+    folded,
+    from_project,
+    kept,
+    live,
+    note,
+    page_button,
+    panel,
+    result_button,
+    same_elsewhere,
+    screen_places,
+    statements_form,
+    take_reference,
+    work_status,
+)
+from pretravel.files import comparison_sentence, write_csv_table
+from pretravel.laboratory.standards.standard_figures import standard_table
+from pretravel.laboratory.tasks.check import applies
+from pretravel.laboratory.tasks.check.screen_work import (
+    EXAMPLE_SETTINGS,
+    FORM,
+    CheckResult,
+    check_by_standard,
+    example_touches,
+)
+from pretravel.task import command_line
+
+CHECK = Job(
+    "check",
+    check_by_standard,
+    "Determining the figures of the standard",
+    settings=(*FORM.stored, "statements"),
+    files=("touches", "map"),
+    needs=("touches",),
+)
+_REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")
+_LIMITS = tuple(name for name in FORM.names if name.endswith("_limit_um"))
+_PLACED = ("standard", *_REFERENCE, *_LIMITS)
+_MORE = tuple(name for name in FORM.names if name not in _PLACED)
+
+
+def show(state: ScreenState) -> None:
+    """Build the screen."""
+    places = screen_places()
+    with places.inputs:
+        _inputs(state)
+    with places.status:
+        work = work_status(
+            state,
+            CHECK,
+            missing="Drop the touches on the sphere, in the pattern of the standard. Those of the "
+            "stylus-tip offset have a column spindle_deg.",
+        )
+    document_screen(
+        places, work, lambda result: result.document,
+        empty="The residuals of your touches on the sphere, and the figures of the standard below",
+    )  # fmt: skip
+    with places.tab("Files"):
+        kept(work, lambda: _to_keep(work))
+        live([work.listen], lambda: _definitions(work.result), lambda: work.result)
+
+
+def _inputs(state: ScreenState) -> None:
+    take_reference(state)
+    described_field(state, FORM, "standard")
+    file_drop(state, "touches", "Touches on the calibrated sphere")
+    ui.button("Try it with example data", icon="school", on_click=partial(_fill, state)).props(
+        "no-caps flat"
+    )
+    with panel("Reference"):
+        _fields_that_apply(state, _REFERENCE)
+    with panel("Limits"):
+        _fields_that_apply(state, _LIMITS)
+    file_drop(
+        state, "map", "Map of the probe, to check the compensated touches",
+        endings=(".json", ".csv"),
+    )  # fmt: skip
+    from_project(state, "map", takes_map=True)
+    with folded("More settings"):
+        _fields_that_apply(state, _MORE)
+    statements_form(state)
+
+
+def _standard(state: ScreenState) -> str:
+    return str(FORM.value(state.settings, "standard"))
+
+
+def _fields_that_apply(state: ScreenState, names: Sequence[str]) -> None:
+    """The fields of those settings that the standard uses."""
+
+    def build() -> None:
+        used = [name for name in names if applies(_standard(state), name)]
+        described_fields(state, FORM, used)
+
+    live([state.listen], build, key=partial(_standard, state))
+
+
+async def _fill(state: ScreenState) -> None:
+    name, content = await asyncio.to_thread(example_touches, _standard(state))
+    for setting, value in EXAMPLE_SETTINGS.items():
+        state.settings[setting] = value
+    state.files["map"] = ()
+    state.files["touches"] = (StoredFile(name, content),)
+
+
+def _to_keep(work: Work) -> None:
+    with ui.element("div").classes("buttons"):
+        for name, label in CERTIFICATES.items():
+            page_button(
+                work, lambda result: result.document, lambda result: command_line(result.same),
+                name=name, label=label,
+            )  # fmt: skip
+        page_button(
+            work, lambda result: result.document, lambda result: command_line(result.same),
+            name="check.json", label="check.json",
+        )  # fmt: skip
+        result_button(
+            work, "check.csv", "check.csv",
+            lambda path, result: write_csv_table(path, standard_table(result.checked.result)),
+        )  # fmt: skip
+
+
+def _definitions(result: CheckResult | None) -> None:
+    if result is not None:
+        checked = result.checked
+        note(comparison_sentence(checked.result.standard, checked.statements))
+        same_elsewhere(result.same)

@@ -1,0 +1,521 @@
+"""Check a probe by a standard: touches on a calibrated sphere to figures, and their report.
+
+Also the touches of a standard, as targets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import DEGREE, MICROMETRE, TIP_BALL, UNCERTAINTY, PretravelError
+from pretravel.task import (
+    ANSWER,
+    PAGES,
+    REFERENCE_SPHERE,
+    SILENT,
+    SPHERE_FORM,
+    U_DIAMETER,
+    UPRIGHT,
+    Angles,
+    Diameter,
+    Field,
+    LaboratoryReport,
+    ProbeAxis,
+    Progress,
+    Result,
+    SphereCenter,
+    StartClearance,
+    Task,
+    TouchFiles,
+    Turn,
+    Vector,
+    angles,
+    by_name,
+    output,
+    with_reading,
+)
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from pretravel.files import FileReadings, LaboratoryStatements
+    from pretravel.laboratory.standards.standard_check import CalibratedSphere, StandardCheck
+    from pretravel.maps import PretravelMap
+    from pretravel.measurement import MeasuredSphere
+    from pretravel.show import Document
+
+_ON_ITS_OWN_TOUCHES = (
+    "on its own touches a map looks better than it is, because it follows a part of their "
+    "scatter. Check it on new touches"
+)
+_LIMITED: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "form_limit_um": ("a limit of the form", ("form", "form2d", "form3d")),
+    "size_limit_um": ("a limit of the size", ("size",)),
+    "repeat_limit_um": ("a limit of the repeatability", ("repeatability",)),
+    "offset_limit_um": ("a limit of the tip's offset", ("offset",)),
+}
+"""Settings of limits in words, and the names of the figures that they limit."""
+_USED: Mapping[str, tuple[str, str]] = {
+    "u_diameter_um": ("the uncertainty of the diameter", "u_diameter"),
+    "sphere_form_um": ("the form error of the sphere", "sphere_form"),
+    "map_file": ("a map", "map"),
+    "spindle": ("an orientation of the spindle", "spindle"),
+    "ring": ("a ring", "ring"),
+}
+"""Other settings that not every standard uses, in words, and their names in `Standard.uses`."""
+
+
+def _checks() -> list[str]:
+    from pretravel.task import STANDARDS
+
+    return list(STANDARDS)
+
+
+def _patterns() -> list[str]:
+    from pretravel.task import patterns
+
+    return list(patterns())
+
+
+def applies(standard: str, setting: str) -> bool:
+    """Whether a setting of `Check` goes with a standard.
+
+    >>> applies("iso230-10", "size_limit_um"), applies("iso230-10", "diameter")
+    (False, True)
+    """
+    from pretravel.task import STANDARDS
+
+    if setting in _LIMITED:
+        return not STANDARDS[standard].limits.isdisjoint(_LIMITED[setting][1])
+    return setting not in _USED or _USED[setting][1] in STANDARDS[standard].uses
+
+
+def _limit(label: str, text: str) -> Field:
+    return Field(help=text, range=UNCERTAINTY, label=label)
+
+
+class Check(TouchFiles, LaboratoryReport):
+    """Determine the probing errors of a standard, from touches on a reference sphere.
+
+    The definitions here were written from memory and were not compared with the texts of the
+    standards: this is no statement of conformity, unless the file of the laboratory (--lab) states
+    that it compared them. Exit code 3: a figure exceeds its limit.
+    """
+
+    name = "check"
+    group = "Laboratory"
+    example = "pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html"
+
+    standard: Annotated[
+        str,
+        Field(
+            help="iso10360-5 (25 touches on a sphere), iso230-10 (36 on the equator) or "
+            "iso230-10-tip-offset (a circle at two or more orientations of the spindle).",
+            names=_checks,
+            positional=True,
+            metavar="STANDARD",
+            words={
+                "iso10360-5": "ISO 10360-5: 25 touches on a sphere",
+                "iso230-10": "ISO 230-10: 36 touches on the equator",
+                "iso230-10-tip-offset": "ISO 230-10, stylus-tip offset: a circle at two "
+                "orientations",
+            },
+        ),
+    ]
+    diameter: Diameter
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Effective diameter of the tip, as the machine uses it, in mm, for the size "
+            "error.",
+            range=TIP_BALL,
+            label="Diameter of the tip",
+        ),
+    ] = None
+    map_file: Annotated[
+        Path | None, Field(help="Compensate with this map.", option="--map", reads=True)
+    ] = None
+    form_limit_um: Annotated[
+        float | None, _limit("Form error", "Maximum permissible form error, in µm.")
+    ] = None
+    size_limit_um: Annotated[
+        float | None, _limit("Size error", "Maximum permissible size error, in µm (iso10360-5).")
+    ] = None
+    repeat_limit_um: Annotated[
+        float | None,
+        _limit("Range of repeats", "Maximum permissible range of repeats, in µm (iso230-10…)."),
+    ] = None
+    offset_limit_um: Annotated[
+        float | None,
+        _limit(
+            "Offset of the tip",
+            "Maximum permissible offset of the tip, in µm (iso230-10-tip-offset).",
+        ),
+    ] = None
+    spindle: Annotated[
+        Angles | None,
+        Field(
+            help="Orientation of the spindle in each file, in degrees, such as 0,180, where the "
+            "files have no column spindle_deg (iso230-10-tip-offset).",
+            label="Orientation of the spindle in each file",
+            hint="0,180 for example, where the files do not state it",
+            parse=angles,
+            metavar="ANGLES",
+        ),
+    ] = None
+    ring: Annotated[
+        bool,
+        Field(
+            help="The reference is a ring (iso230-10-tip-offset).", label="The reference is a ring"
+        ),
+    ] = False
+    u_diameter_um: Annotated[
+        float | None,
+        replace(
+            U_DIAMETER,
+            help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by "
+            "its k.",
+            label="u of the diameter",
+            hint="Half of U (k = 2) on the certificate",
+        ),
+    ] = None
+    sphere_form_um: Annotated[
+        float | None,
+        replace(
+            SPHERE_FORM,
+            help="Form error of the sphere, in µm.",
+            label="Form error of the sphere",
+        ),
+    ] = None
+    axis: ProbeAxis = UPRIGHT
+    output: Annotated[
+        Path | None,
+        output(
+            "Figures: .csv; the report: .json, or a page, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+            report_json=True,
+        ),
+    ] = None
+
+    @property
+    def sphere(self) -> CalibratedSphere:
+        """The reference."""
+        from pretravel.laboratory.standards.standard_check import CalibratedSphere
+
+        return CalibratedSphere(
+            self.diameter, _millimetres(self.u_diameter_um), _millimetres(self.sphere_form_um)
+        )
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The maximum permissible errors that are stated, by figure. [mm]
+
+        >>> task = Check(
+        ...     standard="iso230-10", touches="t.csv", diameter=25,
+        ...     form_limit_um=2, repeat_limit_um=1,
+        ... )
+        >>> task.limits
+        {'form': 0.002, 'form2d': 0.002, 'form3d': 0.002, 'repeatability': 0.001}
+        """
+        stated = {
+            figure: _millimetres(getattr(self, name))
+            for name, (_, figures) in _LIMITED.items()
+            for figure in figures
+        }
+        return {figure: limit for figure, limit in stated.items() if limit is not None}
+
+    def refuse_unused(self) -> None:
+        """Refuse settings that do not go with the standard or its limits.
+
+        It needs no touches: a task calls it before it reads them.
+
+        Raises
+        ------
+        PretravelError
+
+        >>> task = Check(standard="iso230-10", touches="t.csv", diameter=25, size_limit_um=2)
+        >>> task.refuse_unused()
+        Traceback (most recent call last):
+        ...
+        pretravel.base.errors.PretravelError: a limit of the size is only for iso10360-5; \
+iso230-10 does not use it
+        """
+        for name, (what, _) in {**_LIMITED, **_USED}.items():
+            if self.stated(name) and not applies(self.standard, name):
+                using = " and ".join(each for each in _checks() if applies(each, name))
+                raise PretravelError(
+                    f"{what} is only for {using}; {self.standard} does not use it", inputs=(name,)
+                )
+        known = self.tip_diameter is not None or self.map_file is not None
+        if self.size_limit_um is not None and not known:
+            raise PretravelError(
+                "a limit of the size needs a size error: give the diameter of the tip, or a map",
+                inputs=("tip_diameter", "map"),
+            )
+
+    def run(self, progress: Progress = SILENT) -> CheckedProbe:
+        """Read the touches and determine the figures.
+
+        Raises
+        ------
+        PretravelError
+            Settings that the standard does not use; touches that are not those of its pattern; a
+            limit of the size without a size error.
+        """
+        from pretravel.files import read_map
+
+        statements = self.statements()
+        self.refuse_unused()
+        spindle = None if self.spindle is None else [a * DEGREE for a in self.spindle.degrees]
+        readings = self.read_touches(
+            progress,
+            tip_diameter=self.tip_diameter,
+            reference_diameter=self.diameter,
+            ring=self.ring,
+            spindle=spindle,
+        ).in_machine_axes()
+        pretravel_map = None
+        if self.map_file is not None:
+            pretravel_map = read_map(self.map_file, tip_diameter=self.tip_diameter)
+        return self._checked(readings, pretravel_map, statements)
+
+    def _checked(
+        self,
+        readings: FileReadings,
+        pretravel_map: PretravelMap | None,
+        statements: LaboratoryStatements | None,
+    ) -> CheckedProbe:
+        from pretravel.laboratory.standards.standard_check import LimitOutcome
+        from pretravel.measurement import apply, measured_sphere
+        from pretravel.qualification import own_touches_warnings
+        from pretravel.task import STANDARDS
+
+        measured = readings.touches
+        result = STANDARDS[self.standard].procedure(
+            measured,
+            self.sphere,
+            tip_diameter=self.tip_diameter,
+            pretravel_map=pretravel_map,
+            axis=self.axis,
+            limits=self.limits,
+        )
+        if statements is not None and statements.compared(result.standard):
+            result = result.compared()
+        warnings, sphere = list(readings.notes()), None
+        if pretravel_map is not None:
+            sphere = measured_sphere(measured, apply(measured, pretravel_map), pretravel_map)
+            warnings += own_touches_warnings(measured, pretravel_map, _ON_ITS_OWN_TOUCHES)
+        exceeds = any(figure.outcome is LimitOutcome.EXCEEDS for figure in result.figures)
+        return CheckedProbe(
+            self,
+            readings,
+            result,
+            sphere,
+            tuple(warnings),
+            statements,
+            exit_code=ANSWER if exceeds else 0,
+        )
+
+
+def _millimetres(micrometres: float | None) -> float | None:
+    return None if micrometres is None else micrometres * MICROMETRE
+
+
+def not_stated(result: StandardCheck, words: Mapping[str, str] | None = None) -> tuple[str, ...]:
+    """A warning where figures have a limit and the reference has no uncertainty for them.
+
+    Parameters
+    ----------
+    result : StandardCheck
+    words : mapping of str to str, optional
+        How the caller names ``u_diameter_um`` and ``sphere_form_um``, which state it.
+
+    Returns
+    -------
+    tuple of str
+        One sentence, or none.
+    """
+    from pretravel.laboratory.standards.standard_check import (
+        DIAMETER_OF_REFERENCE,
+        FORM_OF_REFERENCE,
+    )
+
+    names = words or {
+        "u_diameter_um": "the standard uncertainty of the reference's diameter",
+        "sphere_form_um": "the form error of the reference",
+    }
+    sources = {DIAMETER_OF_REFERENCE: "u_diameter_um", FORM_OF_REFERENCE: "sphere_form_um"}
+    lacking = {f.u_source for f in result.figures if f.limit is not None and f.u_test is None}
+    needed = " and ".join(names[each] for source, each in sources.items() if source in lacking)
+    if not needed:
+        return ()
+    what = "the values are compared with their limits without an uncertainty zone"
+    return (f"{what}, which needs {needed}",)
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedProbe(Result):
+    """The figures of a standard with the touches that they come from.
+
+    Attributes
+    ----------
+    task : Check
+    readings : FileReadings
+    result : StandardCheck
+    sphere : MeasuredSphere or None
+        Through all touches, compensated; None without a map.
+    warnings : tuple of str
+        Of readings and map.
+    statements : LaboratoryStatements or None
+    exit_code : int
+    """
+
+    task: Check
+    readings: FileReadings
+    result: StandardCheck
+    sphere: MeasuredSphere | None
+    warnings: tuple[str, ...] = ()
+    statements: LaboratoryStatements | None = None
+    exit_code: int = 0
+
+    def document(self) -> Document:
+        """The report, with what the laboratory states, and what it does not."""
+        left_out = self.task.statements_left_out()
+        return self.report(self.task.touches_name, [*self._lacking(), *left_out])
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def report(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:
+        """The report with warnings of the caller."""
+        from pretravel.laboratory.tasks.check.report import standards_document
+        from pretravel.task import with_laboratory
+
+        report = standards_document(
+            self.result,
+            touches_name=touches_name,
+            sphere=self.sphere,
+            method=(*self._method(), *self._comparisons()),
+            warnings=[*self.warnings, *warnings],
+        )
+        return with_laboratory(report, self.statements)
+
+    def _comparisons(self) -> Iterator[str]:
+        """Whether the definitions, and the rule of decisions, were compared with their texts."""
+        from pretravel.files import comparison_sentence
+
+        yield comparison_sentence(self.result.standard, self.statements)
+        if any(figure.limit is not None for figure in self.result.figures):
+            yield comparison_sentence("ISO 14253-1", self.statements)
+
+    def _method(self) -> Iterator[str]:
+        """What was done, in sentences for a certificate."""
+        task, count = self.task, len(self.readings.touches)
+        what = "ring" if task.ring else "sphere"
+        text = f"{count} touches on a calibrated {what} of {task.diameter:g} mm were evaluated."
+        if task.map_file is not None:
+            text += f" They were compensated with the map {task.map_file.name}."
+        elif task.tip_diameter is not None:
+            text += f" The effective diameter of the tip is {task.tip_diameter:g} mm."
+        yield text
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the figures."""
+        del output
+        from pretravel.files import write_csv_table
+        from pretravel.laboratory.standards.standard_figures import standard_table
+
+        write_csv_table(path, standard_table(self.result))
+
+    def _lacking(self) -> tuple[str, ...]:
+        options = {name: setting.option for name, setting in by_name(Check).items()}
+        return not_stated(self.result, options)
+
+
+class Pattern(Task):
+    """Write the touches of a standard as targets, for simulate or for a machine's program.
+
+    Each touch starts with the tip centre at start_x_mm,… and moves along -n.
+    """
+
+    name = "pattern"
+    group = "Laboratory"
+    example = "pretravel pattern iso10360-5 --diameter 25 -o targets.csv"
+
+    standard: Annotated[
+        str,
+        Field(
+            help="iso10360-5 (25 touches on a sphere; iso10360-5-cumulative: with each ring turned "
+            "further, see docs/laboratory.md) or iso230-10 (36 on the equator).",
+            names=_patterns,
+            positional=True,
+            metavar="STANDARD",
+        ),
+    ]
+    diameter: Annotated[float, REFERENCE_SPHERE]
+    output: Annotated[Path, output("Targets: .csv.", ".csv")]
+    center: SphereCenter = Vector(0, 0, 0)
+    tip_diameter: Annotated[
+        float,
+        Field(
+            help="Diameter of the tip, in mm, for the positions where touches start.",
+            range=TIP_BALL,
+        ),
+    ] = 6.0
+    clearance: StartClearance = 5.0
+    repeats: Annotated[
+        int,
+        Field(help="Touches of each direction, one after the other.", range=(1, 1000)),
+    ] = 1
+    turn_deg: Turn = 0.0
+    axis: ProbeAxis = UPRIGHT
+
+    def run(self, progress: Progress = SILENT) -> PatternTargets:
+        """The targets."""
+        del progress
+        from pretravel.files import pattern_table
+        from pretravel.task import patterns
+
+        columns = pattern_table(
+            patterns()[self.standard](),
+            self.center,
+            0.5 * self.diameter,
+            0.5 * self.tip_diameter + self.clearance,
+            axis=self.axis,
+            turn=self.turn_deg * DEGREE,
+            repeats=self.repeats,
+        )
+        count = len(columns["label"])  # type: ignore[arg-type]
+        return PatternTargets(
+            columns,
+            f"{count} targets on a sphere of {self.diameter:g} mm (the pattern was written from "
+            "memory and not compared with the text of the standard)\n",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PatternTargets(Result):
+    """The touches of a standard as targets.
+
+    Attributes
+    ----------
+    columns : dict of str to array_like
+        Of the table of targets.
+    text : str
+    """
+
+    columns: dict[str, npt.ArrayLike]
+    text: str
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the table."""
+        del output
+        from pretravel.files import write_csv_table
+
+        write_csv_table(path, self.columns)

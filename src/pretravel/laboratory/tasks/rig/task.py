@@ -1,0 +1,448 @@
+"""Calibrate a probe on a rig: traces to pretravel and hysteresis, their report and certificate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import TIP_BALL, InputError, PretravelError
+from pretravel.task import (
+    MAPS,
+    PAGES,
+    SILENT,
+    Field,
+    LaboratoryReport,
+    MovedMark,
+    Pair,
+    Progress,
+    Result,
+    by_name,
+    existing,
+    output,
+    pair,
+    trace_mark,
+)
+
+if TYPE_CHECKING:
+    from pretravel.files import LaboratoryStatements
+    from pretravel.laboratory.rig.budget import LengthComponent
+    from pretravel.laboratory.rig.calibration import RigCalibration
+    from pretravel.laboratory.rig.scale import ScaleCheck
+    from pretravel.laboratory.rig.trace import RigTouch, RigTrace
+    from pretravel.prediction import RenTerms
+    from pretravel.show import Document
+    from pretravel.uncertainty import Budget
+
+_REN_SOURCE = "Ren 2020, Table 2: the paper's rig, NOT this laboratory's"
+
+
+def _traces_meant(places: Sequence[Path]) -> list[Path]:
+    from pretravel.laboratory.rig.rig_csv import rig_traces
+
+    return rig_traces(places)
+
+
+FOREIGN_BUDGET = (
+    "the budget is that of Ren 2020, Table 2, of another laboratory; give your own as a file"
+)
+"""A warning where none was given."""
+
+
+class Rig(LaboratoryReport):
+    """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty."""
+
+    name = "rig"
+    group = "Laboratory"
+    example = "pretravel rig rig_*.csv --lab lab.toml -o certificate.html"
+
+    traces: Annotated[
+        tuple[Path, ...],
+        Field(
+            help="Traces rig_AZIMUTH_REPEAT.csv (rig_030p45_1.csv: polar angle 45°; rig_+Z_1.csv: "
+            "an axis): time_s,ruler_mm,laser_mm,contact,trigger; files, a folder or a name with *.",
+            positional=True,
+            reads=_traces_meant,
+        ),
+    ]
+    output: Annotated[
+        Path | None,
+        output(
+            "Touches: .csv; the certificate: .json with all values, or a page, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+            report_json=True,
+        ),
+    ] = None
+    budget: Annotated[
+        Path | None,
+        Field(
+            help="Uncertainty budget of the rig, .csv: source,type,uncertainty_um,per_metre_um; "
+            "the default is that of Ren 2020, Table 2.",
+            reads=True,
+        ),
+    ] = None
+    map_file: Annotated[
+        Path | None,
+        Field(
+            help="Map of the mean pretravel, for compensation: .json or .csv.",
+            option="--map",
+            writes=MAPS,
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None, Field(help="Diameter of the tip, in mm, for --map.", range=TIP_BALL)
+    ] = None
+    temperature: Annotated[
+        float,
+        Field(
+            help="Temperature of the ruler, in °C.",
+            range=(-50.0, 100.0),
+            unit="°C",
+            label="Temperature of the ruler",
+        ),
+    ] = 20.0
+    expansion: Annotated[
+        float,
+        Field(
+            help="Thermal expansion coefficient of the ruler, in 1e-6/K.",
+            range=(0.0, 100.0),
+            unit="1e-6/K",
+            label="Thermal expansion of the ruler",
+        ),
+    ] = 8.0
+    u_temperature: Annotated[
+        float | None,
+        Field(
+            help="Standard uncertainty of that temperature, in K; with --u-expansion it takes the "
+            "place of the budget's (Ren 2020, equation 17).",
+            range=(0.0, 50.0),
+            unit="K",
+            label="Standard uncertainty of the temperature",
+        ),
+    ] = None
+    u_expansion: Annotated[
+        float | None,
+        Field(
+            help="Standard uncertainty of the expansion coefficient, in 1e-6/K.",
+            range=(0.0, 100.0),
+            unit="1e-6/K",
+            label="Standard uncertainty of the expansion",
+        ),
+    ] = None
+    abbe: Annotated[
+        Pair | None,
+        Field(
+            help="Distance of the ruler from the line of measurement, in mm, and standard "
+            "uncertainty of the guide's tilt over the pretravel, in µrad: a line of the budget.",
+            label="Abbé offset and tilt",
+            hint="10,2",
+            parse=pair,
+            metavar="MM,URAD",
+        ),
+    ] = None
+    scale: Annotated[
+        Path | None,
+        Field(
+            help="Check of the ruler against a reference, .csv: scale_mm,reference_mm and, for "
+            "several runs, run. Its slope, periodic part and scatter take the place of the "
+            "budget's 'grating scale'.",
+            label="Check of the ruler against a reference",
+            reads=True,
+        ),
+    ] = None
+    probe: Annotated[
+        str | None,
+        Field(
+            help="Description of the probe, .toml or a name of the catalogue: trigger force of "
+            "each touch from its pretravel (Ren 2020, equation 14), in the column force_N.",
+            reads=existing,
+        ),
+    ] = None
+    exclude: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Leave this trace out (the file's name); may be repeated.",
+            metavar="LABEL",
+        ),
+    ] = ()
+    mark: Annotated[
+        tuple[MovedMark, ...],
+        Field(
+            help="The ruler's position at an event (r0 to r3), in mm, where you see the event in "
+            "the trace. The uncertainty of a moved r0, r1 or r3 covers the old position too. May "
+            "be repeated.",
+            parse=trace_mark,
+            metavar="TRACE:r0=MM",
+        ),
+    ] = ()
+
+    def run(self, progress: Progress = SILENT) -> CalibratedRig:
+        """Read the traces and calibrate the probe.
+
+        Raises
+        ------
+        PretravelError
+            A trace that is given twice or cannot be evaluated; marks of a trace that is not there;
+            a map without the diameter of the tip; as `calibrate_rig`.
+        """
+        from pretravel.laboratory.rig.budget import REN_BUDGET
+        from pretravel.laboratory.rig.calibration import calibrate_rig
+        from pretravel.laboratory.rig.rig_csv import read_budget, read_scale_check
+
+        if self.map_file is not None and self.tip_diameter is None:
+            raise PretravelError(
+                "a map needs the diameter of the tip, in mm", inputs=("tip_diameter",)
+            )
+        statements = self.statements()
+        terms = self._terms()
+        checked = None if self.scale is None else read_scale_check(self.scale)
+        components = self._components(
+            REN_BUDGET if self.budget is None else read_budget(self.budget), checked
+        )
+        paths = _traces_meant(self.traces)
+        unread = [path.stem for path in paths if self._is_excluded(path) and _is_damaged(path)]
+        paths = [path for path in paths if path.stem not in unread]
+        with progress.working(f"reading {len(paths)} traces"):
+            traces, touches = self._read(paths)
+        if self.output is not None and self.output.suffix.lower() == ".csv":
+            # Single touches need no calibration.
+            _write_touches(self.output, touches, forces=_forces(touches, terms))
+        exclude = [name for name in self.exclude if name.removesuffix(".csv") not in unread]
+        calibration = calibrate_rig(touches, exclude=exclude)
+        calibration = replace(calibration, excluded=(*calibration.excluded, *unread))
+        return CalibratedRig(
+            self, traces, touches, calibration, tuple(components), statements, terms, checked
+        )
+
+    def _is_excluded(self, path: Path) -> bool:
+        return path.stem in self.exclude or path.name in self.exclude
+
+    def _terms(self) -> RenTerms | None:
+        """What determines a force from a pretravel; None without a description."""
+        from pretravel.prediction import load_probe, ren_terms_of
+
+        return None if self.probe is None else ren_terms_of(load_probe(self.probe))
+
+    def _components(
+        self, components: Sequence[LengthComponent], checked: ScaleCheck | None
+    ) -> list[LengthComponent]:
+        """The budget with the lines that are stated here."""
+        from pretravel.laboratory.rig.budget import abbe_component, thermal_components
+        from pretravel.laboratory.rig.scale import SCALE_SOURCE
+        from pretravel.laboratory.rig.trace import REFERENCE_TEMPERATURE
+
+        found = list(components)
+        if (self.u_temperature is None) != (self.u_expansion is None):
+            raise PretravelError(
+                "the temperature and the expansion of the ruler have their uncertainties together: "
+                "state both",
+                inputs=("u_temperature", "u_expansion"),
+            )
+        if self.u_temperature is not None and self.u_expansion is not None:
+            found = [c for c in found if not c.thermal]
+            found += thermal_components(
+                expansion=self.expansion * 1e-6,
+                deviation=self.temperature - REFERENCE_TEMPERATURE,
+                u_expansion=self.u_expansion * 1e-6,
+                u_temperature=self.u_temperature,
+            )
+        if checked is not None:
+            found = [c for c in found if not c.source.startswith(SCALE_SOURCE)]
+            found += checked.components()
+        if self.abbe is not None:
+            found.append(abbe_component(self.abbe.first, self.abbe.second * 1e-6))
+        return found
+
+    def _read(self, paths: Sequence[Path]) -> tuple[tuple[RigTrace, ...], tuple[RigTouch, ...]]:
+        """Traces, with the ruler at its reference temperature, and their events."""
+        from pretravel.laboratory.rig.events import rig_touch
+        from pretravel.laboratory.rig.marks import with_marks
+        from pretravel.laboratory.rig.rig_csv import read_rig_trace
+        from pretravel.laboratory.rig.trace import at_reference_temperature
+
+        names = [path.stem for path in paths]
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise PretravelError(f"trace {repeated[0]} is given twice; each file is one touch")
+        marks: dict[str, dict[str, float]] = {}
+        for mark in self.mark:
+            marks.setdefault(mark.trace, {})[mark.event] = mark.position
+        unknown = sorted(set(marks) - set(names))
+        if unknown:
+            raise PretravelError(
+                f"there is no trace {unknown[0]} to mark; there are {', '.join(names[:8])}",
+                inputs=("mark",),
+            )
+        try:
+            read = [read_rig_trace(path) for path in paths]
+        except InputError as error:
+            raise PretravelError(f"{error}. Or leave this trace out", inputs=("exclude",)) from None
+        traces = tuple(
+            at_reference_temperature(trace, self.temperature, self.expansion * 1e-6)
+            for trace in read
+        )
+        return traces, tuple(
+            with_marks(rig_touch(trace), marks.get(trace.name, {})) for trace in traces
+        )
+
+
+def _is_damaged(path: Path) -> bool:
+    from pretravel.laboratory.rig.rig_csv import read_rig_trace
+
+    try:
+        read_rig_trace(path)
+    except InputError:
+        return True
+    return False
+
+
+def _forces(touches: Sequence[RigTouch], terms: RenTerms | None) -> list[float] | None:
+    """Trigger force of each touch across the axis; nan where it does not follow. [N]"""
+    from pretravel.laboratory.rig.calibration import angles_of
+
+    if terms is None:
+        return None
+    found = terms.force([touch.pretravel for touch in touches], sensed="rod")
+    polar = [angles_of(touch.trace)[1] for touch in touches]
+    across = [math.isnan(angle) or abs(angle - 0.5 * math.pi) < 1e-3 for angle in polar]
+    return [float(force) if used else math.nan for force, used in zip(found, across, strict=True)]
+
+
+def _write_touches(
+    path: Path,
+    touches: Sequence[RigTouch],
+    calibration: RigCalibration | None = None,
+    forces: Sequence[float] | None = None,
+) -> None:
+    from pretravel.files import write_csv_table
+    from pretravel.laboratory.rig.rig_csv import rig_table
+
+    not_used = None if calibration is None else calibration.not_used or None
+    write_csv_table(path, rig_table(touches, not_used, forces))
+
+
+@dataclass(frozen=True, eq=False)
+class CalibratedRig(Result):
+    """A calibration with the traces that it comes from.
+
+    Attributes
+    ----------
+    task : Rig
+    traces : tuple of RigTrace
+    touches : tuple of RigTouch
+    calibration : RigCalibration
+    components : tuple of LengthComponent
+        Uncertainty budget of the rig.
+    statements : LaboratoryStatements or None
+    terms : RenTerms or None
+        What determines a force from a pretravel.
+    checked : ScaleCheck or None
+        Of the ruler.
+    """
+
+    task: Rig
+    traces: tuple[RigTrace, ...]
+    touches: tuple[RigTouch, ...]
+    calibration: RigCalibration
+    components: tuple[LengthComponent, ...]
+    statements: LaboratoryStatements | None = None
+    terms: RenTerms | None = None
+    checked: ScaleCheck | None = None
+    template = "certificate.html"
+    """It prints on A4 (to PDF from any browser)."""
+
+    @property
+    def budget(self) -> Budget:
+        """Of the mean pretravel. [mm]"""
+        from pretravel.laboratory.rig.budget import calibration_budget, length_budget
+
+        found = self.calibration
+        return length_budget(calibration_budget(found, self.components), abs(found.pretravel))
+
+    @property
+    def forces(self) -> list[float] | None:
+        """Trigger force of each touch; None without a description of the probe. [N]"""
+        return _forces(self.touches, self.terms)
+
+    @property
+    def notes(self) -> list[str]:
+        """Irregularities of the traces, and doubts about the budget."""
+        from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
+        from pretravel.laboratory.rig.scale import scale_doubts
+
+        return [
+            *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
+            *budget_doubts(self.components),
+            *(() if self.checked is None else scale_doubts(self.checked)),
+            *repeatability_doubts(self.calibration, self.components),
+        ]
+
+    def document(self) -> Document:
+        """The report, with what the laboratory states, and what it does not."""
+        left_out = self.task.statements_left_out()
+        return self.report([*self._lacking(), *left_out])
+
+    def page(self) -> Document:
+        """The calibration certificate, with what keeps it from being one to hand out."""
+        from pretravel.laboratory.tasks.rig.report import rig_data
+
+        data = rig_data(self.calibration, self.touches, self.budget, self.forces)
+        return replace(self.certificate([*self._lacking()]), data=data)
+
+    def report(self, warnings: Sequence[str] = ()) -> Document:
+        """The report with warnings of the caller."""
+        from pretravel.laboratory.tasks.rig.report import rig_document, with_scale_check
+        from pretravel.task import with_laboratory
+
+        stated = [*self.notes, *warnings]
+        report = rig_document(
+            self.calibration, self.budget, self.traces, warnings=stated, forces=self.forces
+        )
+        report = with_scale_check(report, self.checked)
+        return with_laboratory(report, self.statements)
+
+    def certificate(self, warnings: Sequence[str] = ()) -> Document:
+        """The calibration certificate with warnings of the caller."""
+        from pretravel.files import LaboratoryStatements
+        from pretravel.laboratory.certificate import calibration_certificate
+        from pretravel.laboratory.tasks.rig.certificate_report import certificate_document
+
+        budget = self.task.budget
+        made = calibration_certificate(
+            self.calibration,
+            self.components,
+            self.statements or LaboratoryStatements(),
+            budget_source=_REN_SOURCE if budget is None else budget.name,
+            temperature=self.task.temperature,
+        )
+        return certificate_document(made, self.traces, warnings=[*self.notes, *warnings])
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the map, or the touches."""
+        from pretravel.files import write_map
+        from pretravel.laboratory.rig.map import rig_map
+
+        if output == "map_file":
+            tip_radius = 0.5 * (self.task.tip_diameter or 0.0)
+            write_map(path, rig_map(self.calibration, self.components, tip_radius))
+        else:
+            _write_touches(path, self.touches, self.calibration, self.forces)
+
+    def _lacking(self) -> Iterator[str]:
+        """Statements that the laboratory did not make, as warnings."""
+        from pretravel.files import LaboratoryStatements
+
+        task = self.task
+        if task.budget is None:
+            yield FOREIGN_BUDGET
+        if task.output is None or not by_name(Rig)["output"].is_report(task.output):
+            return
+        if fields := (self.statements or LaboratoryStatements()).missing:
+            yield (
+                f"{fields} fields of the certificate are not stated; fill them in with --lab "
+                "(pretravel laboratory > lab.toml)"
+            )

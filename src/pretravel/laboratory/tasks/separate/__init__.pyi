@@ -1,0 +1,5 @@
+"""What other rooms use of this one."""
+
+from .task import PlanSeparation as PlanSeparation
+from .task import Separate as Separate
+from .task import SeparatedErrors as SeparatedErrors

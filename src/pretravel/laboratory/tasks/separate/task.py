@@ -1,0 +1,284 @@
+"""Separate machine and probe: multi-step readings to errors and variances; the plan of a test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.base import MICROMETRE, NOISE, PretravelError
+from pretravel.task import (
+    PAGES,
+    SILENT,
+    Field,
+    Indices,
+    LaboratoryReport,
+    Progress,
+    Result,
+    Task,
+    indices,
+    output,
+)
+
+if TYPE_CHECKING:
+    from pretravel.files import LaboratoryStatements
+    from pretravel.laboratory.separation.multi_step_readings import RepeatedPair
+    from pretravel.laboratory.separation.plan import SeparationPlan
+    from pretravel.laboratory.separation.separation import Separation
+    from pretravel.show import Document
+
+_VARIANCE = (0.0, 1e6)
+"""[µm²]"""
+_PAIR = "MACHINE,PROBE"
+
+
+class Separate(LaboratoryReport):
+    """Separate the errors and variances of machine and probe, from multi-step readings.
+
+    A reading is the error of the machine minus that of the probe, for one pair of directions.
+    """
+
+    name = "separate"
+    group = "Laboratory"
+    example = "pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv"
+
+    readings: Annotated[
+        Path,
+        Field(
+            help="CSV: machine_index,probe_index,error_um; or touches of the reference's equator "
+            "at each orientation of the probe: x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg.",
+            positional=True,
+            reads=True,
+        ),
+    ]
+    repeat_variance: Annotated[
+        float | None,
+        Field(
+            help="Variance of one configuration, measured by repeats, in µm².",
+            range=_VARIANCE,
+            unit="µm²",
+            label="Variance of one configuration, by repeats",
+        ),
+    ] = None
+    repeat_pair: Annotated[
+        Indices | None,
+        Field(
+            help="Indices of that configuration.",
+            label="Indices of that configuration",
+            hint="Machine and probe: 1,1",
+            parse=indices,
+            metavar=_PAIR,
+        ),
+    ] = None
+    repeat_count: Annotated[
+        int,
+        Field(
+            help="Number of repeats from which that variance was estimated.",
+            range=(2, 1_000_000),
+            label="Number of these repeats",
+        ),
+    ] = 10
+    method: Annotated[
+        Literal["reml", "least-squares", "paper"],
+        Field(
+            help="Restricted maximum likelihood; least squares; or the equations of Nafi and Mayer "
+            "2011 as printed, to compare with the paper.",
+            label="Method of the variances",
+            words={
+                "reml": "restricted maximum likelihood",
+                "least-squares": "least squares",
+                "paper": "the paper's equations as printed",
+            },
+        ),
+    ] = "reml"
+    pair: Annotated[
+        tuple[Indices, ...],
+        Field(
+            help="Print the variance of this pair too.",
+            label="Pairs whose variance is shown too",
+            hint="1,1 2,5",
+            parse=indices,
+            metavar=_PAIR,
+        ),
+    ] = ()
+    exclude: Annotated[
+        tuple[Indices, ...],
+        Field(
+            help="Leave the readings of this pair out; may be repeated.",
+            label="Pairs whose readings are left out",
+            hint="1,1 2,5",
+            parse=indices,
+            metavar=_PAIR,
+        ),
+    ] = ()
+    output: Annotated[
+        Path | None,
+        output(
+            "Errors and variances: .csv; the report: .json, or a page, .html or .pdf.",
+            ".csv",
+            ".json",
+            *PAGES,
+            report_json=True,
+        ),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> SeparatedErrors:
+        """Read the readings and separate their errors.
+
+        Raises
+        ------
+        PretravelError
+            A variance of repeats without its configuration, or the reverse; as `separate`.
+        """
+        from pretravel.laboratory.separation.separation import separate
+        from pretravel.laboratory.separation.separation_csv import read_multi_step_test
+
+        statements = self.statements()
+        repeated = self._repeated()
+        measured, notes = read_multi_step_test(self.readings)
+        with progress.working(f"separating {len(measured)} readings"):
+            found = separate(measured, method=self.method, repeated=repeated, exclude=self.exclude)
+        found = replace(found, notes=(*notes, *found.notes))
+        return SeparatedErrors(self, found, statements)
+
+    def _repeated(self) -> RepeatedPair | None:
+        """The configuration that was repeated."""
+        from pretravel.laboratory.separation.multi_step_readings import RepeatedPair
+
+        variance, repeated = self.repeat_variance, self.repeat_pair
+        if variance is not None and repeated is not None:
+            return RepeatedPair(*repeated, variance * MICROMETRE**2, count=self.repeat_count)
+        if variance is not None or repeated is not None:
+            raise PretravelError(
+                "give the variance of repeats and the indices of the configuration together, or "
+                "neither",
+                inputs=("repeat_variance", "repeat_pair"),
+            )
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class SeparatedErrors(Result):
+    """The separated errors of machine and probe.
+
+    Attributes
+    ----------
+    task : Separate
+    separation : Separation
+    statements : LaboratoryStatements or None
+    """
+
+    task: Separate
+    separation: Separation
+    statements: LaboratoryStatements | None = None
+
+    def document(self) -> Document:
+        """The report, with what the laboratory states."""
+        from pretravel.laboratory.tasks.separate.report import separation_document
+        from pretravel.task import with_laboratory
+
+        task = self.task
+        report = separation_document(
+            self.separation,
+            readings_name=task.readings.name,
+            pairs=task.pair,
+            warnings=task.statements_left_out(),
+        )
+        return with_laboratory(report, self.statements)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the errors and variances."""
+        del output
+        from pretravel.files import write_csv_table
+        from pretravel.laboratory.separation.separation_csv import separation_table
+
+        write_csv_table(path, separation_table(self.separation))
+
+
+class PlanSeparation(Task):
+    """Plan a multi-step test: orientations and repeats for a required uncertainty."""
+
+    name = "separation-plan"
+    group = "Laboratory"
+    example = (
+        "pretravel separation-plan --directions 24 --variance 0.4 --u-systematic 0.2 -o form.csv"
+    )
+
+    directions: Annotated[
+        int,
+        Field(help="Directions of machine and probe, equally spaced.", range=(2, 3600)),
+    ] = 24
+    variance: Annotated[
+        float,
+        Field(
+            help="Expected variance of a touch, machine and probe together, in µm².",
+            range=_VARIANCE,
+            unit="µm²",
+        ),
+    ] = 0.5
+    u_systematic_um: Annotated[
+        float | None,
+        Field(help="Standard uncertainty to reach for each error, in µm.", range=NOISE),
+    ] = None
+    u_variance: Annotated[
+        float | None,
+        Field(
+            help="Relative standard uncertainty to reach for each direction's variance, in %.",
+            range=(0.001, 1000.0),
+            unit="%",
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output(
+            "Form with all touches in order, to fill in: .csv; or a page, .html or .pdf.",
+            ".csv",
+            *PAGES,
+        ),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> PlannedSeparation:
+        """Plan the test.
+
+        Raises
+        ------
+        PretravelError
+            As `plan_separation`.
+        """
+        from pretravel.laboratory.separation.plan import plan_separation
+
+        u_error, u_variance = self.u_systematic_um, self.u_variance
+        with progress.working("planning"):
+            plan = plan_separation(
+                self.directions,
+                self.variance * MICROMETRE**2,
+                u_error=None if u_error is None else u_error * MICROMETRE,
+                u_variance=None if u_variance is None else u_variance / 100.0,
+            )
+        return PlannedSeparation(plan)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedSeparation(Result):
+    """A planned multi-step test.
+
+    Attributes
+    ----------
+    plan : SeparationPlan
+    """
+
+    plan: SeparationPlan
+
+    def document(self) -> Document:
+        """The orientations and the repeats."""
+        from pretravel.laboratory.tasks.separate.report import separation_plan_document
+
+        return separation_plan_document(self.plan)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the form."""
+        del output
+        from pretravel.files import write_csv_table
+        from pretravel.laboratory.separation.separation_csv import separation_plan_table
+
+        write_csv_table(path, separation_plan_table(self.plan))

@@ -1,0 +1,523 @@
+"""Qualification: touches on a reference sphere or ring in, a map of the probe out.
+
+The steps, in the order of the statistics: what was touched (`observe`); the signal delay (`delay`);
+what the machine added (`machine_effects`); gross errors (`outliers`); the fit of each kind of map
+(`maps.kinds`); their weights (`kind_weights`); map, centre and their uncertainties; warnings
+(`map_warnings`).
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Unpack
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from pretravel.base import FloatArray, PretravelError, frozen, probe_rotation
+from pretravel.maps import (
+    MOST_KEPT,
+    AveragedBasis,
+    CenteredFit,
+    DirectionSupport,
+    HarmonicMapFit,
+    KindOfMap,
+    MachineTerms,
+    MapFit,
+    MapLike,
+    Observation,
+    Origin,
+    PretravelMap,
+    Provenance,
+    QualificationSetup,
+    Scatter,
+    SetupOptions,
+    TouchedMeans,
+    as_map,
+    check_keywords,
+    fit_harmonic,
+    values_in_blocks,
+    with_setup_keywords,
+)
+from pretravel.maps.kinds import AUTO, kind_named, kinds
+from pretravel.qualification.delay import separated_delay, several_feeds, travel_per_second
+from pretravel.qualification.kind_weights import averaged, compare_kinds
+from pretravel.qualification.machine_effects import without_machine
+from pretravel.qualification.map_warnings import (
+    height_warnings,
+    map_warnings,
+    repeat_warnings,
+)
+from pretravel.qualification.observe import observe
+from pretravel.qualification.outliers import Outlier, gross_errors
+from pretravel.qualification.own_touches import touch_digests
+from pretravel.qualification.qualification import PreparedTouches, Qualification
+from pretravel.touches import Touches, TouchesLike, as_touches, at_rest
+
+_LOG = logging.getLogger(__name__)
+
+
+@with_setup_keywords
+def qualify(
+    touches: TouchesLike,
+    diameter: float,
+    *,
+    kind: str | KindOfMap = AUTO,
+    **options: Unpack[SetupOptions],
+) -> Qualification:
+    """Qualify a probe on a reference sphere or ring, with any kind of map.
+
+    Every touch determines how far the latched point is from the centre of the reference:
+    ``|P - c| = R + r - pretravel`` on a sphere, ``R - r + pretravel`` in a ring. A shift of the
+    centre looks like a first harmonic of the map, and touches on a sphere cannot separate the two:
+    a convention does. Across the axis a harmonic map has no first harmonic, as an even tripod has
+    none (kinds mean and sectors: the least-squares centre). Along the axis, where that centre lies
+    5 to 15 um off, because pole and equator differ so much, the map is given the pretravel
+    `QualificationSetup.axial_pretravel` at the pole. The error of the convention shifts map,
+    centre and parts as a whole: distances between points, and to this reference, are right in any
+    case, and the stated uncertainties are of these.
+
+    Touches at several feeds separate the signal delay: delay travel grows with the feed,
+    pretravel does not. The map is then that of the probe at rest, and contains the delay.
+
+    Parameters
+    ----------
+    touches : Touches, str, Path or (n, 6) float
+        In the order in which they were made: touches, their file, or x, y, z of the tip centres in
+        mm with the outward normals. Repeats of a direction are recognised by their normals.
+    diameter : float
+        Calibrated diameter of the sphere or ring. [mm]
+    kind : str or KindOfMap
+        auto: the average of the kinds that predict directions left out of their fits; or one kind:
+        mean, sectors, wozniak, harmonic, physical.
+    **options
+        ring, tip_diameter, u_diameter, u_temperature, sphere_form, axial_pretravel, axis,
+        search_outliers: see `QualificationSetup`. Lengths are in mm, also small ones.
+
+    Returns
+    -------
+    Qualification
+
+    Raises
+    ------
+    PretravelError
+        Too few touches, all in one plane, diameters or units that do not fit, normals that do not
+        fit, an impossible signal delay, sectors without a touch; an unknown kind.
+
+    References
+    ----------
+    The sphere as reference: Woźniak, section 4; Rodrigues 2021, equation 2.1.
+
+    >>> from pretravel.base.directions import sphere_pattern_25
+    >>> n = sphere_pattern_25()
+    >>> touches = Touches(n * (12.5 + 3.0 - 0.010) + [100.0, 0.0, 0.0], n)
+    >>> result = qualify(touches, 25.0, tip_diameter=6.0, kind="mean")
+    >>> abs(result.center.round(9)).tolist(), round(result.effective_radius, 9)
+    ([100.0, 0.0, 0.0], 2.99)
+    """
+    check_keywords("qualify", options)
+    setup = QualificationSetup(diameter, **options)  # type: ignore[arg-type]  # axis: any array
+    touches = as_touches(touches, reference_diameter=setup.diameter, ring=setup.ring)
+    return qualified(touches, setup, kind)
+
+
+def qualified(
+    touches: Touches,
+    setup: QualificationSetup,
+    kind: str | KindOfMap | Collection[KindOfMap] = AUTO,
+) -> Qualification:
+    """As `qualify`, with reference, tip and conventions as one value.
+
+    Parameters
+    ----------
+    touches : Touches
+    setup : QualificationSetup
+    kind : str, KindOfMap or several KindOfMap
+        Several: their average.
+
+    Returns
+    -------
+    Qualification
+
+    Raises
+    ------
+    PretravelError
+        As `qualify`; no kind of map fits.
+    """
+    # For matrices of this size threads gain nothing, and cost much on a busy machine.
+    with threadpool_limits(1, user_api="blas"):
+        if isinstance(kind, str):
+            kind = kinds().values() if kind == AUTO else kind_named(kind)
+        alone = kind if isinstance(kind, KindOfMap) else None
+        compared = (kind,) if isinstance(kind, KindOfMap) else kind
+        fine = (each for each in compared if each.prior_weight > 1.0)
+        ready = prepare(touches, setup, alone or next(fine, None))
+        return _on_average(ready, compared) if alone is None else _mapped(ready, alone)
+
+
+def with_machine(
+    found: Qualification, touches: Touches, machine: MachineTerms | None, *, outside: bool
+) -> Qualification:
+    """A qualification whose map contains the errors of the machine that were taken off before.
+
+    Parameters
+    ----------
+    found : Qualification
+        Of touches without these errors.
+    touches : Touches
+        As the machine reported them.
+    machine : MachineTerms or None
+    outside : bool
+        The reference was touched from outside: a sphere or a pin, not a ring.
+
+    Returns
+    -------
+    Qualification
+    """
+    if machine is None:
+        return found
+    made, setup = found.pretravel_map, found.setup
+    reach = made.tip_radius + (0.5 if outside else -0.5) * setup.diameter
+    digests = touch_digests(touches.positions[found.used])
+    made = replace(
+        made,
+        machine=replace(machine, reach=reach),
+        provenance=replace(made.provenance, touch_digests=digests),
+    )
+    return replace(found, pretravel_map=made)
+
+
+def prepare(
+    touches: Touches, setup: QualificationSetup, confirm: KindOfMap | None = None
+) -> PreparedTouches:
+    """Observe touches about the centre of the reference, and name those that are wrong.
+
+    Parameters
+    ----------
+    touches : Touches
+        In the order in which they were made.
+    setup : QualificationSetup
+    confirm : KindOfMap, optional
+        Kind of map that must contradict a direction too before it is left out; a harmonic map
+        alone can take a kink of the probe for an error.
+
+    Returns
+    -------
+    PreparedTouches
+
+    Raises
+    ------
+    PretravelError
+        As `pretravel.qualification.observe.observe`; an impossible signal delay.
+
+    >>> from pretravel.base.directions import sphere_pattern_25
+    >>> n = sphere_pattern_25()
+    >>> ready = prepare(Touches(n * 15.49, n), QualificationSetup(25.0, tip_diameter=6.0))
+    >>> bool(ready.used.all()), ready.delay is None
+    (True, True)
+    """
+    latched, rotation = touches.positions, probe_rotation(setup.axis)
+    # What was touched: directions, their repeats, the centre of the reference.
+    _LOG.info("centre of the reference")
+    whole = observe(touches, setup, rotation)
+    delay, notes = separated_delay(touches, whole, rotation)
+    if delay is not None:
+        touches = at_rest(touches, delay.delay)
+        whole = observe(touches, setup, rotation)
+    # What the machine added: the step of the latch, drift, hysteresis.
+    _LOG.info("drift and hysteresis")
+    touches, effects = without_machine(touches, whole, setup, rotation, latched=latched)
+    if effects.change.any():
+        whole = observe(touches, setup, rotation)
+    # What is gross.
+    used = np.ones(len(touches), dtype=bool)
+    outliers: tuple[Outlier, ...] = ()
+    detail: HarmonicMapFit | None = None
+    if setup.search_outliers:
+        _LOG.info("search of gross errors")
+        scatter = {"step": effects.step, "fixed_scatter": effects.fixed_scatter}
+        outliers, detail = gross_errors(whole, touches.where, confirm, **scatter)
+        used[[row for outlier in outliers if outlier.left_out for row in outlier.rows]] = False
+    observation = whole
+    if not used.all():
+        again = observe(touches.take(used), setup, rotation)
+        whole = replace(whole, center=again.center, tip_radius=again.tip_radius)
+        observation = whole.take(used)
+    return PreparedTouches(
+        touches=touches,
+        setup=setup,
+        rotation=rotation,
+        whole=whole,
+        observation=observation,
+        used=used,
+        outliers=outliers,
+        detail=detail,
+        effects=effects,
+        delay=delay,
+        warnings=(*notes, *effects.warnings),
+        digests=touch_digests(latched[used]),
+    )
+
+
+def _on_average(ready: PreparedTouches, compared: Collection[KindOfMap]) -> Qualification:
+    """A map of every kind, and the average of those that predict left-out directions."""
+    made: dict[str, Qualification] = {}
+    fits: dict[str, tuple[KindOfMap, MapFit | PretravelError]] = {}
+    for kind in compared:
+        try:
+            made[kind.name] = _mapped(ready, kind)
+            fits[kind.name] = (kind, made[kind.name].fit)
+        except PretravelError as error:
+            fits[kind.name] = (kind, error)
+    scores = tuple(compare_kinds(ready, fits))
+    parts = [score for score in scores if score.weight > 0.0]
+    if not parts:
+        raise PretravelError(f"no kind of map fits these touches: {scores[0].problem}")
+    return replace(averaged([made[part.kind] for part in parts], parts), scores=scores)
+
+
+def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
+    """The map of one kind, its centre, their uncertainties, and what to know of them."""
+    _LOG.info("%s map", kind.name)
+    setup, rotation = ready.setup, ready.rotation
+    fit, centered = _fitted(ready, kind)
+    repeatability = _repeatability(ready, fit)
+    delay_effect, moved, longer = _effect_of_delay(ready, kind, fit, centered)
+    by_outliers = _effect_of_outliers(ready, kind, fit, centered)
+    pretravel_map = _map(ready, kind, fit, centered, repeatability, delay_effect)
+    about = replace(ready.whole, center=centered.center)
+    observed = about.values + (pretravel_map.tip_radius - fit.observation.tip_radius)
+    modelled = values_in_blocks(fit.basis, about.directions, pretravel_map.coefficients)
+    axes = rotation[:, : ready.observation.axes]
+    later = rotation @ moved
+    of_center = frozen(axes @ centered.center_covariance @ axes.T + np.outer(later, later))
+    return Qualification(
+        pretravel_map=pretravel_map,
+        setup=setup,
+        kind=kind,
+        center=frozen(rotation @ centered.center),
+        center_covariance=of_center,
+        own_center_covariance=of_center,
+        effective_radius=fit.observation.tip_radius - fit.mean,
+        u_effective_radius=math.hypot(fit.u_mean, 0.5 * setup.u_reference_diameter, longer),
+        residuals=frozen(observed - modelled),
+        degrees_of_freedom=fit.dof,
+        repeatability=repeatability.deviation,
+        repeatability_dof=repeatability.dof,
+        observed=frozen(observed),
+        contact_normals=frozen(about.directions @ rotation.T),
+        groups=ready.whole.groups,
+        used=ready.used,
+        outliers=ready.outliers,
+        effect_of_outliers=by_outliers,
+        effects=ready.effects,
+        delay=ready.delay,
+        fit=fit,
+        warnings=(
+            *ready.warnings,
+            *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
+            *kind.warnings(fit, repeatability.deviation),
+            *map_warnings(pretravel_map, ready.observation),
+            *height_warnings(
+                math.sqrt(centered.center_covariance[-1, -1]), pretravel_map, ring=setup.ring
+            ),
+        ),
+    )
+
+
+def _fitted(ready: PreparedTouches, kind: KindOfMap) -> tuple[MapFit, CenteredFit]:
+    """The fit, and its map and centre in the convention of the kind."""
+    observation = ready.observation
+    if not kind.fits_harmonics or ready.detail is None:
+        fit = kind.fit(observation, observation.repeats)
+    else:
+        fit = kind.fit_near(ready.detail, observation, observation.repeats)
+    centered = _centered(ready, kind, fit)
+    if not kind.fits_harmonics:
+        return fit, centered
+    # Once more with the contact normals about the centre that was found.
+    again = kind.refit(fit, replace(observation, center=centered.center))
+    return (fit, centered) if again is None else (again, _centered(ready, kind, again))
+
+
+def _centered(ready: PreparedTouches, kind: KindOfMap, fit: MapFit) -> CenteredFit:
+    return kind.centered(fit, ready.setup.axial_pretravel)
+
+
+def _repeatability(ready: PreparedTouches, fit: MapFit) -> Scatter:
+    if fit.noise_is_repeatability:
+        return Scatter(fit.noise, fit.dof)
+    if ready.observation.repeats.dof > 0.0:
+        return ready.observation.repeats
+    # A coarse kind contains the part that it does not represent in its residuals.
+    fine = fit if isinstance(fit, HarmonicMapFit) else ready.detail
+    fine = fine or fit_harmonic(fit.observation)
+    return Scatter(fine.noise, max(fine.dof, 1.0))
+
+
+def _level(fit: MapFit, centered: CenteredFit) -> tuple[FloatArray, float, str]:
+    """Coefficients, tip radius and gauge: by the fit; by the tip's diameter; else of mean zero."""
+    radius = fit.observation.tip_radius
+    if fit.tip_radius is not None:
+        return centered.coefficients, fit.tip_radius, centered.gauge
+    if fit.observation.tip_known:
+        return centered.coefficients, radius, centered.gauge
+    constant = fit.basis.constant
+    assert constant is not None  # fitted maps contain one
+    gauge = centered.gauge + " and to its mean, since no tip diameter was given"
+    return centered.coefficients - fit.mean * constant, radius - fit.mean, gauge
+
+
+def _effect_of_delay(
+    ready: PreparedTouches, kind: KindOfMap, fit: MapFit, centered: CenteredFit
+) -> tuple[FloatArray | None, FloatArray, float]:
+    """Changes of coefficients, centre and mean for a delay longer by its u. [mm]"""
+    if ready.delay is None:
+        return None, np.zeros(3), 0.0
+    u_delay, touches = ready.delay.u_delay, ready.touches.take(ready.used)
+    later = at_rest(touches, u_delay).positions @ ready.rotation
+    again = kind.refit(fit, replace(fit.observation, positions=later))
+    if again is None:
+        mean = -u_delay * float(np.mean(travel_per_second(touches)))
+        constant = fit.basis.constant
+        assert constant is not None  # fitted maps contain one
+        return mean * constant, np.zeros(3), mean
+    shifted = _centered(ready, kind, again)
+    return (
+        shifted.coefficients - centered.coefficients,
+        shifted.center - centered.center,
+        again.mean - fit.mean,
+    )
+
+
+def _effect_of_outliers(
+    ready: PreparedTouches, kind: KindOfMap, fit: MapFit, centered: CenteredFit
+) -> float:
+    """Largest change of the map if nothing was left out. [mm]"""
+    if ready.used.all():
+        return 0.0
+    try:
+        other = kind.fit_near(fit, ready.whole, ready.whole.repeats)
+    except PretravelError:
+        return math.inf
+    directions = fit.observation.group_directions
+    moved = _centered(ready, kind, other)
+    change = other.basis.value(directions, moved.coefficients)
+    change = change - fit.basis.value(directions, centered.coefficients)
+    shift = (moved.center - centered.center)[: fit.observation.axes]
+    return float(np.abs(change - directions[:, : len(shift)] @ shift).max())
+
+
+def _map(
+    ready: PreparedTouches,
+    kind: KindOfMap,
+    fit: MapFit,
+    centered: CenteredFit,
+    repeatability: Scatter,
+    delay_effect: FloatArray | None,
+) -> PretravelMap:
+    setup, touches, delay, effects = ready.setup, ready.touches, ready.delay, ready.effects
+    coefficients, tip_radius, gauge = _level(fit, centered)
+    feed = None if touches.feeds is None else float(np.mean(touches.feeds))
+    return PretravelMap(
+        basis=fit.basis,
+        coefficients=coefficients,
+        covariance=centered.covariance,
+        support=DirectionSupport(fit.observation.group_directions),
+        tip_radius=tip_radius,
+        u_tip_radius=0.5 * setup.u_reference_diameter,
+        repeatability=repeatability.deviation,
+        repeatability_dof=repeatability.dof,
+        fixed_scatter=math.hypot(
+            max(fit.fixed_scatter, effects.step_scatter), effects.fixed_scatter
+        ),
+        rotation=ready.rotation,
+        feed=feed if delay is None else 0.0,
+        delay=None if delay is None else delay.delay,
+        u_delay=0.0 if delay is None else delay.u_delay,
+        delay_effect=delay_effect,
+        touched=_touched(fit.observation, centered.center, tip_radius),
+        provenance=Provenance(
+            Origin.QUALIFIED,
+            f"qualified on a {setup.reference} of {setup.diameter:.9g} mm",
+            touches=f"{int(ready.used.sum())} touches in {fit.observation.direction_count} "
+            "directions" + (f", from {touches.source}" if touches.source else ""),
+            touches_file=touches.source or "",
+            reading=touches.reading,
+            touch_digests=ready.digests,
+            gauge=f"pretravel is relative to {gauge}",
+            level_known=setup.tip_diameter is not None,
+            setup=setup,
+            kind_settings=dict(kind.settings()),
+        ),
+    )
+
+
+def _touched(
+    observation: Observation, center: FloatArray, tip_radius: float
+) -> TouchedMeans | None:
+    """What was observed in each direction, about the centre and with the tip of the map."""
+    if observation.direction_count > MOST_KEPT:
+        return None
+    observed = replace(observation, center=center).group_means
+    counts = np.bincount(observation.groups).astype(np.float64)
+    return TouchedMeans(observed + (tip_radius - observation.tip_radius), counts)
+
+
+def qualify_like(
+    touches: TouchesLike, earlier: MapLike, diameter: float, *, ring: bool = False
+) -> Qualification:
+    """A new map of the same kind and with the same setup as an earlier one.
+
+    Parameters
+    ----------
+    touches : Touches, str, Path or (n, 6) float
+        New ones on the reference.
+    earlier : PretravelMap, Qualification, str or Path
+        Of a qualification.
+    diameter : float
+        Of the reference. [mm]
+    ring : bool
+        The reference is a ring.
+
+    Returns
+    -------
+    Qualification
+
+    Raises
+    ------
+    PretravelError
+        As `qualify`; a map with a signal delay and touches that do not determine one.
+
+    Notes
+    -----
+    Maps of earlier versions do not contain their setup. What they contain is used: tip, axis and
+    the uncertainty of the radius, which is half that of the reference's diameter.
+    """
+    earlier = as_map(earlier)
+    touches = as_touches(touches, reference_diameter=diameter, ring=ring)
+    if earlier.delay is not None and not several_feeds(touches):
+        raise PretravelError(
+            "the old map contains the signal delay, which touches at one feed do not determine; "
+            "touch the reference at two feeds"
+        )
+    made = earlier.provenance
+    setup = made.setup or QualificationSetup(
+        diameter,
+        tip_diameter=2.0 * earlier.tip_radius,
+        u_diameter=2.0 * earlier.u_tip_radius,
+        u_temperature=0.0,
+        sphere_form=0.0,
+        axis=tuple(earlier.rotation[:, 2]),
+    )
+    setup = replace(setup, diameter=diameter, ring=ring)
+    machine = earlier.machine
+    true = touches if machine is None else machine.taken_off(touches)
+    if earlier.kind == AveragedBasis.kind:
+        found = qualified(true, setup)
+    else:
+        found = qualified(true, setup, kind_named(earlier.kind, **made.kind_settings))
+    return with_machine(found, touches, machine, outside=not ring)

@@ -1,0 +1,398 @@
+"""Kind physical: a six-seat probe fitted to touches on a reference.
+
+Its basis is `pretravel.six_seats.six_seat_basis.SixSeatBasis`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from pretravel.base import (
+    MICROMETRE,
+    FloatArray,
+    PretravelError,
+    fibonacci_cap,
+    from_angles,
+    polar_angle,
+)
+from pretravel.maps import (
+    DirectionSupport,
+    KindOfMap,
+    MapBasis,
+    MapFit,
+    Observation,
+    Scatter,
+    fit_harmonic,
+    values_in_blocks,
+)
+from pretravel.six_seats.response import ResponseBasis
+from pretravel.six_seats.scale_weights import (
+    LEAST_NOISE,
+    WELL_KNOWN_NOISE,
+    WeightedScales,
+    averaged_unknowns,
+    usual_scales,
+    weighted_scales,
+)
+from pretravel.six_seats.six_seat_basis import SixSeatBasis
+from pretravel.six_seats.six_seat_fit import (
+    SEARCHED,
+    PriorScales,
+    SixSeatProblem,
+    most_probable,
+    oriented_starts,
+    promised_gain,
+)
+from pretravel.six_seats.uneven_seats import PARAMETERS
+from pretravel.uncertainty import Covariance
+
+FEWEST_FOR_SIX_SEATS = 8
+"""Ideal probe, centre and level are ten numbers; with priors this many directions suffice."""
+FEW_FOR_SIX_SEATS = 15
+"""A physical map from fewer directions than this is warned about."""
+MISFIT_LEVEL = 0.01
+"""Probability that a good six-seat probe is reported as not of this kind."""
+_WEIGHT_IF_MISFIT = 0.5
+"""A probe that six seats do not explain has no more in advance for this kind than for another."""
+_ROUNDS = 4
+_SURELY_APART = 1.5
+"""Mean square difference from a harmonic map over the variances of both, from which this is a
+misfit: of 56 drawn six-seat probes two had more; lobes of other shapes have 1.5 to 4."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PhysicalMapFit(MapFit):
+    """A map fitted as a six-seat probe with a correction.
+
+    Attributes
+    ----------
+    basis : SixSeatBasis
+    unknowns : (u,) float
+        Shift of the centre, tip radius where it was not given, parameters: from here a fit to
+        similar touches begins.
+    parameter_covariance : (18, 18) float
+        Of `PARAMETERS`, posterior.
+    learned : (18,) float
+        Share of the prior variance of each parameter that the touches removed: 0, the touches
+        contain nothing about it; 1, the prior has no effect.
+    scales : WeightedScales
+        Of asymmetry, correction and scatter, with their probabilities.
+    gauge_uncertainty : (axes,) float
+        Of the shift that touches cannot separate from the map. [mm]
+    misfit : float
+        Probability of residuals this large for a six-seat probe; nan without repeats, and where
+        the fit began at an earlier one.
+    disagreement : float
+        Without repeats: root mean square difference from a harmonic map of the same touches, where
+        it is larger than the uncertainties of both explain; else zero. It is in u of the map. [mm]
+    """
+
+    basis: SixSeatBasis
+    unknowns: FloatArray
+    parameter_covariance: FloatArray
+    learned: FloatArray
+    scales: WeightedScales
+    gauge_uncertainty: FloatArray
+    misfit: float
+    disagreement: float = 0.0
+
+
+@dataclass(frozen=True)
+class PhysicalKind(KindOfMap):
+    """A six-seat probe: statics of the tripod, linear compliance, Hertz contact, a correction."""
+
+    name: ClassVar[str] = "physical"
+    title: ClassVar[str] = "six-seat probe"
+    bases: ClassVar[tuple[type[MapBasis], ...]] = (SixSeatBasis, ResponseBasis)
+    prior_weight: ClassVar[float] = 3.0
+
+    def fit(self, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
+        return fit_physical(observation, repeats)
+
+    def fit_near(self, fit: MapFit, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
+        assert isinstance(fit, PhysicalMapFit)
+        return fit_physical(observation, repeats, fit.unknowns)
+
+    def weight_in_advance(self, fit: MapFit) -> float:
+        assert isinstance(fit, PhysicalMapFit)
+        return _WEIGHT_IF_MISFIT if fit.misfit < MISFIT_LEVEL else self.prior_weight
+
+    def warnings(self, fit: MapFit, repeatability: float) -> list[str]:
+        del repeatability
+        assert isinstance(fit, PhysicalMapFit)
+        found = []
+        count = fit.observation.direction_count
+        if count < FEW_FOR_SIX_SEATS:
+            found.append(
+                f"{count} directions are few for a six-seat probe: another one may explain them "
+                "as well, and u of the map does not contain that; touch 25"
+            )
+        if fit.disagreement:
+            found.append(
+                "this probe is perhaps not of the six-seat kind: a harmonic map of the same "
+                f"touches differs by {fit.disagreement / MICROMETRE:.1f} µm (root mean square), "
+                "more than the uncertainties of both explain. u of the map contains the "
+                "difference; repeats of each direction would show which is right, and kind auto "
+                "weighs both"
+            )
+        if fit.misfit < MISFIT_LEVEL:
+            found.append(
+                "this probe is not quite of the six-seat kind: the residuals are larger than the "
+                f"scatter of repeats (probability {fit.misfit:.2g} for a six-seat probe). The map "
+                f"contains a correction of {fit.scales.mean('correction') / MICROMETRE:.1f} µm, "
+                "and its u what the correction does not determine"
+            )
+        return found
+
+
+def fit_physical(
+    observation: Observation, repeats: Scatter, start: FloatArray | None = None
+) -> PhysicalMapFit:
+    """The six-seat probe that explains touches on a sphere or in a ring best.
+
+    Parameters
+    ----------
+    observation : Observation
+    repeats : Scatter
+        Of repeated touches.
+    start : (u,) float, optional
+        Unknowns of a fit to similar touches; the orientation is then not searched for.
+
+    Returns
+    -------
+    PhysicalMapFit
+
+    Raises
+    ------
+    PretravelError
+        Fewer than eight directions.
+
+    Notes
+    -----
+    Posterior of touches and priors (`pretravel.six_seats.uneven_seats.PARAMETERS`), from several
+    orientations of the tripod. Beside the six-seat probe pretravel has a part that it does not
+    represent, a series of harmonics, and a scatter of directions that repeats do not reduce. Their
+    sizes and the scale of asymmetry are averaged over (`identification.scale_weights`), so that u
+    of the map contains what the map misses in directions that were not touched. The covariance of
+    the map is that of distances: the part that a shift of the reference explains is removed from
+    it and stated as `gauge_uncertainty`.
+
+    References
+    ----------
+    Shen & Springer 1998 and Estler 1996, 1997 fit such models; Woźniak and Rodrigues 2021
+    use the same statics. The correction with its own covariance: Kennedy & O'Hagan 2001.
+    """
+    count = observation.direction_count
+    if count < FEWEST_FOR_SIX_SEATS:
+        raise PretravelError(
+            f"{count} directions are too few for kind physical: a six-seat probe has seven "
+            "parameters beside centre and asymmetry; touch at least "
+            f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
+        )
+    problem = SixSeatProblem(observation)
+    scales = usual_scales(repeats)
+    if start is not None:
+        x, weighted = _settled(problem, start, scales, repeats, rounds=2)
+        return _concluded(problem, x, weighted, math.nan, repeats)
+    part = SixSeatProblem(observation.drawn(SEARCHED))
+    starts = oriented_starts(part, scales)
+    settled = [_settled(part, x, scales, repeats) for x in starts]
+    # The usual asymmetry can lead the best start into another mode: from its own scales too.
+    own = weighted_scales(part, starts[0], repeats).scales[0]
+    settled.append(_settled(part, starts[0], own, repeats))
+    x, weighted = max(settled, key=lambda found: _reached_evidence(part, *found))
+    misfit = _misfit(part, x, weighted, repeats)
+    if part.observation is not observation:
+        x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=2)
+    found = _concluded(problem, x, weighted, misfit, repeats)
+    return found if repeats.dof >= WELL_KNOWN_NOISE else _with_disagreement(found, part)
+
+
+def _settled(
+    problem: SixSeatProblem,
+    x: FloatArray,
+    scales: PriorScales,
+    repeats: Scatter,
+    rounds: int = _ROUNDS,
+) -> tuple[FloatArray, WeightedScales]:
+    """Mode and scales by turns: each determines the other."""
+    for _ in range(rounds):
+        x, _ = most_probable(problem, scales, x)
+        weighted = weighted_scales(problem, x, repeats)
+        if weighted.scales[0] == scales:
+            break
+        scales = weighted.scales[0]
+    return x, weighted
+
+
+def _reached_evidence(problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales) -> float:
+    """The evidence of the linear model about x, less what that model promises and x has not."""
+    return weighted.evidence - promised_gain(problem, weighted.scales[0], x)
+
+
+def _concluded(
+    problem: SixSeatProblem,
+    x: FloatArray,
+    weighted: WeightedScales,
+    misfit: float,
+    repeats: Scatter,
+) -> PhysicalMapFit:
+    """The fit as a map, with a covariance over all scales."""
+    observation, axes, extra = problem.observation, problem.axes, problem.extra
+    change, covariance = averaged_unknowns(problem, x, weighted)
+    # At the most probable scales the unknowns are those of the mode, x, and stay there. Slopes hold
+    # near x alone: the map is linear about it.
+    basis = SixSeatBasis(x[extra:], observation.tip_radius, problem.terms)
+    six_seats = np.eye(5 + len(PARAMETERS))[0]
+    coefficients = np.concatenate([six_seats, change[problem.size :]])
+    moved = problem.moved(x)
+    level = float(x[axes:extra].sum())
+    places = moved.places
+    modelled = values_in_blocks(basis, places.directions, coefficients)[places.of_touches]
+    residuals = moved.values + level - modelled
+    to_coefficients = _to_coefficients(problem)
+    of_map = to_coefficients @ covariance @ to_coefficients.T
+    gauge = covariance[:axes, :axes]
+    to_mean = observation.to_sphere[0]
+    noise = weighted.mean("noise")
+    return PhysicalMapFit(
+        observation=observation,
+        basis=basis,
+        coefficients=coefficients,
+        covariance=Covariance.full(0.5 * (of_map + of_map.T)),
+        mean=float(to_mean @ observation.values),
+        u_mean=float(np.linalg.norm(to_mean)) * noise,
+        shift=-x[:axes],
+        shift_covariance=gauge,
+        residuals=residuals,
+        dof=_effective_dof(problem, x, weighted),
+        noise=noise,
+        gauge=_gauge(problem, x, covariance),
+        noise_is_repeatability=repeats.dof < WELL_KNOWN_NOISE,
+        fixed_scatter=weighted.mean("fixed_scatter"),
+        tip_radius=None if observation.tip_known else observation.tip_radius + level,
+        unknowns=x,
+        parameter_covariance=covariance[extra : problem.size, extra : problem.size],
+        learned=1.0
+        - np.diag(covariance)[extra : problem.size]
+        / problem.spread(weighted.mean("asymmetry")) ** 2,
+        scales=weighted,
+        gauge_uncertainty=np.sqrt(np.diag(gauge)),
+        misfit=misfit,
+    )
+
+
+def _effective_dof(problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales) -> float:
+    """Number of touches less the effective number of fitted parameters."""
+    best = weighted.scales[0]
+    _, slopes = problem.misses(x)
+    own = np.sqrt(best.fixed_scatter**2 + best.noise**2 / problem.count)
+    rows = np.hstack([slopes, problem.harmonics]) / own[:, None]
+    inverse_prior = np.zeros(rows.shape[1])
+    inverse_prior[problem.extra : problem.size] = problem.spread(best.asymmetry) ** -2
+    inverse_prior[problem.size :] = 1.0 / problem.correction_variances(best.correction)
+    information = rows.T @ rows
+    spent = np.trace(np.linalg.solve(information + np.diag(inverse_prior), information))
+    return float(max(problem.count.sum() - spent, 1.0))
+
+
+def _misfit(
+    problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales, repeats: Scatter
+) -> float:
+    """Lack of fit of a six-seat probe alone: its residuals against the scatter of repeats.
+
+    The error of the reference's diameter is common to all touches: a level, not residuals.
+    """
+    if repeats.dof < WELL_KNOWN_NOISE:
+        return math.nan
+    from scipy.special import fdtrc
+
+    noise = max(repeats.deviation, LEAST_NOISE)
+    alone = PriorScales(weighted.scales[0].asymmetry, LEAST_NOISE, 0.0, noise)
+    best, _ = most_probable(problem, alone, x)
+    misses, slopes = problem.misses(best)
+    covariance = problem.covariance(alone)
+    rows = covariance.whitened(slopes)
+    priors = np.zeros(problem.size)
+    priors[problem.extra :] = problem.spread(alone.asymmetry) ** -2
+    information = rows.T @ rows
+    spent = float(np.trace(np.linalg.solve(information + np.diag(priors), information)))
+    free = max(len(misses) - spent, 1.0)
+    beyond = float(np.sum(covariance.whitened(misses) ** 2))
+    return float(fdtrc(free, repeats.dof, beyond / free))
+
+
+def _with_disagreement(fit: PhysicalMapFit, problem: SixSeatProblem) -> PhysicalMapFit:
+    """The fit with the difference from a harmonic map, where that shows another kind of probe.
+
+    Residuals alone do not tell noise from what a six-seat probe does not represent, unless
+    directions are repeated. A map that knows nothing of seats takes the latter for lobes. `problem`
+    has the touches of the fit, or some of very many.
+    """
+    observation = problem.observation
+    other = fit_harmonic(observation)
+    directions = _between_touches(observation)
+    apart = fit.basis.value(directions, fit.coefficients)
+    apart = apart - other.basis.value(directions, other.coefficients)
+    free = directions[:, : observation.axes]  # a shift of the reference; and a level
+    free = np.hstack([free, np.ones((len(free), 1))]) if not observation.tip_known else free
+    apart = apart - free @ np.linalg.lstsq(free, apart, rcond=None)[0]
+    explained = sum(
+        each.covariance.variance_of(each.basis.design(directions)).mean() for each in (fit, other)
+    )
+    difference = float(np.mean(apart**2))
+    if difference <= _SURELY_APART * explained:
+        return fit
+    own = 5 + len(PARAMETERS)
+    share = problem.correction_shares()
+    covariance = fit.covariance.matrix.copy()
+    covariance[own:, own:] += difference * np.diag(share)
+    return replace(fit, covariance=Covariance.full(covariance), disagreement=math.sqrt(difference))
+
+
+def _between_touches(observation: Observation) -> FloatArray:
+    """Directions spread over those that the touches support."""
+    touched = observation.group_directions
+    if observation.ring:
+        return from_angles(0.5 * np.pi, np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False))
+    spread = fibonacci_cap(300, float(polar_angle(touched).max()))
+    return np.concatenate([touched, spread[DirectionSupport(touched).supports(spread)]])
+
+
+def _to_coefficients(problem: SixSeatProblem) -> FloatArray:
+    """Change of the map's coefficients with each unknown and correction, (k, u).
+
+    Points are measured from the centre of the reference. An error of the map that looks like a
+    shift moves this centre too, and leaves the distances as they are: the shift is subtracted.
+    """
+    count = len(PARAMETERS) + len(problem.terms)
+    found = np.zeros((5 + count, problem.extra + count))
+    found[2 : 2 + problem.axes, : problem.axes] = -np.eye(problem.axes)
+    found[5:, problem.extra :] = np.eye(count)
+    if not problem.observation.tip_known:
+        found[1, problem.axes] = -1.0  # a larger tip means less pretravel
+    return found
+
+
+def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray) -> str:
+    """What pretravel is relative to, in words."""
+    axes = problem.axes
+    u_gauge = np.sqrt(np.diag(covariance)[:axes]) / MICROMETRE
+    along = "" if axes == 2 else f", {u_gauge[2]:.2f} along"
+    tip = ""
+    if not problem.observation.tip_known:
+        radius = problem.observation.tip_radius + float(unknowns[axes])
+        u_tip = math.sqrt(covariance[axes, axes])
+        tip = (
+            f"; the tip's diameter, {2.0 * radius:.4f} mm, u = {2.0 * u_tip / MICROMETRE:.1f} µm, "
+            "follows from the model and is not measured"
+        )
+    return (
+        "the six-seat model: a shift of the reference looks like its first harmonic, which the "
+        f"model and its priors determine to {float(np.max(u_gauge[:2])):.2f} µm across the "
+        f"axis{along} (u of the map is of distances, without that shift){tip}"
+    )

@@ -1,0 +1,37 @@
+"""What other rooms use of this one."""
+
+from .cad.face import Face as Face
+from .cad.part import Cloud as Cloud
+from .cad.part import Part as Part
+from .cad.part_file import read_part as read_part
+from .cad.step_part import read_step_part as read_step_part
+from .cad.step_reader import read_step_solids as read_step_solids
+from .cad.triangles import FaceTriangles as FaceTriangles
+from .cad.triangles import face_triangles as face_triangles
+from .contact import TANGENCY as TANGENCY
+from .contact import Contact as Contact
+from .contact import Lines as Lines
+from .contact import Reach as Reach
+from .contact import ball_center as ball_center
+from .contact import solve_contact as solve_contact
+from .local_geometry import LocalGeometry as LocalGeometry
+from .local_geometry import Surface as Surface
+from .local_geometry import at_open_end as at_open_end
+from .local_geometry import tangent_basis as tangent_basis
+from .parametric import FunctionSurface as FunctionSurface
+from .search import ContactProblem as ContactProblem
+from .search import ContactSearch as ContactSearch
+from .search import Feet as Feet
+from .search import PartContacts as PartContacts
+from .search import apexes_of as apexes_of
+from .search import faces_to_touch as faces_to_touch
+from .search import feet_on_faces as feet_on_faces
+from .search import normals_near as normals_near
+from .shapes import Sphere as Sphere
+from .specification import face_of as face_of
+from .specification import parse_surface as parse_surface
+from .specification import source_file as source_file
+from .specification import surface_of as surface_of
+from .undetermined import LEAST_PLAY as LEAST_PLAY
+from .undetermined import distance_from_apexes as distance_from_apexes
+from .undetermined import play_of_ball as play_of_ball

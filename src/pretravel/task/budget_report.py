@@ -1,0 +1,144 @@
+"""Uncertainty budgets as tables, and a measured sphere with the budget of its diameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.base import MICROMETRE
+from pretravel.measurement import MeasuredSphere
+from pretravel.show import Column, KeyFigure, Section, Table, decimals, number_text, significant
+from pretravel.uncertainty import Budget
+
+_MANY_DOF = 10_000.0
+"""Above it, their number is no statement: k differs from 2 by less than 0.0002."""
+
+
+def budget_table(budget: Budget, *, own_units: bool = False, title: str = "") -> Table:
+    """A budget of a length by source, the largest share first, then the combined uncertainty.
+
+    Parameters
+    ----------
+    budget : Budget
+        Its result in mm.
+    own_units : bool
+        Sources are not all lengths: their uncertainties are shown as they are.
+    title : str
+
+    Returns
+    -------
+    Table
+
+    >>> from pretravel.show.terminal import table_text
+    >>> from pretravel.uncertainty.gum import Component
+    >>> budget = Budget((Component("scale", "B", 3e-4), Component("repeats", "A", 4e-4, dof=9)))
+    >>> print(table_text(budget_table(budget)))
+    source             type    u/µm  sensitivity  contribution/µm  share/%     dof
+    repeats               A  0.4000            1           0.4000       64       9
+    scale                 B  0.3000            1           0.3000       36       ∞
+    combined                                               0.5000               22
+    expanded, 95.45 %                                      1.0632           k 2.13
+    """
+    own = 1.0 if own_units else MICROMETRE
+    total = (budget.combined / MICROMETRE, budget.expanded() / MICROMETRE)
+    names = [str(row["source"]) for row in budget.rows()]
+    kinds = [str(row["evaluation"]) for row in budget.rows()]
+    u = _numbers(budget, "standard_uncertainty", 1.0 / own)
+    dof: list[float | str] = [
+        *(_shown_dof(each) for each in (*_numbers(budget, "dof")[:-2], budget.effective_dof)),
+        _coverage_text(budget),
+    ]
+    return Table(
+        (
+            Column.of("source", [*names, "combined", "expanded, 95.45 %"]),
+            Column.of("type", [*kinds, "", ""]),
+            Column.of("u", u, "", significant(4))
+            if own_units
+            else Column.of("u", u, "µm", decimals(4)),
+            Column.of("sensitivity", _numbers(budget, "sensitivity"), digits=significant(4)),
+            Column.of(
+                "contribution",
+                [*_numbers(budget, "contribution", 1.0 / MICROMETRE)[:-2], *total],
+                "µm",
+                decimals(4),
+            ),
+            Column.of("share", _numbers(budget, "share", 100.0), "%", decimals(0)),
+            Column.of("dof", dof, digits=decimals(0)),
+        ),
+        title=title,
+        detail=True,
+    )
+
+
+def _shown_dof(dof: float) -> float | str:
+    """Degrees of freedom; k is that of infinitely many where there are very many."""
+    return "many" if _MANY_DOF < dof < math.inf else dof
+
+
+def budgets_data(budgets: Sequence[Budget]) -> Table:
+    """Budgets of lengths for programs: combined and expanded uncertainty, k, degrees of freedom.
+
+    >>> from pretravel.uncertainty.gum import Component
+    >>> table = budgets_data([Budget((Component("scale", "B", 3e-4),), "diameter")])
+    >>> [column.values[0] for column in table.columns[:2]]
+    ['diameter', 0.3]
+    """
+    return Table.of(
+        {
+            "result": [budget.result for budget in budgets],
+            "combined_um": [budget.combined / MICROMETRE for budget in budgets],
+            "expanded_um": [budget.expanded() / MICROMETRE for budget in budgets],
+            "coverage_factor": [budget.coverage_factor() for budget in budgets],
+            "degrees_of_freedom": [budget.effective_dof for budget in budgets],
+        },
+        "Budgets",
+    )
+
+
+def _numbers(budget: Budget, key: str, factor: float = 1.0) -> list[float]:
+    """A column of a budget; its last two cells, combined and expanded, are empty."""
+    return [*(factor * float(row[key]) for row in budget.rows()), math.nan, math.nan]
+
+
+def _coverage_text(budget: Budget) -> str:
+    return f"k {number_text(budget.coverage_factor())}"
+
+
+def expanded_figure(name: str, budget: Budget, remark: str) -> KeyFigure:
+    """The expanded uncertainty of a budget as a key figure."""
+    return KeyFigure(
+        name,
+        budget.expanded() / MICROMETRE,
+        "µm",
+        decimals(3),
+        remark=f"k = {number_text(budget.coverage_factor())}, about 95 %; {remark}",
+    )
+
+
+def budget_section(budgets: Sequence[Budget]) -> tuple[Section, ...]:
+    """Budgets as tables under one heading, for the full report; none where there are none."""
+    if not budgets:
+        return ()
+    tables = tuple(budget_table(budget, title=budget.result) for budget in budgets)
+    return (Section("Uncertainty budget", tables=tables, detail=True, certificate=True),)
+
+
+def sphere_section(sphere: MeasuredSphere) -> Section:
+    """A measured sphere with the budget of its diameter."""
+    u = np.sqrt(np.maximum(np.diag(sphere.covariance)[:3], 0.0)) / MICROMETRE
+    return Section(
+        "The sphere through all touches, compensated",
+        figures=(
+            KeyFigure(
+                "centre", tuple(sphere.fit.center.tolist()), "mm", decimals(5),
+                tuple(u.tolist()), "µm", decimals(2),
+            ),
+            KeyFigure("diameter", sphere.diameter, "mm", decimals(6)),
+            expanded_figure("expanded U", sphere.budget, "of the diameter"),
+            KeyFigure("measured range", sphere.fit.form / MICROMETRE, "µm", decimals(3),
+                      remark="of the residuals, noise included: not the form of the sphere"),
+        ),
+        tables=(budget_table(sphere.budget, title="Uncertainty of the diameter"),),
+    )  # fmt: skip

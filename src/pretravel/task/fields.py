@@ -1,0 +1,570 @@
+"""Settings that several tasks share, described once; and what these settings mean together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from pretravel.base import (
+    ANGLE,
+    DEVIATION_OF_FORM,
+    FEED,
+    REFERENCE_DIAMETER,
+    TIP_BALL,
+    U_OF_DIAMETER,
+    InputError,
+    PretravelError,
+)
+from pretravel.task.task import PICTURES, SILENT, Field, Progress, Task, by_name
+from pretravel.task.values import (
+    Angles,
+    StatedColumns,
+    Vector,
+    angles,
+    polar_angles,
+    stated_columns,
+    unit_vector,
+    vector,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pretravel.base import Placement
+    from pretravel.files import FileReadings, LaboratoryStatements, ReadingOptions
+    from pretravel.show import Document
+    from pretravel.touches import Targets
+
+
+# Names of registries, which are read when a command runs
+
+
+def _materials() -> Iterable[str]:
+    from pretravel.prediction import known_materials
+
+    return sorted(known_materials())
+
+
+def models() -> Iterable[str]:
+    """Names of the compliance models."""
+    from pretravel.prediction import MODELS
+
+    return MODELS
+
+
+def _contact_models() -> Iterable[str]:
+    from pretravel.prediction import MODELS, compliance_model
+
+    models = {name: compliance_model(name) for name in MODELS}
+    return [name for name, model in models.items() if model.has_response or model.response_for]
+
+
+def existing(value: object) -> list[Path]:
+    """The file that a value names; a name of a catalogue is none."""
+    return [Path(str(value))]
+
+
+def placement_files(place: str) -> list[Path]:
+    """The file of a placement; none for ``x,y,z,a,b,c``."""
+    return [Path(place)] if place.lower().endswith(".json") else []
+
+
+def surface_files(specification: str) -> list[Path]:
+    """The file of a surface such as ``part.step#3``; none for ``plane:…``."""
+    from pretravel.surface import source_file
+
+    return [Path(name) for name in source_file(specification)]
+
+
+def files_meant(places: Sequence[Path]) -> list[Path]:
+    """The files of an argument that takes files, a folder or a name with ``*``."""
+    from pretravel.files import files_of
+
+    return files_of(places)
+
+
+# Reference, tip, probe
+
+DIAMETER = Field(
+    help="Calibrated diameter of the sphere (or ring), in mm.",
+    range=REFERENCE_DIAMETER,
+    label="Diameter of the reference",
+    hint="On the certificate of the sphere or ring",
+)
+Diameter: TypeAlias = Annotated[float, DIAMETER]
+Ring: TypeAlias = Annotated[
+    bool, Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
+]
+U_DIAMETER = Field(
+    help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by its k; "
+    "0.2 is assumed when not given.",
+    range=U_OF_DIAMETER,
+    label="Standard uncertainty of the diameter",
+    hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
+)
+UDiameter: TypeAlias = Annotated[float | None, U_DIAMETER]
+UTemperature: TypeAlias = Annotated[
+    float,
+    Field(
+        help="Standard uncertainty of the reference's temperature, in K.",
+        range=(0.0, 50.0),
+        unit="K",
+        label="Standard uncertainty of its temperature",
+    ),
+]
+SPHERE_FORM = Field(
+    help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
+    range=DEVIATION_OF_FORM,
+    label="Form deviation of the reference",
+)
+TOOL_OF_SUBROUTINES = (
+    "linuxcnc: number of the probe in the tool table. Cycles stop where another tool is in the "
+    "spindle or another length is active; without a number, where any tool length is active."
+)
+STYLUS_OF_SUBROUTINES = (
+    "linuxcnc: length of the stylus from the tip's centre to the probe's body, in mm; 50 where "
+    "it is not given. Cycles stop where the tip could go deeper than a fifth of it."
+)
+REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
+SphereCenter: TypeAlias = Annotated[
+    Vector,
+    Field(
+        help="Centre of the sphere in the machine's frame, in mm.", parse=vector, metavar="X,Y,Z"
+    ),
+]
+StartClearance: TypeAlias = Annotated[
+    float,
+    Field(
+        help="Distance of tip and sphere where a touch starts, in mm.",
+        range=(0.0, 10000.0),
+        unit="mm",
+    ),
+]
+Turn: TypeAlias = Annotated[
+    float, Field(help="Rotation of the pattern about the probe axis, in degrees.", range=ANGLE)
+]
+QualifiedMap: TypeAlias = Annotated[
+    Path,
+    Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
+]
+ProbeName: TypeAlias = Annotated[
+    str,
+    Field(help="Catalogue name, or path of a TOML description.", positional=True, reads=existing),
+]
+Workpiece: TypeAlias = Annotated[
+    str, Field(help="Material of the part.", names=_materials, metavar="MATERIAL")
+]
+ModelName: TypeAlias = Annotated[
+    str,
+    Field(
+        help="Model of the probe's compliance: analytic, fem, shen, ren or wozniak.",
+        label="Model of the probe, without a map",
+        names=models,
+        metavar="MODEL",
+    ),
+]
+ContactModel: TypeAlias = Annotated[
+    str,
+    Field(
+        help="Model of the probe's compliance: analytic, fem or shen; wozniak for descriptions "
+        "with a contact opening or a piezo stage.",
+        names=_contact_models,
+        metavar="MODEL",
+    ),
+]
+Gravity: TypeAlias = Annotated[
+    Vector | None,
+    Field(
+        help="Direction of the weight in the machine's frame. Without it, weight is neglected.",
+        parse=unit_vector,
+        metavar="X,Y,Z",
+    ),
+]
+ProbeAxis: TypeAlias = Annotated[
+    Vector,
+    Field(
+        help="Direction of the probe axis, from the tip to the spindle, in the machine's frame.",
+        label="Axis of the probe, tip to spindle",
+        parse=unit_vector,
+        metavar="X,Y,Z",
+    ),
+]
+UPRIGHT = Vector(0, 0, 1)
+Azimuths: TypeAlias = Annotated[
+    Angles,
+    Field(
+        help="Azimuths in the probe's frame, in degrees: start:stop:step, a list a,b,c, or one.",
+        parse=angles,
+        metavar="ANGLES",
+    ),
+]
+Polars: TypeAlias = Annotated[
+    Angles,
+    Field(
+        help="Polar angles in degrees: start:stop:step, a list a,b,c, or one; 90 is a vertical "
+        "wall.",
+        parse=polar_angles,
+        metavar="ANGLES",
+    ),
+]
+Approach: TypeAlias = Annotated[
+    Literal["normal", "file"],
+    Field(help="normal: against the surface normal; file: the columns ax,ay,az of the targets."),
+]
+Units: TypeAlias = Literal["mm", "inch"]
+StatedUnits: TypeAlias = Annotated[
+    Units | None,
+    Field(
+        help="Unit of length of a file that does not state it.",
+        label="Unit of the file",
+        words={"": "as the file states"},
+    ),
+]
+TipOfMap: TypeAlias = Annotated[
+    float | None,
+    Field(
+        help="Diameter of the tip, in mm; the default is that of the map.",
+        range=TIP_BALL,
+        label="Diameter of the tip",
+        hint="Empty: that of the map",
+    ),
+]
+
+
+# Where the part is
+
+
+class PlacedPart(Task):
+    """Settings of tasks on a part that is not in the machine's frame."""
+
+    place: Annotated[
+        str | None,
+        Field(
+            help="Placement of the part's frame in the machine: the file of pretravel align "
+            "(.json), whose touches are in the machine's frame; or x,y,z in mm, then rotations "
+            "about the machine's x, y and z axes in degrees, in that order. The probe is not "
+            "rotated.",
+            metavar="X,Y,Z,A,B,C",
+            reads=placement_files,
+        ),
+    ] = None
+    frame: Annotated[
+        Literal["part", "machine"],
+        Field(help="Frame of the touches with --place; that of a file is the machine's."),
+    ] = "part"
+
+    @property
+    def in_machine(self) -> bool:
+        """Whether the touches are in the machine's frame."""
+        return self.frame == "machine" or bool(self.place and placement_files(self.place))
+
+    def placement(self) -> Placement:
+        """The placement that is stated.
+
+        Raises
+        ------
+        PretravelError
+            Touches in the machine's frame without a placement of the part.
+        """
+        from pretravel.base import Placement, parse_placement
+        from pretravel.files import read_placement
+
+        if self.place is not None:
+            files = placement_files(self.place)
+            return read_placement(files[0]) if files else parse_placement(self.place)
+        if self.frame == "machine":
+            raise PretravelError(
+                "touches in the machine's frame need the placement of the part: x,y,z,a,b,c",
+                inputs=("place",),
+            )
+        return Placement()
+
+
+# Reports
+
+Verbose: TypeAlias = Annotated[
+    bool, Field(help="Print the full report, not its key figures alone.")
+]
+
+
+class Reported(Task):
+    """Settings of tasks that show a report."""
+
+    plot: Annotated[Path | None, Field(help="Picture: .png, .svg or .pdf.", writes=PICTURES)] = None
+    verbose: Verbose = False
+
+
+def output(text: str, *endings: str, report_json: bool = False) -> Field:
+    """The description of the main output, ``-o``.
+
+    Parameters
+    ----------
+    text : str
+        Help.
+    endings : str
+        Of the files; `PAGES` among them for a page.
+    report_json : bool
+        Whether .json among them is the report as values.
+    """
+    return Field(help=text, writes=endings, short="-o", report_json=report_json)
+
+
+class LaboratoryReport(Reported):
+    """Settings of tasks whose reports a laboratory keeps."""
+
+    lab: Annotated[
+        Path | None,
+        Field(
+            help="Laboratory, instrument with serial numbers, reference, environment and operator, "
+            "for the report: .toml, as pretravel laboratory prints it.",
+            reads=True,
+        ),
+    ] = None
+
+    def statements(self) -> LaboratoryStatements | None:
+        """What the file of the laboratory states; None without a file."""
+        from pretravel.files import read_laboratory
+
+        return None if self.lab is None else read_laboratory(self.lab)
+
+    def statements_left_out(self) -> list[str]:
+        """A warning where nothing that is shown or written contains the laboratory's statements."""
+        setting = by_name(type(self))["output"]
+        output: Path | None = getattr(self, "output", None)
+        if self.lab is None or self.verbose or (output is not None and setting.is_report(output)):
+            return []
+        contained = "a page (-o page.html) and the full report (--verbose) contain what it states"
+        if output is None:
+            return [f"{self.lab.name} was given, but is not shown: {contained}"]
+        return [f"{output.name} does not contain what {self.lab.name} states: {contained}"]
+
+
+# Touches from files
+
+
+class TouchTables(Task):
+    """Settings of tasks that read tables of touches: what a file does not state itself."""
+
+    units: StatedUnits = None
+    columns: Annotated[
+        StatedColumns | None,
+        Field(
+            help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,spindle,"
+            "label,nominal_x…; nx=-I changes the sign; label=none leaves that column out. Other "
+            "columns are found by their names.",
+            parse=stated_columns,
+            metavar="x=X,nx=I,…",
+        ),
+    ] = None
+    decimal: Annotated[
+        Literal["comma", "point"] | None,
+        Field(help="Decimal sign of a table whose numbers do not show it."),
+    ] = None
+    plan: Annotated[
+        Path | None,
+        Field(
+            help="The targets that were touched, for files that contain positions only.",
+            reads=True,
+        ),
+    ] = None
+    plan_columns: Annotated[
+        StatedColumns | None,
+        Field(
+            help="Columns of the table with the plan, as --columns states those of the touches.",
+            parse=stated_columns,
+            metavar="x=X,nx=I,…",
+        ),
+    ] = None
+    join: Annotated[
+        Literal["line", "label", "feature"],
+        Field(
+            help="How positions find their targets of the plan. line: each lies on the line of "
+            "its target; label: they have one label; feature: their labels without the number at "
+            "the end are one."
+        ),
+    ] = "line"
+    double_touches: Annotated[
+        Literal["last", "all"] | None,
+        Field(
+            help="Each place was touched twice, fast to find it and then slowly. last: the slow "
+            "touches alone; all: both with their feeds, which separate the signal delay.",
+        ),
+    ] = None
+    normal: Annotated[
+        Vector | None,
+        Field(
+            help="Outward normal of the surface at all touches, for files that contain positions "
+            "only: 0,0,1 for heights.",
+            parse=unit_vector,
+            metavar="X,Y,Z",
+        ),
+    ] = None
+
+    def reading_options(
+        self,
+        *,
+        tip_diameter: float | None = None,
+        reference_diameter: float | None = None,
+        ring: bool = False,
+        exclude: Sequence[str] = (),
+    ) -> ReadingOptions:
+        """What the settings state about the files."""
+        from pretravel.files import ReadingOptions
+
+        return ReadingOptions(
+            plan=None if self.plan is None else self._run_plan(self.plan),
+            units=self.units,
+            tip_radius=None if tip_diameter is None else 0.5 * tip_diameter,
+            columns=self.columns,
+            decimal=self.decimal,
+            double_touches=self.double_touches,
+            join=self.join,
+            normal=self.normal,
+            exclude=tuple(exclude),
+            reference_diameter=reference_diameter,
+            ring=ring,
+        )
+
+    def _run_plan(self, path: Path) -> Targets:
+        """The plan that was run; the unit of the touches is also its unit, if it states none."""
+        from pretravel.files import ReadingOptions, read_plan
+
+        options = ReadingOptions(columns=self.plan_columns)
+        try:
+            try:
+                return read_plan(path, options)
+            except InputError as error:
+                if self.units is None or "units" not in error.inputs:
+                    raise
+                return read_plan(path, replace(options, units=self.units))
+        except InputError as error:
+            # Rows of the plan cannot be excluded; its columns have an option of their own.
+            others = tuple(name for name in error.inputs if name not in ("columns", "exclude"))
+            own = ("plan_columns",) if "columns" in error.inputs else ()
+            raise PretravelError(str(error), inputs=(*own, *others)) from None
+
+
+class TouchFiles(TouchTables):
+    """Settings of tasks on touches from files."""
+
+    touches: Annotated[
+        tuple[Path, ...],
+        Field(
+            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a file of "
+            "pretravel formats; several files, a folder or a name with * are read as one series.",
+            positional=True,
+            metavar="TOUCHES",
+            reads=files_meant,
+        ),
+    ]
+    exclude: Annotated[
+        tuple[str, ...],
+        Field(
+            help="Label or line of a touch to leave out, or FILE:LINE of one of several files; may "
+            "be repeated."
+        ),
+    ] = ()
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that the argument means."""
+        return files_meant(self.touches)
+
+    @property
+    def touches_name(self) -> str:
+        """Their name in titles."""
+        files = self.files
+        return files[0].name if len(files) == 1 else f"{files[0].name} … {files[-1].name}"
+
+    def read_touches(
+        self,
+        progress: Progress = SILENT,
+        *,
+        tip_diameter: float | None = None,
+        reference_diameter: float | None = None,
+        ring: bool = False,
+        spindle: Sequence[float] | None = None,
+    ) -> FileReadings:
+        """Read the touches; how the files were understood is said where that is not plain.
+
+        Parameters
+        ----------
+        progress : Progress
+        tip_diameter, reference_diameter : float or None
+            [mm]
+        ring : bool
+        spindle : sequence of float or None
+            Orientation of the spindle in each file. [rad]
+        """
+        options = self.reading_options(
+            tip_diameter=tip_diameter,
+            reference_diameter=reference_diameter,
+            ring=ring,
+            exclude=self.exclude,
+        )
+        return self.read_with(options, progress, spindle=spindle)
+
+    def read_with(
+        self,
+        options: ReadingOptions,
+        progress: Progress = SILENT,
+        *,
+        file_format: str | None = None,
+        spindle: Sequence[float] | None = None,
+    ) -> FileReadings:
+        """Read the touches as `read_touches` does, with more that is stated about the files.
+
+        Parameters
+        ----------
+        options : ReadingOptions
+        progress : Progress
+        file_format : str, optional
+            Detected when not given.
+        spindle : sequence of float or None
+            Orientation of the spindle in each file. [rad]
+        """
+        from pretravel.files import read_series
+        from pretravel.touches import with_feed
+
+        readings = read_series(self.files, options, file_format=file_format, spindle=spindle)
+        if readings.touches.reading:
+            progress.say(f"read: {readings.touches.reading}")
+        feed = getattr(self, "feed", None)
+        return replace(readings, touches=with_feed(readings.touches, feed))
+
+
+class TouchFilesWithFeed(TouchFiles):
+    """Settings of tasks on touches from files, which can state the feed of all touches."""
+
+    feed: Annotated[
+        float | None,
+        Field(
+            help="Feed of the touches, in mm/min, without a column feed_mm_min.",
+            range=FEED,
+            label="Feed of the touches",
+            hint="Only where the file does not state it",
+        ),
+    ] = None
+
+
+def with_reading(document: Document, readings: FileReadings) -> Document:
+    """The document of a page, with how the files were understood."""
+    from pretravel.task.preview_report import with_reading_note
+
+    return with_reading_note(document, readings)
+
+
+def refuse_no_folder(path: Path) -> None:
+    """Refuse an output that cannot be a folder, where there are several files.
+
+    Raises
+    ------
+    PretravelError
+        It has an ending, is a file, or its own folder does not exist.
+    """
+    if path.suffix or path.is_file():
+        raise PretravelError(f"{path}: a folder is needed, for several files", inputs=("output",))
+    if not path.parent.is_dir():
+        raise PretravelError(f"cannot make {path}: the folder {path.parent} does not exist")

@@ -1,0 +1,90 @@
+"""What pretravel does for people, a folder a task: settings, run, report, screen.
+
+`GROUPS` lists the tasks as the help does; `task_named` imports one. The command line and the
+workbench are made from the descriptions.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pretravel.task.task import Task
+
+GROUPS: dict[str, dict[str, str]] = {
+    "Start": {"demo": "demo:Demo"},
+    "Qualify": {
+        "qualify": "tasks.qualify:Qualify",
+        "verify": "tasks.verify:Verify",
+        "history": "tasks.history:History",
+        "plan-touches": "tasks.plan_touches:PlanTouches",
+        "check-budget": "drawing.tasks.check_budget:CheckBudget",
+        "repeat": "tasks.repeat:Repeat",
+    },
+    "Measure": {
+        "align": "drawing.tasks.align:Align",
+        "axis": "tasks.axis:Axis",
+        "compensate": "tasks.compensate:Compensate",
+        "measure": "drawing.tasks.measure:Measure",
+        "compare": "tasks.compare:Compare",
+        "reversal": "tasks.reversal:Reversal",
+        "faces": "drawing.tasks.faces:Faces",
+        "plan": "tasks.plan:PlanTargets",
+    },
+    "Control": {
+        "export": "tasks.export:Export",
+        "machine": "tasks.machine:MachineFile",
+        "program sphere": "tasks.program:ProgramSphere",
+        "program part": "tasks.program:ProgramPart",
+        "program mdi": "tasks.program:ProgramMdi",
+    },
+    "Predict": {
+        "probes": "tasks.probes:Probes",
+        "predict": "tasks.predict:Predict",
+        "simulate": "tasks.simulate:Simulate",
+        "slide": "tasks.slide:Slide",
+        "fem": "design.tasks.fem:Fem",
+        "hysteresis": "design.tasks.hysteresis:Hysteresis",
+        "identify": "design.tasks.identify:Identify",
+        "orientation": "design.tasks.orientation:MapInOrientation",
+        "study": "design.tasks.study:RunStudy",
+        "studies": "design.tasks.study:Studies",
+        "design": "design.tasks.design:Design",
+        "wishes": "design.tasks.design:Wishes",
+    },
+    "Laboratory": {
+        "rig": "laboratory.tasks.rig:Rig",
+        "laboratory": "laboratory.tasks.laboratory:Laboratory",
+        "separate": "laboratory.tasks.separate:Separate",
+        "separation-plan": "laboratory.tasks.separate:PlanSeparation",
+        "check": "laboratory.tasks.check:Check",
+        "pattern": "laboratory.tasks.check:Pattern",
+    },
+    "Files": {
+        "convert": "tasks.convert:Convert",
+        "bundle": "tasks.bundle:Bundle",
+        "formats": "tasks.convert:Formats",
+        "report": "tasks.report:Report",
+    },
+}
+"""Module and type of each task by its command; each group begins with what is needed first."""
+SUBCOMMANDS = {"program": "Write a probing program (G-code for LinuxCNC) that logs every touch."}
+"""The help of commands that begin with the same word."""
+PLACES = {name: place for tasks in GROUPS.values() for name, place in tasks.items()}
+"""Module and type of each task by its command."""
+
+
+def task_named(name: str) -> type[Task]:
+    """The type of a task.
+
+    Parameters
+    ----------
+    name : str
+        Of the command: ``plan-touches``.
+
+    >>> task_named("qualify").example.split()[:2]
+    ['pretravel', 'qualify']
+    """
+    module, _, kind = PLACES[name].partition(":")
+    return getattr(import_module(f"pretravel.{module}"), kind)  # type: ignore[no-any-return]

@@ -1,0 +1,566 @@
+"""What a task is: a frozen type of settings whose fields are described once, and which runs.
+
+The command, the form of the workbench, the texts "the same command" and "the same Python", the
+record on a page, the reference pages and the check of limits are derived from the description. A
+task prints nothing; what it has to say while it works goes to its `Progress`.
+
+A module of a task is imported to list the commands: it imports the library inside its functions.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+import types
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import MISSING, dataclass, fields
+from pathlib import Path
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    NamedTuple,
+    Union,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from pretravel.base import PretravelError, QuantityRange, limits
+
+if TYPE_CHECKING:
+    from pretravel.show import Document, WorkRecord
+
+PICTURES = (".png", ".svg", ".pdf")
+MAPS = (".json", ".csv")
+PAGES = (".html", ".pdf")
+REPORT_VALUES = ".report.json"
+"""End of the name of a report's values, on every output that can be a page."""
+PROGRAMS = (".ngc", ".nc", ".gcode", ".tap")
+"""Of programs for machines: text, also with the ending .nc."""
+FOLDER = ("",)
+"""Of an output that takes several files; the task checks it."""
+ANSWER = 3
+"""Exit code of an answer that a script must notice: changed, does not conform."""
+_UNITS = {"_um": "µm", "_deg": "°"}
+"""The unit that the end of a name states; the option is called without it."""
+_TYPED_UNITS = {"µm": 1e-3, "°": math.pi / 180.0}
+"""In the units of the library: mm, rad."""
+
+
+class Progress:
+    """What a task says while it works; this one is silent."""
+
+    def say(self, text: str) -> None:
+        """State something that the user should know now, such as how a file was read."""
+
+    def working(self, what: str) -> AbstractContextManager[None]:
+        """State what is done within, for work that can be long."""
+        del what
+        return nullcontext()
+
+    def record(self) -> WorkRecord | None:
+        """What is done with what, for a page that the task itself writes."""
+        return None
+
+
+SILENT = Progress()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Field:
+    """Description of one setting, beside its type and its default.
+
+    Attributes
+    ----------
+    help : str
+        One sentence or two, with the unit; it stands in the help, the form and the reference.
+    label, hint : str
+        In forms: its words, by default the name with blanks, and a short sentence below it.
+    words : mapping of str to str
+        In forms: how the choices are called.
+    range : QuantityRange or pair of float
+        Limits: of a quantity, in the units of the library, or as they are typed.
+    unit : str
+        As it is typed; by default that of the name's end (``_um``, ``_deg``) or of the quantity.
+    option : str
+        By default the name without the unit: ``--tip-diameter``.
+    short : str
+        ``-o``.
+    positional : bool
+        An argument, not an option.
+    metavar : str
+        The form of a value in the help.
+    parse : callable or None
+        Makes the value from text; raises `PretravelError` with the reason.
+    names : callable or None
+        Returns the names that are allowed, from a registry of the library.
+    reads : callable, bool
+        The value names files that are read; a callable gives the paths.
+    writes : tuple of str
+        The value is a file that is written, with one of these endings.
+    report_json : bool
+        Whether .json among them is the report as values, as `show.result_file` writes it.
+    in_run : bool
+        The run itself writes it, not the result afterwards.
+    of_kind : str
+        The only kind of map with this setting; empty: every kind has it.
+    """
+
+    help: str
+    label: str = ""
+    hint: str = ""
+    words: Mapping[str, str] | None = None
+    range: QuantityRange | tuple[float, float] | None = None
+    unit: str = ""
+    option: str = ""
+    short: str = ""
+    positional: bool = False
+    metavar: str = ""
+    parse: Callable[[str], Any] | None = None
+    names: Callable[[], Iterable[str]] | None = None
+    reads: Callable[[Any], Sequence[Path]] | bool = False
+    writes: tuple[str, ...] = ()
+    report_json: bool = False
+    in_run: bool = False
+    of_kind: str = ""
+
+
+class Setting(NamedTuple):
+    """A field of a task with its name, type and default.
+
+    Attributes
+    ----------
+    name : str
+    kind : Any
+        Its type without None; that of the elements where there can be several.
+    several : bool
+    optional : bool
+        It can be None.
+    default : Any
+        `dataclasses.MISSING` where it must be stated.
+    field : Field
+    """
+
+    name: str
+    kind: Any
+    several: bool
+    optional: bool
+    default: Any
+    field: Field
+
+    @property
+    def unit(self) -> str:
+        """The unit in which it is typed."""
+        quantity = self.field.range
+        stated = quantity.unit if isinstance(quantity, QuantityRange) else ""
+        by_name = next((u for end, u in _UNITS.items() if self.name.endswith(end)), "")
+        return self.field.unit or by_name or stated
+
+    @property
+    def plain_name(self) -> str:
+        """The name without the unit."""
+        end = next((end for end in _UNITS if self.name.endswith(end)), "")
+        return self.name.removesuffix(end)
+
+    @property
+    def option(self) -> str:
+        """The option as it is typed; what is so by default has one that turns it off, too."""
+        word = self.plain_name.replace("_", "-")
+        usual = f"--{word}/--no-{word}" if self.default is True else f"--{word}"
+        return self.field.option or usual
+
+    @property
+    def label(self) -> str:
+        """The words in a form."""
+        return self.field.label or self.plain_name.replace("_", " ").capitalize()
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The smallest and the largest value, as it is typed."""
+        quantity = self.field.range
+        if quantity is None:
+            return -math.inf, math.inf
+        if isinstance(quantity, QuantityRange):
+            ends = limits(quantity, _TYPED_UNITS.get(self.unit, 1.0))
+            return ends["min"], ends["max"]
+        return quantity
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words that the value can be; empty where it is not a choice."""
+        if self.field.names is not None:
+            return tuple(self.field.names())
+        return get_args(self.kind) if get_origin(self.kind) is Literal else ()
+
+    def is_report(self, path: Path) -> bool:
+        """Whether a file of this output is the report: a page, or its values."""
+        if self.field.in_run or not set(PAGES) <= set(self.field.writes):
+            return False
+        own = (".json",) if self.field.report_json else ()
+        return path.name.lower().endswith((*PAGES, REPORT_VALUES, *own))
+
+    def text(self, value: Any) -> str:
+        """A value as it is typed."""
+        return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
+
+    def checked(self, value: Any) -> Any:
+        """A value of the type of the field, within its limits.
+
+        Raises
+        ------
+        PretravelError
+            It is not; the message names the setting.
+        """
+        if value is None:
+            if self.optional:
+                return None
+            raise PretravelError(f"{self.plain_name} must be stated", inputs=(self.plain_name,))
+        if self.several:
+            single = isinstance(value, str | Path)
+            return tuple(self._one(each) for each in ((value,) if single else value))
+        return self._one(value)
+
+    def _one(self, value: Any) -> Any:
+        if isinstance(value, str | int | float) and self.field.parse is not None:
+            return self.field.parse(self.text(value))
+        if self.choices and value not in self.choices:
+            self._refuse(value, f"it is not known; there are {', '.join(self.choices)}")
+        if self.kind is Path:
+            return Path(value)
+        if self.kind in (float, int) and self.field.parse is None:
+            return self._number(value)
+        return value
+
+    def _number(self, value: Any) -> float:
+        try:
+            number = self.kind(value)
+        except (TypeError, ValueError, OverflowError):
+            self._refuse(value, "it must be a number")
+        if isinstance(value, bool) or not math.isfinite(number):
+            self._refuse(value, "it must be a finite number")
+        if number != float(value):
+            self._refuse(value, "it must be a whole number")
+        low, high = self.limits
+        if not low <= number <= high:
+            self._refuse(value, f"it must lie between {low:g} and {high:g}")
+        return number  # type: ignore[no-any-return]
+
+    def _refuse(self, value: Any, reason: str) -> None:
+        unit = f" {self.unit}" if self.unit and isinstance(value, float | int) else ""
+        raise PretravelError(
+            f"{self.plain_name.replace('_', ' ')} is {value}{unit}; {reason}",
+            inputs=(self.plain_name,),
+        )
+
+
+class Result:
+    """What a task made: its report, its values for files, and the exit code of the command.
+
+    A result is usually a frozen dataclass with the task it comes from.
+    """
+
+    exit_code: int = 0
+    text: str = ""
+    """Printed as it is, before the report: a description to edit."""
+    cautions: tuple[str, ...] = ()
+    """Warnings of a result without a report; a report has its own."""
+    template: str = "page.html"
+    """Of its page."""
+
+    @property
+    def advice(self) -> str:
+        """Printed after the report: what to do next."""
+        return ""
+
+    def document(self) -> Document | None:
+        """The report; None where there is none."""
+        return None
+
+    def page(self) -> Document | None:
+        """The report of a page, which can contain more."""
+        return self.document()
+
+    def in_brief(self, report: Document) -> Document:
+        """What a terminal shows of the report where the full one is not asked for."""
+        return report
+
+    def picture(self, document: Document | None, path: Path) -> None:
+        """Write the main picture of the report."""
+        if document is not None:
+            document.pictures[0].save(path)
+
+    def write_report(self, path: Path, record: WorkRecord | None = None) -> None:
+        """Write the report: its values (.json), or a page (.html, .pdf).
+
+        Parameters
+        ----------
+        path : Path
+        record : WorkRecord or None
+            What was done with what.
+        """
+        from pretravel.show import write_report
+
+        page = self.page()
+        if page is not None:
+            write_report(path, page, record=record, template=self.template)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the values of one output that is not the report.
+
+        Parameters
+        ----------
+        output : str
+            Name of the field.
+        path : Path
+            Its ending tells the format.
+        """
+        raise NotImplementedError(f"{type(self).__name__} writes no {output}: {path}")
+
+
+@dataclass(frozen=True)
+class TextResult(Result):
+    """A text that is printed, which the output contains too where one is asked for.
+
+    Attributes
+    ----------
+    text : str
+        What is printed.
+    content : str
+        What the output contains.
+    """
+
+    text: str
+    content: str = ""
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the content."""
+        del output
+        from pretravel.base import write_text
+
+        write_text(path, self.content)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+class Task:
+    """Settings of a task; a subclass is made a frozen dataclass, and its docstring is the help.
+
+    Attributes
+    ----------
+    name : str
+        Of the command: ``plan-touches``, ``program sphere``.
+    group : str
+        In which the help lists it.
+    example : str
+        A command line.
+    """
+
+    name: ClassVar[str] = ""
+    group: ClassVar[str] = ""
+    example: ClassVar[str] = ""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        dataclass(frozen=True, kw_only=True)(cls)
+
+    def __post_init__(self) -> None:
+        for setting in settings_of(type(self)):
+            value = getattr(self, setting.name)
+            object.__setattr__(self, setting.name, setting.checked(value))
+
+    def run(self, progress: Progress = SILENT) -> Any:
+        """Do the task.
+
+        Parameters
+        ----------
+        progress : Progress
+
+        Returns
+        -------
+        Result
+
+        Raises
+        ------
+        PretravelError
+            Settings or files that cannot be used.
+        """
+        raise NotImplementedError
+
+    def further_files(self) -> Sequence[Path]:
+        """Files that are read beside those that the settings name one by one."""
+        return ()
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Endings that a file of an output can have, where other settings decide that.
+
+        Parameters
+        ----------
+        output : str
+            Name of the field.
+        """
+        return by_name(type(self))[output].field.writes
+
+    def stated(self, name: str) -> bool:
+        """Whether a setting differs from its default."""
+        setting = by_name(type(self))[name]
+        if setting.default is MISSING:
+            return True
+        return bool(getattr(self, name) != setting.checked(setting.default))
+
+    def refuse_stated(self, names: Sequence[str], reason: str, *beside: str) -> None:
+        """Refuse settings that do not go with others.
+
+        Parameters
+        ----------
+        names : sequence of str
+        reason : str
+            What follows "the setting is".
+        beside : str
+            Settings with which they do not go.
+
+        Raises
+        ------
+        PretravelError
+            One of them is stated.
+        """
+        for name in names:
+            if self.stated(name):
+                raise PretravelError(
+                    f"{name.replace('_', ' ')} is {reason}", inputs=(name, *beside)
+                )
+
+
+_DESCRIBED: dict[Any, dict[str, Setting]] = {}
+
+
+def by_name(task: type[Task]) -> dict[str, Setting]:
+    """The described fields of a task by their names: its own first, then those that it shares.
+
+    Parameters
+    ----------
+    task : type of Task
+    """
+    if task not in _DESCRIBED:
+        hints = get_type_hints(task, include_extras=True)
+        own = [name for each in task.__mro__ for name in vars(each).get("__annotations__", ())]
+        stated: Any = task
+        ranked = sorted(fields(stated), key=lambda each: own.index(each.name))
+        _DESCRIBED[task] = {
+            each.name: _setting(each.name, hints[each.name], each.default) for each in ranked
+        }
+    return _DESCRIBED[task]
+
+
+def settings_of(task: type[Task]) -> tuple[Setting, ...]:
+    """The described fields of a task, in the order of `by_name`."""
+    return tuple(by_name(task).values())
+
+
+def _setting(name: str, hint: Any, default: Any) -> Setting:
+    if get_origin(hint) is not Annotated:
+        raise TypeError(f"the field {name} has no description: Annotated[type, Field(…)]")
+    kind, field = get_args(hint)[:2]
+    optional = get_origin(kind) in (Union, types.UnionType) and type(None) in get_args(kind)
+    if optional:
+        rest = [each for each in get_args(kind) if each is not type(None)]
+        kind = rest[0] if len(rest) == 1 else Union[tuple(rest)]  # noqa: UP007
+    several = get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis
+    return Setting(name, get_args(kind)[0] if several else kind, several, optional, default, field)
+
+
+def written_files(task: Task) -> Iterator[tuple[Setting, Path]]:
+    """The outputs that are asked for, with their fields."""
+    for setting in settings_of(type(task)):
+        value = getattr(task, setting.name)
+        if setting.field.writes and value is not None:
+            yield setting, value
+
+
+def read_files(task: Task) -> list[Path]:
+    """The files that the settings name."""
+    found = list(task.further_files())
+    for setting in settings_of(type(task)):
+        value, reads = getattr(task, setting.name), setting.field.reads
+        if value is None or not reads:
+            continue
+        if callable(reads):
+            found += reads(value)
+        else:
+            found += map(Path, value if setting.several else (value,))
+    return found
+
+
+def command_line(task: Task) -> str:
+    """The command that does the task: what differs from its default.
+
+    >>> from pretravel.tasks.qualify import Qualify
+    >>> task = Qualify(touches="a b.csv", diameter=25, ring=True, output="map.json")
+    >>> command_line(task)
+    "pretravel qualify 'a b.csv' --diameter 25 --ring -o map.json"
+    """
+    words = ["pretravel", *task.name.split()]
+    stated = [s for s in settings_of(type(task)) if task.stated(s.name)]
+    for setting in sorted(stated, key=lambda s: (not s.field.positional, bool(s.field.writes))):
+        value = getattr(task, setting.name)
+        for each in value if setting.several else (value,):
+            if setting.kind is bool:
+                yes, _, no = setting.option.partition("/")
+                words += [yes if each else no]
+            elif setting.field.positional:
+                words += [setting.text(each)]
+            else:
+                words += [setting.field.short or setting.option, setting.text(each)]
+    return shlex.join(words)
+
+
+def python_lines(task: Task) -> str:
+    """The Python lines that do the task.
+
+    >>> from pretravel.tasks.qualify import Qualify
+    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25)))
+    from pretravel.tasks.qualify import Qualify
+    result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    >>> print(python_lines(Qualify(touches="sphere.csv", diameter=25, output="report.html")))
+    from pathlib import Path
+    from pretravel.tasks.qualify import Qualify
+    result = Qualify(touches='sphere.csv', diameter=25.0).run()
+    result.write_report(Path('report.html'))
+    """
+    kind = type(task)
+    stated = [s for s in settings_of(kind) if task.stated(s.name) and _of_the_work(s)]
+    stated.sort(key=lambda s: not s.field.positional)
+    words = [f"{s.name}={_python_value(getattr(task, s.name), s)}" for s in stated]
+    lines = [
+        f"from {kind.__module__.removesuffix('.task')} import {kind.__name__}",
+        f"result = {kind.__name__}({', '.join(words)}).run()",
+    ]
+    for setting, path in written_files(task):
+        place = f"Path({str(path)!r})"
+        if setting.field.in_run:
+            continue
+        if setting.field.writes == PICTURES:
+            lines.append(f"result.picture(result.document(), {place})")
+        elif setting.is_report(path):
+            lines.append(f"result.write_report({place})")
+        else:
+            lines.append(f"result.write({setting.name!r}, {place})")
+    if len(lines) > 2:
+        lines.insert(0, "from pathlib import Path")
+    return "\n".join(lines)
+
+
+def _of_the_work(setting: Setting) -> bool:
+    """Not an output that is written afterwards."""
+    field = setting.field
+    return field.in_run or field.writes in ((), FOLDER) or setting.default is MISSING
+
+
+def _python_value(value: Any, setting: Setting) -> str:
+    if setting.several:
+        texts = [_python_value(each, setting._replace(several=False)) for each in value]
+        return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
+    return repr(value if isinstance(value, float | int | bool) else setting.text(value))

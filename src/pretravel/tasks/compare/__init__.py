@@ -1,0 +1,5 @@
+"""Compare the errors that corrections leave of a map; or the designs of two probes."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,568 @@
+"""Compensate touches: readings and a map to surface points, and their report."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.task import (
+    PAGES,
+    SILENT,
+    Field,
+    ModelName,
+    PlacedPart,
+    Progress,
+    Reported,
+    Result,
+    TipOfMap,
+    TouchFilesWithFeed,
+    existing,
+    output,
+    surface_files,
+    with_reading,
+)
+from pretravel.tasks.qualify import CompensatedTips
+
+if TYPE_CHECKING:
+    from pretravel.base import FloatArray, Placement
+    from pretravel.files import FileReadings, LongTable, NormalsFrom
+    from pretravel.maps import PretravelMap
+    from pretravel.measurement import PointErrors, Points, PointsSummary, TouchScatter, TouchSummary
+    from pretravel.show import Document
+    from pretravel.surface import Part, Surface
+    from pretravel.touches import Touches
+_LOG = logging.getLogger(__name__)
+_NORMALS_TAKEN = "the touches have no normals: those of the {} are taken, and approaches along them"
+_SURFACE, _NAMED = "surface", 8
+_DRAWN = 5000
+"""Points of a long table that pictures show."""
+
+
+class Compensate(TouchFilesWithFeed, PlacedPart, Reported):
+    """Compensate touches to surface points with uncertainties."""
+
+    name = "compensate"
+    group = "Measure"
+    example = (
+        "pretravel compensate part.csv --map map.json --nominal part.step -o points.csv "
+        "--plot points.png"
+    )
+
+    map_file: Annotated[
+        str,
+        Field(
+            help="Map from qualify or predict: .json (also that of several tips, which the column "
+            "tip chooses from), or a .csv table; or a probe (catalogue name or .toml), whose map "
+            "is predicted.",
+            option="--map",
+            label="Map",
+            reads=existing,
+        ),
+    ]
+    output: Annotated[
+        Path,
+        output(
+            "Surface points: .csv, .parquet, .nc, .json, .qif, .msr (Fusion); or a page, .html or "
+            ".pdf.",
+            ".csv",
+            *PAGES,
+        ),
+    ]
+    nominal: Annotated[
+        str | None,
+        Field(
+            help="Nominal surface: part.step, part.step#face, plane:…, sphere:… (as in simulate); "
+            "the contact is computed on it. Without it, the normals are those of the touches, and "
+            "deviations refer to the columns nominal_x_mm…, where these exist.",
+            reads=surface_files,
+        ),
+    ] = None
+    machine: Annotated[
+        Path | None,
+        Field(
+            help="Separation of machine and probe on this machine, from separate: .json or .csv. "
+            "Its variances in the direction of each touch take the place of the map's "
+            "repeatability.",
+            label="Separation of machine and probe",
+            reads=True,
+        ),
+    ] = None
+    tip_diameter: TipOfMap = None
+    feature: Annotated[
+        Literal["bore", "boss", "sphere", "surface"] | None,
+        Field(
+            help="Touches without normals lie on features of this kind: the normals are those of "
+            "the fitted feature, one for each name before a number (bore1-1, bore1-2, …). surface: "
+            "from neighbouring touches of a digitised surface, on the side of +z.",
+            label="Feature of touches without normals",
+            words={"": "the touches state normals"},
+        ),
+    ] = None
+    extrapolate: Annotated[
+        bool,
+        Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
+    ] = False
+    model: ModelName = "analytic"
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """Points are written in each format that is known."""
+        from pretravel.files import point_endings
+
+        return (*point_endings(), *PAGES) if output == "output" else super().endings(output)
+
+    def run(
+        self, progress: Progress = SILENT
+    ) -> CompensatedTouches | LongCompensation | CompensatedTips:
+        """Read the touches and the map, and determine the points.
+
+        Returns
+        -------
+        CompensatedTouches
+            Or `LongCompensation`, of a table that is too long for the memory.
+        """
+        from pretravel.files import is_star_file
+
+        self.placement()
+        if is_star_file(self.map_file):
+            return self._of_several_tips(progress)
+        pretravel_map, nominal = self.pretravel_map(), self.nominal_surface()
+        long = self._long_table_compensated(pretravel_map, nominal, progress)
+        if long is not None:
+            return long
+        readings = self.read_on(nominal, pretravel_map, progress)
+        with progress.working(f"compensating {len(readings.touches)} touches"):
+            return self.compensated(readings, pretravel_map, nominal)
+
+    def _of_several_tips(self, progress: Progress) -> CompensatedTips:
+        """Each touch with the map of its tip, and the tip's offset."""
+        from pretravel.files import read_star
+        from pretravel.measurement import apply_star
+
+        self.refuse_stated(
+            ("place", "machine", "tip_diameter", "feature"),
+            "not taken for the maps of several tips",
+        )
+        star = read_star(self.map_file)
+        readings = self.read_touches(progress).in_machine_axes()
+        with progress.working(f"compensating {len(readings.touches)} touches"):
+            points = apply_star(
+                readings.touches, star, nominal=self.nominal_surface(), extrapolate=self.extrapolate
+            )
+        return CompensatedTips(self.touches_name, readings, star, points)
+
+    def read_on(
+        self, nominal: Surface | Part | None, pretravel_map: PretravelMap, progress: Progress
+    ) -> FileReadings:
+        """The touches; those without normals take them from the nominal surface or the feature."""
+        options = self.reading_options(
+            tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
+        )
+        return self.read_with(replace(options, normals_from=self._normals_from(nominal)), progress)
+
+    def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
+        """Where touches without normals have theirs from, in the frame of the touches."""
+        from pretravel.base import Placement
+        from pretravel.measurement import neighbour_normals, normals_of_feature
+        from pretravel.surface import normals_near
+
+        placement = self.placement() if self.in_machine else Placement()
+
+        def near(tip_centres: FloatArray, labels: tuple[str, ...] | None) -> FloatArray:
+            if nominal is None and self.feature == _SURFACE:
+                return neighbour_normals(tip_centres).normals
+            if nominal is None:
+                return normals_of_feature(str(self.feature), tip_centres, labels)
+            found = normals_near(nominal, placement.inverse.points(tip_centres))
+            return placement.vectors(found)
+
+        return None if nominal is None and self.feature is None else near
+
+    def pretravel_map(self) -> PretravelMap:
+        """The map, in the axes of the machine."""
+        from pretravel.task import map_or_prediction
+
+        return map_or_prediction(self.map_file, self.model, tip_diameter=self.tip_diameter)
+
+    def touch_scatter(self) -> TouchScatter | None:
+        """The scatter of single touches by direction, where a separation is given."""
+        from pretravel.laboratory import read_touch_scatter
+
+        return None if self.machine is None else read_touch_scatter(self.machine)
+
+    def nominal_surface(self) -> Surface | Part | None:
+        """The surface on which contacts are computed; a Python file that has it is executed."""
+        from pretravel.surface import parse_surface
+
+        return None if self.nominal is None else parse_surface(self.nominal)
+
+    def compensated(
+        self,
+        readings: FileReadings,
+        pretravel_map: PretravelMap,
+        nominal: Surface | Part | None = None,
+        *,
+        shared: bool = True,
+    ) -> CompensatedTouches:
+        """Compensate touches that have been read.
+
+        Parameters
+        ----------
+        readings : FileReadings
+            From `read_touches`.
+        pretravel_map : PretravelMap
+            In the axes of the machine.
+        nominal : Surface, Part or None
+            The contact is computed on it; None: the normals are those of the touches.
+        shared : bool
+            The points state which errors they have in common.
+
+        Raises
+        ------
+        PretravelError
+            Touches without normals or nominal, directions outside the map.
+        """
+        from pretravel.measurement import (
+            TouchSummary,
+            apply,
+            compensation_warnings,
+            errors_of_points,
+            placed,
+        )
+        from pretravel.touches import moved
+
+        measured = readings.touches
+        # Without --place, a log states the rotation of its work coordinates.
+        placement = readings.placement if self.place is None else self.placement()
+        in_machine = self.in_machine
+        if in_machine:
+            measured = moved(measured, placement.inverse)
+        seen = pretravel_map.seen_from(placement)
+        scatter = self.touch_scatter()
+        if scatter is not None:
+            scatter = scatter.seen_from(placement)
+        points = apply(
+            measured,
+            seen,
+            nominal=nominal,
+            extrapolate=self.extrapolate,
+            shared=shared,
+            scatter=scatter,
+        )
+        of_neighbours: tuple[str, ...] = ()
+        if readings.normals_taken and nominal is None and self.feature == _SURFACE:
+            points, of_neighbours = _with_neighbours(measured, points, seen)
+        errors = errors_of_points(measured, points.normals, seen, scatter)
+        summary = TouchSummary.of(measured, points, seen)
+        if in_machine:
+            points = placed(points, placement)
+        warnings = tuple(compensation_warnings(summary, pretravel_map))
+        warnings += _error_of_placement(placement, points)
+        if readings.normals_taken:
+            source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
+            source = "neighbouring touches (z > 0)" if of_neighbours else source
+            warnings = (_NORMALS_TAKEN.format(source), *of_neighbours, *warnings)
+        return CompensatedTouches(
+            self, readings, measured, pretravel_map, nominal, points, errors, summary, warnings
+        )
+
+    def _long_table_compensated(
+        self, pretravel_map: PretravelMap, nominal: Surface | Part | None, progress: Progress
+    ) -> LongCompensation | None:
+        """Compensate one long table part by part; the points are then in the output."""
+        from pretravel.files import WRITTEN_IN_PARTS, long_table
+
+        tip_diameter = 2.0 * pretravel_map.tip_radius
+        options = self.reading_options(tip_diameter=tip_diameter, exclude=self.exclude)
+        files, ending = self.files, self.output.suffix.lower()
+        alone = len(files) == 1 and ending in WRITTEN_IN_PARTS
+        table = long_table(files[0], options) if alone else None
+        if table is None:
+            return None
+        with progress.working(f"compensating about {table.count:,} touches"):
+            found = compensate_long_table(table, pretravel_map, self, nominal)
+        if found.reading:
+            progress.say(f"read: {found.reading}")
+        return found
+
+
+def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]:
+    """What a measured placement adds to the deviations, which u of the points does not contain."""
+    from pretravel.base import MICROMETRE
+
+    if placement.errors is None or points.deviation is None:
+        return ()
+    moves = placement.errors.factors(points.positions)
+    along = ((moves * points.normals).sum(axis=2) ** 2).sum(axis=0) ** 0.5
+    most = 2.0 * float(along.max()) / MICROMETRE
+    said = (
+        f"deviations also contain the error of the placement, U up to {most:.2g} µm at these "
+        "points; u is that of the points in the machine. The points that align writes are in the "
+        "frame of the part, and share it"
+    )
+    return (said,)
+
+
+def _with_neighbours(
+    touches: Touches, points: Points, seen: PretravelMap
+) -> tuple[Points, tuple[str, ...]]:
+    """Points with the errors of normals from neighbouring touches, and what to say of these."""
+    import numpy as np
+
+    from pretravel.base import DEGREE
+    from pretravel.measurement import neighbour_normals, with_errors_of_normals
+
+    found = neighbour_normals(touches.positions)
+    median, largest = (float(turn) / DEGREE for turn in (np.median(found.turn), found.turn.max()))
+    uncertain = (
+        f"normals from neighbours {found.spacing:.3g} mm apart: uncertain by {median:.2g}° "
+        f"(median) to {largest:.2g}°, which is in the covariance of the points"
+    )
+    said = [uncertain]
+    doubtful = np.flatnonzero(found.doubtful)
+    if len(doubtful):
+        names = ", ".join(points.labels[row] for row in doubtful[:_NAMED].tolist())
+        more = "…" if len(doubtful) > _NAMED else ""
+        said.append(
+            f"the normals of {len(doubtful)} touches are doubtful: the surface is curved too much "
+            f"for this spacing, or has an edge there ({names}{more}). Touch more closely there, or "
+            "take the normals of the nominal surface"
+        )
+    return with_errors_of_normals(points, seen, found.turn), tuple(said)
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedTouches(Result):
+    """Surface points with the touches and the map that they come from.
+
+    Attributes
+    ----------
+    task : Compensate
+    readings : FileReadings
+    touches : Touches
+        In the frame of the part.
+    pretravel_map : PretravelMap
+    nominal : Surface, Part or None
+    points : Points
+        In the frame of the touches as they were given.
+    errors : PointErrors
+        Sources of error of the points, in the frame of the part; `point_budget` makes budgets.
+    summary : TouchSummary
+        Of the touches, which the warnings come from.
+    warnings : tuple of str
+    """
+
+    task: Compensate
+    readings: FileReadings
+    touches: Touches
+    pretravel_map: PretravelMap
+    nominal: Surface | Part | None
+    points: Points
+    errors: PointErrors
+    summary: TouchSummary
+    warnings: tuple[str, ...] = ()
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.measurement import feed_note, point_budget
+        from pretravel.tasks.compensate.report import points_document
+
+        task, note = self.task, feed_note(self.summary, self.pretravel_map)
+        document = points_document(
+            self.points,
+            touches_name=task.touches_name,
+            nominal=self.nominal,
+            placement=task.placement() if task.in_machine else None,
+            warnings=[*self.readings.notes(), *self.warnings],
+            budgets=[point_budget(self.errors)],
+        )
+        return replace(document, notes=(note,) if note else ())
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the points, with the names of the files that they come from."""
+        del output
+        from pretravel.files import write_points
+
+        made, name = self.pretravel_map, self.task.touches_name
+        source = made.provenance.source or "unknown"
+        read = self.touches.reading
+        reading = f"; {name} was read as {read}" if read else ""
+        map_name = Path(self.task.map_file).name
+        write_points(
+            path,
+            self.points,
+            f"{name} compensated with {map_name} ({made.kind}; {source}){reading}",
+            nominal_points=self.touches.nominal_points,
+            tip_radius=made.tip_radius,
+        )
+
+
+@dataclass(frozen=True)
+class CompensatedRows:
+    """What reports need of a part of a table, or of several.
+
+    Attributes
+    ----------
+    points : PointsSummary
+    touches : TouchSummary
+    drawn : tuple of Points
+        Some of the points, in equal distances, for pictures.
+    variances : tuple of mapping of str to (k,) float
+        Of these points along their normals, by source. [mm²]
+    """
+
+    points: PointsSummary
+    touches: TouchSummary
+    drawn: tuple[Points, ...]
+    variances: tuple[Mapping[str, FloatArray], ...]
+
+    def joined(self, other: CompensatedRows) -> CompensatedRows:
+        """Of both."""
+        return CompensatedRows(
+            self.points.joined(other.points),
+            self.touches.joined(other.touches),
+            self.drawn + other.drawn,
+            self.variances + other.variances,
+        )
+
+
+@dataclass(frozen=True)
+class LongCompensation(Result):
+    """The compensation of a long table, without its points, which are in the output.
+
+    Attributes
+    ----------
+    task : Compensate
+    table : LongTable
+    pretravel_map : PretravelMap
+    nominal : Surface, Part or None
+    found : CompensatedRows
+        Of the whole table.
+    warnings : tuple of str
+        Of the reader.
+    """
+
+    task: Compensate
+    table: LongTable
+    pretravel_map: PretravelMap
+    nominal: Surface | Part | None
+    found: CompensatedRows
+    warnings: tuple[str, ...]
+
+    @property
+    def reading(self) -> str:
+        """How the table was understood, where that is not plain."""
+        how = self.table.understood
+        return f"{len(self.found.points)} touches; {how}" if how else ""
+
+    def document(self) -> Document:
+        """The report; its pictures and its budget are those of some of the points."""
+        import numpy as np
+
+        from pretravel.measurement import (
+            budget_of_variances,
+            compensation_warnings,
+            feed_note,
+            joined_points,
+        )
+        from pretravel.show import Picture
+        from pretravel.tasks.compensate.picture import points_view
+        from pretravel.tasks.compensate.report import summary_document
+
+        task, drawn = self.task, joined_points(self.found.drawn)
+        title = f"{task.touches_name}, compensated"
+        placement = task.placement() if task.in_machine else None
+        picture = Picture(
+            f"{len(drawn)} of the {len(self.found.points)} points before and after compensation, "
+            "pretravel and uncertainty",
+            lambda: points_view(drawn, title, nominal=self.nominal, placement=placement),
+        )
+        variances = {
+            name: float(np.mean(np.concatenate([part[name] for part in self.found.variances])))
+            for name in self.found.variances[0]
+        }
+        dof = self.pretravel_map.repeatability_dof
+        budget = budget_of_variances(variances, dof, f"rms of {len(drawn)} of the points")
+        stated = compensation_warnings(self.found.touches, self.pretravel_map)
+        note = feed_note(self.found.touches, self.pretravel_map)
+        document = summary_document(
+            self.found.points,
+            picture,
+            title=title,
+            warnings=[*self.warnings, *stated],
+            budgets=[budget],
+        )
+        return replace(document, notes=(note,) if note else ())
+
+    def write(self, output: str, path: Path) -> None:
+        """Nothing: the points were written part by part."""
+
+
+def compensate_long_table(
+    table: LongTable,
+    pretravel_map: PretravelMap,
+    task: Compensate,
+    nominal: Surface | Part | None = None,
+) -> LongCompensation:
+    """Compensate a long table of touches part by part, and write the points.
+
+    Parameters
+    ----------
+    table : LongTable
+        From `long_table`.
+    pretravel_map : PretravelMap
+        In the axes of the machine.
+    task : Compensate
+        Its output is .csv or .parquet. The points are those of `Compensate.compensated`. They do
+        not state which errors they have in common, so that `measure` takes the largest uncertainty
+        that any correlation produces.
+    nominal : Surface, Part or None
+
+    Returns
+    -------
+    LongCompensation
+
+    Raises
+    ------
+    PretravelError
+        As `Compensate.compensated`; the output is then not written.
+    """
+    from pretravel.files import points_table, written_in_parts
+    from pretravel.touches import with_feed
+
+    found: CompensatedRows | None = None
+    warnings: dict[str, None] = {}
+    with written_in_parts(task.output) as append:
+        for read in table.readings():
+            readings = replace(read, touches=with_feed(read.touches, task.feed))
+            result = task.compensated(readings, pretravel_map, nominal, shared=False)
+            append(points_table(result.points))
+            done = 0 if found is None else len(found.points)
+            part = _part_of(result, done, max(table.count // _DRAWN, 1))
+            found = part if found is None else found.joined(part)
+            warnings |= dict.fromkeys(readings.warnings)
+            done = len(found.points)
+            ratio = min(done / max(table.count, 1), 0.99)
+            _LOG.info("%d touches of about %d", done, table.count, extra={"done": ratio})
+    assert found is not None  # a table has rows
+    return LongCompensation(task, table, pretravel_map, nominal, found, tuple(warnings))
+
+
+def _part_of(result: CompensatedTouches, first_row: int, apart: int) -> CompensatedRows:
+    import numpy as np
+
+    from pretravel.measurement import PointsSummary, points_at, variances_along_normals
+
+    some = np.arange(-first_row % apart, len(result.points), apart)
+    return CompensatedRows(
+        PointsSummary.of(result.points),
+        result.summary,
+        (points_at(result.points, some),) if len(some) else (),
+        (variances_along_normals(result.errors.at(some)),) if len(some) else (),
+    )

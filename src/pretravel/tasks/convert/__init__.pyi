@@ -1,0 +1,4 @@
+"""What other rooms use of this one."""
+
+from .task import Convert as Convert
+from .task import Formats as Formats

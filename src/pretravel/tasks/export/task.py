@@ -1,0 +1,400 @@
+"""Export a map: tables and programs for a control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from pretravel.base import ANGLE, DEGREE, FEED_OR_NONE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.task import (
+    FOLDER,
+    SILENT,
+    STYLUS_OF_SUBROUTINES,
+    TOOL_OF_SUBROUTINES,
+    Field,
+    Progress,
+    Result,
+    Task,
+    TextResult,
+    Units,
+    by_name,
+    refuse_no_folder,
+)
+
+if TYPE_CHECKING:
+    from pretravel.controls import ExportedFiles, ExportSettings
+    from pretravel.maps import PretravelMap
+
+_RADII_TABLE = "csv"
+"""A table of effective radii, which no control reads directly."""
+_OF_CONTROLS = {
+    "base": "base",
+    "program": "program",
+    "tool": "tool",
+    "stylus_length": "stylus_length",
+    "units": "units",
+    "angles": "angles",
+    "template": "template",
+    "azimuth_deg": "azimuth",
+    "form": "form",
+    "criterion": "criterion",
+    "tolerance_um": "tolerance",
+}
+"""Settings that not every control uses, by their names in `Control.options`. Whether there is a
+feed to state depends on the map."""
+
+
+def control_names() -> list[str]:
+    """What a map can be exported to."""
+    from pretravel.controls import CONTROLS
+
+    return [*CONTROLS, _RADII_TABLE]
+
+
+_OF_OTHER_FILES = (
+    ".step", ".stp", ".igs", ".iges", ".py", ".toml", ".jsonl", ".pretravel", ".qif",
+)  # fmt: skip
+"""Endings of text files that no control reads: parts, descriptions, histories, projects."""
+
+
+def makes_folder(to: str) -> bool:
+    """Whether an export makes several files, in a folder."""
+    from pretravel.controls import CONTROLS
+
+    return to in CONTROLS and CONTROLS[to].folder
+
+
+def takes_feed(to: str) -> bool:
+    """Whether the files hold for one measuring feed, where the map contains the signal delay."""
+    from pretravel.controls import CONTROLS
+
+    return to not in CONTROLS or not CONTROLS[to].uses_feed
+
+
+def applies(to: str, setting: str) -> bool:
+    """Whether a setting of `Export` goes with a control.
+
+    >>> applies("siemens", "tolerance_um"), applies("siemens", "base"), applies("csv", "feed")
+    (True, False, True)
+    """
+    from pretravel.controls import CONTROLS
+
+    if setting == "feed":
+        return takes_feed(to)
+    used = CONTROLS[to].options if to in CONTROLS else frozenset()
+    return setting not in _OF_CONTROLS or _OF_CONTROLS[setting] in used
+
+
+ControlForm: TypeAlias = Annotated[
+    Literal["auto", "formula", "table"] | None,
+    Field(
+        help="linuxcnc, fanuc, haas, siemens: formula (exact: harmonic, mean and physical "
+        "maps; no table), table (interpolated) or auto (default: on linuxcnc the formula, "
+        "on the others a table, where it is fine enough).",
+        words={
+            "": "Usual: automatic",
+            "auto": "Automatic",
+            "formula": "Formula (exact)",
+            "table": "Table",
+        },
+    ),
+]
+
+_WITHOUT_MACHINE = (
+    "scale, squareness and backlash of the machine were taken off the map, and these files do not "
+    "take them off: measure with the machine's own compensation of them, or compensate with "
+    "pretravel"
+)
+
+
+class Export(Task):
+    """Export a map as tables and macros for a control."""
+
+    name = "export"
+    group = "Control"
+    example = "pretravel export map.json --to linuxcnc -o subroutines"
+
+    map_file: Annotated[
+        Path,
+        Field(help="Map: .json, or a .csv table.", positional=True, metavar="MAP", reads=True),
+    ]
+    to: Annotated[
+        str,
+        Field(
+            help="linuxcnc (subroutines), renishaw (vector radii), fanuc and haas (macro "
+            "programs), siemens (840D cycle), heidenhain (from a template, not verified), radii "
+            "(JSON: one for each direction of travel, for probing screens), csv (a table of "
+            "effective radii). linuxcnc, fanuc, haas and siemens take a folder.",
+            names=control_names,
+            metavar="CONTROL",
+            label="Your control",
+            words={
+                "": "Choose …",
+                "fanuc": "Fanuc (macro programs)",
+                "haas": "Haas (macro programs)",
+                "siemens": "Siemens 840D (cycle)",
+                "heidenhain": "Heidenhain (table, not verified)",
+                "renishaw": "Renishaw cycles (vector radii)",
+                "linuxcnc": "LinuxCNC (subroutines)",
+                "radii": "Probing screens (radii to type)",
+                "csv": "Other: table of effective radii",
+            },
+        ),
+    ]
+    output: Annotated[
+        Path | None,
+        Field(help="File; for several files the folder.", short="-o", writes=FOLDER),
+    ] = None
+    form: ControlForm = None
+    tolerance_um: Annotated[
+        float | None,
+        Field(
+            help="linuxcnc, fanuc, haas, siemens: largest deviation of the interpolated table from "
+            "the map, in µm; by default 0.02, or half of the map's u.",
+            range=(1e-6, 1000.0),
+            label="Largest deviation from the map",
+            hint="Empty: 0.02 µm, or half of the map's u",
+        ),
+    ] = None
+    base: Annotated[
+        int | None,
+        Field(
+            help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
+            "controls before NGC).",
+            range=(0, 100_000),
+            label="First variable",
+            hint="Empty: the usual one",
+        ),
+    ] = None
+    program: Annotated[
+        int | None,
+        Field(
+            help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="Number of the first program",
+            hint="Empty: the usual one",
+        ),
+    ] = None
+    tool: Annotated[
+        int | None,
+        Field(
+            help=TOOL_OF_SUBROUTINES,
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="Tool number of the probe",
+            hint="Empty: no tool length",
+        ),
+    ] = None
+    stylus_length: Annotated[
+        float | None,
+        Field(
+            help=STYLUS_OF_SUBROUTINES,
+            range=(1.0, 1000.0),
+            unit="mm",
+            label="Length of the stylus",
+            hint="Empty: 50 mm",
+        ),
+    ] = None
+    units: Annotated[
+        Units | None,
+        Field(
+            help="renishaw, fanuc, haas, siemens: the unit of the table and of the programs that "
+            "use it; mm by default.",
+            label="Unit of the table",
+            words={"": "Usual: millimetres", "mm": "Millimetres", "inch": "Inches"},
+        ),
+    ] = None
+    angles: Annotated[
+        Literal["normals", "travel"] | None,
+        Field(
+            help="renishaw: what the control takes the angles for, azimuths of outward normals "
+            "(default) or of directions of travel.",
+            label="Angles are those of",
+            words={
+                "": "Usual: outward normals",
+                "normals": "Outward normals",
+                "travel": "Directions of travel",
+            },
+        ),
+    ] = None
+    criterion: Annotated[
+        Literal["max", "rms"] | None,
+        Field(
+            help="renishaw: the residual to minimise, the largest (max, the default) or the rms.",
+            label="What is made small",
+            words={
+                "": "Usual: largest error",
+                "max": "Largest error",
+                "rms": "Mean square error",
+            },
+        ),
+    ] = None
+    template: Annotated[
+        Path | None, Field(help="heidenhain: the template to fill in.", reads=True)
+    ] = None
+    show_template: Annotated[bool, Field(help="heidenhain: print the template to edit.")] = False
+    azimuth_deg: Annotated[
+        float | None,
+        Field(
+            help="heidenhain: azimuth of all touches, in degrees.",
+            range=ANGLE,
+            label="Azimuth of all touches",
+            hint="Empty: the mean around",
+        ),
+    ] = None
+    feed: Annotated[
+        float | None,
+        Field(
+            help="Measuring feed, in mm/min, for tables of a map that contains the signal delay; "
+            "the subroutines for linuxcnc use the feed of each touch.",
+            range=FEED_OR_NONE,
+            label="Measuring feed",
+            hint="Only for touches at several feeds",
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None,
+        Field(help="Diameter of the tip, in mm; the default is that of the map.", range=TIP_BALL),
+    ] = None
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """One file has the ending that its control wants, which we do not know."""
+        if makes_folder(self.to):
+            return super().endings(output)
+        own = "" if self.output is None else self.output.suffix.lower()
+        return (".csv" if self.to == _RADII_TABLE else own,)
+
+    def run(self, progress: Progress = SILENT) -> ExportedMap | TextResult:
+        """Make the files of the map.
+
+        Returns
+        -------
+        ExportedMap
+            Or a text: the template.
+
+        Raises
+        ------
+        PretravelError
+            No output; a setting that the control does not use; a map that it cannot hold.
+        """
+        del progress
+        from pretravel.controls import heidenhain_template
+        from pretravel.files import read_map
+
+        if self.show_template:
+            return TextResult(heidenhain_template())
+        if self.output is None:
+            raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
+        self._refuse_unused()
+        if self.output.suffix.lower() in _OF_OTHER_FILES:
+            raise PretravelError(
+                f"cannot write {self.output}: {self.output.suffix} is no ending of a file of a "
+                "control, and a file of that kind would be lost",
+                inputs=("output",),
+            )
+        if makes_folder(self.to):
+            refuse_no_folder(self.output)
+        return self.exported(read_map(self.map_file, tip_diameter=self.tip_diameter))
+
+    def exported(self, pretravel_map: PretravelMap) -> ExportedMap:
+        """Make the files of a map that has been read.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+        """
+        from pretravel.controls import CONTROLS, ExportedFiles, table_travel
+        from pretravel.files import csv_table_text
+        from pretravel.maps import effective_radius_table
+
+        self._refuse_unused()
+        control = CONTROLS.get(self.to)
+        if control is not None:
+            files = control.files(pretravel_map, self._settings(pretravel_map))
+        else:
+            table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
+            remark = "effective radii over the supported directions"
+            files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
+        without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
+        return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))
+
+    def _refuse_unused(self) -> None:
+        """Refuse settings that the control does not use."""
+        from pretravel.controls import CONTROLS
+
+        for name, setting in by_name(Export).items():
+            if name == "feed" or not self.stated(name) or applies(self.to, name):
+                continue
+            users = ", ".join(to for to in CONTROLS if applies(to, name))
+            raise PretravelError(f"{setting.option} does not apply to {self.to}; it is for {users}")
+        if self.feed is not None and not takes_feed(self.to):
+            raise PretravelError(
+                f"the files for {self.to} use the feed of each touch: leave the feed out",
+                inputs=("feed",),
+            )
+
+    def _settings(self, pretravel_map: PretravelMap) -> ExportSettings:
+        from pretravel.controls import ExportSettings, table_travel
+
+        tolerance, azimuth = self.tolerance_um, self.azimuth_deg
+        given = {
+            name: getattr(self, name) for name in _OF_CONTROLS if hasattr(ExportSettings, name)
+        }
+        given |= {
+            "tolerance": None if tolerance is None else tolerance * MICROMETRE,
+            "azimuth": None if azimuth is None else azimuth * DEGREE,
+            "template": None if self.template is None else _read_template(self.template),
+        }
+        return ExportSettings(
+            written=date.today().isoformat(),
+            travel=table_travel(pretravel_map, self.feed) if takes_feed(self.to) else 0.0,
+            **{name: value for name, value in given.items() if value is not None},
+        )
+
+
+def _read_template(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise PretravelError(f"{path}: cannot be read as text: {error}") from None
+
+
+def _statement(task: Export, files: ExportedFiles) -> str:
+    """Names of the files, and what they state."""
+    made = f"{task.output or ''}: {', '.join(sorted(files.texts))}".rstrip()
+    separator = " " if len(files.remarks) == 1 and not makes_folder(task.to) else "\n"
+    return separator.join([made, "\n".join(files.remarks)]) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class ExportedMap(Result):
+    """The files of a map for a control.
+
+    Attributes
+    ----------
+    task : Export
+    files : ExportedFiles
+    text : str
+        Names of the files, and what they state.
+    cautions : tuple of str
+    """
+
+    task: Export
+    files: ExportedFiles
+    text: str
+    cautions: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the one text to a file, or each text to a folder; what they replace is removed."""
+        del output
+        from pretravel.base import write_text, write_texts
+
+        if "" in self.files.texts:
+            write_text(path, self.files.texts[""])
+            return
+        write_texts(path, self.files.texts, "ascii")
+        for name in self.files.obsolete:
+            (path / name).unlink(missing_ok=True)

@@ -1,0 +1,492 @@
+"""Report and picture of the drift of a probe over many days, with the due date."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base import DEGREE, MICROMETRE, BoolArray, FloatArray
+from pretravel.files import DatedFile
+from pretravel.maps import PretravelMap
+from pretravel.qualification import (
+    DailyQuantity,
+    DayTerms,
+    DriftOverTime,
+    QuantityCourse,
+    radius_beside,
+)
+from pretravel.show import (
+    Area,
+    Axis,
+    Colour,
+    Column,
+    Digits,
+    Document,
+    Dots,
+    KeyFigure,
+    LineMark,
+    Mark,
+    Picture,
+    PlaneChart,
+    Rule,
+    Symbol,
+    Table,
+    View,
+    decimals,
+    signed_decimals,
+    significant,
+    value_text,
+)
+
+_BAND = 2.0
+"""Bars and bands are this many standard uncertainties."""
+_TICKS = 5
+_STEPS = (1, 2, 5, 7, 14, 30, 61, 91, 183, 365)
+"""Days between two dates on an axis; beyond the last one, multiples of it."""
+_AHEAD = 2.0
+"""Recorded times by which a picture goes beyond it, to a date that is due."""
+_FAR = 3.0
+"""A date that is farther ahead than so many recorded times is an extrapolation."""
+
+
+@dataclass(frozen=True)
+class DayFile:
+    """A day's file and what its touches say."""
+
+    file: DatedFile
+    terms: DayTerms
+
+
+@dataclass(frozen=True, eq=False)
+class FolderDrift:
+    """The files of many days, and the drift that they show.
+
+    Attributes
+    ----------
+    days : tuple of DayFile
+    unusable : tuple of pair of DatedFile and str
+        Files that say nothing, with the reason.
+    drift : DriftOverTime
+    pretravel_map : PretravelMap
+        That all days are compared with.
+    map_name : str
+        Its file, or that of the touches that it was made from.
+    limit_assumed : bool
+        Whether the limit is the expanded uncertainty of the map.
+    """
+
+    days: tuple[DayFile, ...]
+    unusable: tuple[tuple[DatedFile, str], ...]
+    drift: DriftOverTime
+    pretravel_map: PretravelMap
+    map_name: str
+    limit_assumed: bool
+
+
+def folder_document(history: FolderDrift, name: str = "") -> Document:
+    """The report of the touches of many days.
+
+    Parameters
+    ----------
+    history : FolderDrift
+    name : str
+        Of the folder.
+
+    Returns
+    -------
+    Document
+    """
+    drift = history.drift
+    limit = "its expanded uncertainty" if history.limit_assumed else "stated"
+    days = len(history.days)
+    return Document(
+        title=name or "History of a probe",
+        verdict=drift_verdict(drift),
+        figures=(
+            KeyFigure("files", f"{days}, from {_date(drift.moments[0])} to "
+                      f"{_date(drift.moments[-1])}, compared with the map of {history.map_name}"),
+            KeyFigure("allowed change of the map", drift.limit / MICROMETRE, "µm", decimals(2),
+                      remark=limit),
+            *drift_figures(drift),
+        ),
+        tables=(*drift_tables(drift), _days_table(history)),
+        pictures=(Picture("Drift over time", lambda: drift_view(drift, name)),),
+        notes=_notes(drift),
+        warnings=(*_unusable_warnings(history), *_undated_warnings(history), *_gross(history)),
+    )  # fmt: skip
+
+
+def drift_verdict(drift: DriftOverTime) -> str:
+    """What a process engineer asks first: does it drift, and when is the probe due again.
+
+    Parameters
+    ----------
+    drift : DriftOverTime
+
+    Returns
+    -------
+    str
+    """
+    since = drift.moments[drift.starts[-1]]
+    after = f"since the jump or new map of {_date(since)}: " if drift.starts[-1] else ""
+    if not drift.last:
+        return f"{after}too few days to tell drift from scatter (3 are needed)"
+    limit = value_text(drift.limit / MICROMETRE, "µm")
+    moving = ", ".join(_movement(one) for one in drift.drifting)
+    due, time = drift.first_due()
+    _, early = drift.first_due(early=True)
+    before = f"at the earliest on {_date(drift.moment(early))} (95 %{_sooner(drift)})"
+    if early <= drift.times[-1]:
+        before = "now: the change may be beyond the limit already (more than 5 % probable)"
+    if due is not None and time <= drift.times[-1]:
+        moved = f"{due.quantity.name} has probably changed the map by more than {limit}"
+        return f"{after}{moving or 'a random walk'}. QUALIFY NOW: {moved}"
+    if drift.drifting:
+        when = f"due on {_date(drift.moment(time))}" if due is not None else "has no due date"
+        return f"{after}drift: {moving}. Next qualification ({limit}) {when}, {before}"
+    walking = [one.quantity.name for one in drift.last if one.course.kind == "random walk"]
+    if walking:
+        reach = f"does not reach {limit}"
+        if due is not None:
+            reach = f"reaches {limit} on {_date(drift.moment(time))}, {before}"
+        moved = f"{', '.join(walking)} moves at random from day to day"
+        return f"{after}no steady drift is detected; {moved}, and {reach}"
+    if not math.isfinite(early):
+        return f"{after}no drift is detected"
+    hidden = "one that these days do not show"
+    return f"{after}no drift is detected; {hidden} could reach {limit} {before}"
+
+
+def _sooner(drift: DriftOverTime) -> str:
+    """The earliest date if a quantity walks at random, where that is another day."""
+    _, early = drift.first_due(early=True)
+    walking = _date(drift.moment(drift.earliest_if_walking))
+    return "" if walking == _date(drift.moment(early)) else f"; {walking} if it walks at random"
+
+
+def _movement(one: QuantityCourse) -> str:
+    course, unit = one.course, f"{one.quantity.unit}/day"
+    digits = decimals(max(1 - math.floor(math.log10(max(course.u_slope, 1e-9))), 0))
+    slope = value_text(course.slope, unit, Digits(digits.count, signed=True))
+    return f"{one.quantity.name} {slope} (u = {value_text(course.u_slope, unit, digits)})"
+
+
+def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
+    """The slope of each quantity since the last jump, and the dates.
+
+    Parameters
+    ----------
+    drift : DriftOverTime
+    """
+    found = [
+        KeyFigure(
+            f"trend of {one.quantity.name}", one.course.slope, f"{one.quantity.unit}/day",
+            Digits(3, significant=True, signed=True), one.course.u_slope, "", significant(2),
+            remark=_kind_words(one),
+        )
+        for one in drift.last
+    ]  # fmt: skip
+    due, time = drift.first_due()
+    first, early = drift.first_due(early=True)
+    far = drift.times[-1] + _FAR * max(float(np.ptp(drift.times)), 1.0)
+    if due is not None:
+        remark = due.quantity.name + ("; far beyond the recorded days" if time > far else "")
+        found.append(KeyFigure("due date", _date(drift.moment(time)), remark=remark))
+    if first is not None:
+        remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
+        remark += _sooner(drift)
+        found.append(KeyFigure("earliest date (95 %)", _date(drift.moment(early)), remark=remark))
+    return tuple(found)
+
+
+def _kind_words(one: QuantityCourse) -> str:
+    words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
+    course = one.course
+    walking = f"; u {course.walking.slope[1]:.2g} if it walks at random" if course.may_walk else ""
+    return f"{words[course.kind]}, p = {course.p_slope:.2g}{walking}"
+
+
+def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
+    """The course of each quantity in each series, and the jumps.
+
+    Parameters
+    ----------
+    drift : DriftOverTime
+    """
+    rows = [
+        (drift.moments[start], one)
+        for start, courses in zip(drift.starts, drift.courses, strict=True)
+        for one in courses
+    ]
+    last = drift.moments[drift.starts[-1]]
+    found = []
+    if rows:
+        found.append(_courses_table(drift, rows, last))
+    if drift.breaks:
+        units = {one.name: one.unit for one in drift.quantities}
+        found.append(
+            Table(
+                (
+                    Column.of("date", [_date(drift.moments[b.day]) for b in drift.breaks]),
+                    Column.of("what", [_BREAK[b.apart] for b in drift.breaks]),
+                    Column.of("clearest in", [b.quantity for b in drift.breaks]),
+                    Column.of("size", [b.size for b in drift.breaks], "", signed_decimals(2)),
+                    Column.of("u", [b.u for b in drift.breaks]),
+                    Column.of("unit", [units[b.quantity] for b in drift.breaks]),
+                ),
+                "Jumps and days apart",
+            )
+        )
+    return tuple(found)
+
+
+_BREAK = {False: "jump: the trend begins anew", True: "this day alone lies apart"}
+
+
+def _courses_table(
+    drift: DriftOverTime, rows: Sequence[tuple[datetime, QuantityCourse]], last: datetime
+) -> Table:
+    def dates(*, early: bool) -> list[str]:
+        found = []
+        for begin, one in rows:
+            time = math.inf if one.due is None else one.due.early if early else one.due.due
+            found.append(_date(drift.moment(time)) if begin == last else "")
+        return found
+
+    course = [one.course for _, one in rows]
+    return Table(
+        (
+            Column.of("since", [_date(begin) for begin, _ in rows]),
+            Column.of("quantity", [one.quantity.name for _, one in rows]),
+            Column.of("it is", [c.kind for c in course]),
+            Column.of("days", [float(len(c.series)) for c in course], "", decimals(0)),
+            Column.of("trend a day", [c.slope for c in course], "", significant(3)),
+            Column.of("u", [c.u_slope for c in course], "", significant(2)),
+            Column.of(
+                "u if it walks",
+                [c.walking.slope[1] if c.may_walk else math.nan for c in course],
+                "",
+                significant(2),
+            ),
+            Column.of("unit", [one.quantity.unit for _, one in rows]),
+            Column.of("p", [c.p_slope for c in course], "", significant(2)),
+            Column.of("scatter", [c.noise.scatter for c in course], "", significant(2)),
+            Column.of("walk/√day", [math.sqrt(c.noise.walk) for c in course], "", significant(2)),
+            Column.of("due", dates(early=False)),
+            Column.of("earliest (95 %)", dates(early=True)),
+        ),
+        "Course of each quantity",
+        "scatter: between the days, beyond the uncertainty of the touches; walk: standard "
+        "deviation of the steps that add up, in a day. u: of errors of the days that are "
+        "independent; if it walks: with steps that add up beside the trend, where these days leave "
+        "that open. p: probability of such a trend by chance, walks included.",
+    )
+
+
+def _days_table(history: FolderDrift) -> Table:
+    quantities = history.drift.quantities
+    columns = [
+        Column.of("date", [f"{day.file.moment:%Y-%m-%d %H:%M}" for day in history.days]),
+        Column.of("file", [day.file.path.name for day in history.days]),
+        Column.of("touches", [float(day.terms.touches) for day in history.days], "", decimals(0)),
+    ]
+    for one in quantities:
+        columns += [
+            Column.of(one.name, one.values, one.unit, signed_decimals(2)),
+            Column.of("u", one.u, one.unit),
+        ]
+    return Table(tuple(columns), "Each day, less the map")
+
+
+def day_columns(history: FolderDrift) -> dict[str, npt.ArrayLike]:
+    """Columns of a file: one row for each file that could be used.
+
+    Parameters
+    ----------
+    history : FolderDrift
+    """
+    terms = [day.terms for day in history.days]
+    apart = {b.day for b in history.drift.breaks if b.apart}
+    rows = range(len(terms))
+    series = [sum(start <= row for start in history.drift.starts) for row in rows]
+    radius = radius_beside(history.pretravel_map)
+    found: dict[str, npt.ArrayLike] = {
+        "time": [day.file.moment.isoformat(timespec="seconds") for day in history.days],
+        "file": [day.file.path.name for day in history.days],
+        "series": series,
+        "apart": [int(row in apart) for row in rows],
+        "touches": [one.touches for one in terms],
+        "left_out": [sum(len(o.rows) for o in one.gross) for one in terms],
+        "effective_radius_mm": [radius - one.level for one in terms],
+    }
+    for name, label, size in _FILE_COLUMNS:
+        found[label] = np.array([getattr(one, name) for one in terms]) / size
+        found[f"u_{label}"] = np.array([getattr(one, f"u_{name}") for one in terms]) / size
+    return found
+
+
+_FILE_COLUMNS = (
+    ("level", "level_um", MICROMETRE),
+    ("scale", "scale_percent", 0.01),
+    ("turn", "turn_deg", DEGREE),
+    ("form", "form_um", MICROMETRE),
+    ("delay", "delay_ms", 1e-3),
+)
+
+
+def _notes(drift: DriftOverTime) -> tuple[str, ...]:
+    if not drift.starts[-1]:
+        return ()
+    return (
+        (
+            f"the dates count from a map made on {_date(drift.moments[drift.starts[-1]])}: "
+            "qualify the probe if that was not done since"
+        ),
+    )
+
+
+def _unusable_warnings(history: FolderDrift) -> list[str]:
+    return [f"{file.path.name} is not used: {reason}" for file, reason in history.unusable]
+
+
+def _undated_warnings(history: FolderDrift) -> list[str]:
+    undated = [day.file.path.name for day in history.days if not day.file.from_name]
+    if not undated:
+        return []
+    several = len(undated) > 1
+    what = f"{len(undated)} file{'s have' if several else ' has'} no date in the name"
+    shown = f"{undated[0]}{' …' if several else ''}"
+    used = "the time of the last change of the file is used, which copying can change"
+    return [f"{what} ({shown}): {used}"]
+
+
+def _gross(history: FolderDrift) -> list[str]:
+    return [
+        f"{day.file.path.name}: {outlier.message}. It was left out"
+        for day in history.days
+        for outlier in day.terms.gross
+    ]
+
+
+def drift_view(drift: DriftOverTime, title: str = "") -> View:
+    """A chart for each quantity: days with bars, course with its band, limit and dates.
+
+    Parameters
+    ----------
+    drift : DriftOverTime
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    return View(title or "History of a probe", drift_charts(drift), 2)
+
+
+def drift_charts(drift: DriftOverTime) -> tuple[PlaneChart, ...]:
+    """The charts of `drift_view`.
+
+    Parameters
+    ----------
+    drift : DriftOverTime
+    """
+    return tuple(_chart(drift, one) for one in drift.quantities)
+
+
+def _chart(drift: DriftOverTime, quantity: DailyQuantity) -> PlaneChart:
+    times, apart = drift.times, {b.day for b in drift.breaks if b.apart}
+    end = _end_of_picture(drift)
+    marks: list[Mark] = []
+    for number, courses in enumerate(drift.courses):
+        own = next((one for one in courses if one.quantity is quantity), None)
+        if own is not None:
+            marks += _course_marks(own, end if courses is drift.last else None, named=not number)
+    rows = np.array([row not in apart for row in range(len(times))])
+    labels = tuple(f"{moment:%Y-%m-%d %H:%M}" for moment in drift.moments)
+    looks: tuple[tuple[BoolArray, Symbol, Colour, str], ...] = (
+        (rows, "dot", "series1", f"a day, ± {_BAND:g} u"),
+        (~rows, "cross", "limit", "lies apart"),
+    )
+    for kept, symbol, colour, name in looks:
+        at = np.flatnonzero(kept & np.isfinite(quantity.values))
+        if len(at):
+            dots = Dots(times[at], quantity.values[at], name, colour, u=_BAND * quantity.u[at],
+                        symbol=symbol, labels=tuple(labels[row] for row in at))  # fmt: skip
+            marks.append(dots)
+    marks += [
+        Rule(_middle(times, start), "" if k else "jump or new map", "ink", upright=True)
+        for k, start in enumerate(drift.starts[1:])
+    ]
+    y = Axis(f"{quantity.name} less the map's", quantity.unit)
+    return PlaneChart(quantity.name, _time_axis(drift.moments[0], end), y, tuple(marks))
+
+
+def _middle(times: FloatArray, row: int) -> float:
+    return 0.5 * float(times[row - 1] + times[row])
+
+
+def _end_of_picture(drift: DriftOverTime) -> float:
+    """The first date that is due, if it is not far beyond the days. [days]"""
+    last = float(drift.times[-1])
+    length = max(last, 1.0)
+    dates = [drift.first_due()[1], drift.first_due(early=True)[1]]
+    near = [date for date in dates if date <= last + _AHEAD * length]
+    return max([last + 0.05 * length, *(date + 0.05 * length for date in near)])
+
+
+def _course_marks(one: QuantityCourse, end: float | None, *, named: bool) -> list[Mark]:
+    """The course of a quantity with its band; to `end` where it is continued."""
+    series, (level, u) = one.course.series, one.course.expected.level
+    name = {"drift": "trend", "random walk": "random walk", "scatter": "no drift: trend"}
+    band = f"its band, ± {_BAND:g} u"
+    marks: list[Mark] = [
+        Area(series.times, level - _BAND * u, level + _BAND * u, band if named or end else "",
+             "series3"),
+        LineMark(series.times, level, name[one.course.kind] if named or end else "", "series3"),
+    ]  # fmt: skip
+    if end is None:
+        return marks
+    ahead = np.linspace(float(series.times[-1]), end, 60)
+    mean, spread = one.course.expected.later(ahead)
+    marks += [
+        Area(ahead, mean - _BAND * spread, mean + _BAND * spread, "", "series3", 0.1),
+        LineMark(ahead, mean, "forecast", "series3", dashed=True),
+    ]
+    if one.due is None:
+        return marks
+    reach = max(float(np.abs(np.append(mean, level) - one.start).max()), 3.0 * float(u.max()))
+    sides = (1.0, -1.0) if one.due.limit < 3.0 * reach else ()
+    marks += [
+        Rule(one.start + side * one.due.limit, "limit" if side > 0.0 else "", "limit")
+        for side in sides
+    ]
+    for date, words in ((one.due.early, "earliest date (95 %)"), (one.due.due, "due date")):
+        if date <= end:
+            marks.append(
+                Rule(date, words, "series2" if "due" in words else "series4", upright=True)
+            )
+    return marks
+
+
+def _time_axis(first: datetime, end: float) -> Axis:
+    """Dates at equal steps of whole days."""
+    day = datetime(first.year, first.month, first.day, tzinfo=first.tzinfo)
+    offset = (day - first).total_seconds() / 86400.0
+    wanted = max((end - offset) / _TICKS, 1e-9)
+    if end < 1.0:
+        return Axis("time", "days", -0.05 * end, end)
+    step = next((s for s in _STEPS if s >= wanted), math.ceil(wanted / _STEPS[-1]) * _STEPS[-1])
+    dates = np.arange(offset, end, step)
+    ticks = [float(tick) for tick in dates if tick >= -0.03 * end]
+    names = tuple(f"{first + timedelta(days=tick):%Y-%m-%d}" for tick in ticks)
+    return Axis("date", "", -0.03 * end, end, ticks=tuple(ticks),
+                tick_names=names)  # fmt: skip
+
+
+def _date(moment: datetime | None) -> str:
+    return "" if moment is None else f"{moment:%Y-%m-%d}"

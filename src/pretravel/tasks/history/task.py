@@ -1,0 +1,326 @@
+"""The history of a probe: a folder of touches, one file a day, or the file of its verifications."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, TIP_BALL, InputError, PretravelError
+from pretravel.task import (
+    PAGES,
+    SILENT,
+    Field,
+    Progress,
+    Reported,
+    Result,
+    Ring,
+    TouchTables,
+    files_meant,
+    output,
+)
+
+if TYPE_CHECKING:
+    from pretravel.files import DatedFile, Entry, ReadingOptions
+    from pretravel.maps import PretravelMap, QualificationSetup
+    from pretravel.qualification import DayTerms, DriftOverTime
+    from pretravel.show import Document
+    from pretravel.tasks.history.drift_report import DayFile, FolderDrift
+
+_LOG = logging.getLogger(__name__)
+_OF_TOUCHES = (
+    "diameter", "tip_diameter", "map_file", "kind", "ring", "units", "columns", "decimal", "plan",
+    "plan_columns", "join", "double_touches", "normal",
+)  # fmt: skip
+"""Settings that describe touches; verifications state their reference and map."""
+
+
+def _kinds() -> tuple[str, ...]:
+    """Kinds of map that follow the probe closely enough to be compared with."""
+    return "auto", "harmonic", "physical"
+
+
+class History(TouchTables, Reported):
+    """Show how a probe drifts over time, and when its next qualification is due.
+
+    From a folder of touches, one file a day; or from the verifications of pretravel verify
+    --history, with their control chart.
+    """
+
+    name = "history"
+    group = "Qualify"
+    example = "pretravel history logs --diameter 25 --tip-diameter 6 --limit 1 --plot drift.png"
+
+    places: Annotated[
+        tuple[Path, ...],
+        Field(
+            help="History file of one probe, .jsonl; or a folder with touches on the reference, "
+            "one file for each day or shift, with the date in its name (2026-03-14, 20260314, "
+            "14-03-2026; else the time of its last change). Several files or a name with * too.",
+            label="History",
+            positional=True,
+            metavar="HISTORY",
+        ),
+    ]
+    diameter: Annotated[
+        float | None,
+        Field(
+            help="Of touches: calibrated diameter of the sphere (or ring), in mm.",
+            range=REFERENCE_DIAMETER,
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None, Field(help="Of touches: diameter of the tip, in mm.", range=TIP_BALL)
+    ] = None
+    map_file: Annotated[
+        Path | None,
+        Field(
+            help="Of touches: map of pretravel qualify, .json, that every day is compared with; "
+            "without it, the first file is qualified.",
+            option="--map",
+            label="Map",
+            reads=True,
+        ),
+    ] = None
+    kind: Annotated[
+        str | None,
+        Field(
+            help="Of touches: kind of the first file's map, auto, harmonic or physical.",
+            names=_kinds,
+            metavar="KIND",
+        ),
+    ] = None
+    ring: Ring = False
+    limit_um: Annotated[
+        float | None,
+        Field(
+            help="Allowed change of the map, in µm: a new qualification is due when the drift "
+            "exceeds it. By default the expanded uncertainty of the map (U = 2 u).",
+            range=(0.001, 1000.0),
+        ),
+    ] = None
+    output: Annotated[
+        Path | None, output("Table: .csv; or a page, .html or .pdf.", ".csv", *PAGES)
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> VerificationHistory | TouchHistory:
+        """Read the history and determine the drift that it shows.
+
+        Returns
+        -------
+        VerificationHistory
+            Or `TouchHistory`, of files of touches.
+        """
+        if self._is_of_verifications():
+            return self._of_verifications(self.places[0])
+        reference, old_map = self._reference()
+        options = self.reading_options(
+            tip_diameter=self.tip_diameter, reference_diameter=self.diameter, ring=self.ring
+        )
+        files = self.further_files()
+        with progress.working(f"history of {len(files)} files"):
+            return TouchHistory(self, self._drift(files, options, reference, old_map))
+
+    def further_files(self) -> list[Path]:
+        """The file of verifications; or those with touches, without outputs of the same folder."""
+        if self._is_of_verifications():
+            return list(self.places)
+        return [path for path in files_meant(self.places) if path not in (self.output, self.plot)]
+
+    @property
+    def limit(self) -> float | None:
+        """The allowed change of the map. [mm]"""
+        return None if self.limit_um is None else self.limit_um * MICROMETRE
+
+    def _is_of_verifications(self) -> bool:
+        """Whether the argument is the file of verifications, not touches."""
+        from pretravel.files import HISTORY_ENDING
+
+        place = self.places[0]
+        is_history = place.suffix.lower() == HISTORY_ENDING and not place.is_dir()
+        return len(self.places) == 1 and is_history
+
+    def _of_verifications(self, path: Path) -> VerificationHistory:
+        from pretravel.files import drift_of_entries, read_history
+
+        given = tuple(name for name in _OF_TOUCHES if self.stated(name))
+        if given:
+            raise PretravelError(
+                "this history contains verifications, which state their reference and map; for "
+                "them leave out what describes touches",
+                inputs=given,
+            )
+        entries = tuple(read_history(path))
+        return VerificationHistory(self, entries, drift_of_entries(entries, self.limit))
+
+    def _reference(self) -> tuple[QualificationSetup, PretravelMap | None]:
+        """The reference, and the map that the days are compared with where one is given."""
+        from pretravel.files import read_map
+        from pretravel.maps import QualificationSetup
+
+        tip_diameter, ring = self.tip_diameter, self.ring
+        if self.diameter is None:
+            raise PretravelError(
+                "a history of touches needs the calibrated diameter of the reference (a file of "
+                "verifications, .jsonl, does not)",
+                inputs=("diameter",),
+            )
+        if self.map_file is None:
+            return QualificationSetup(self.diameter, tip_diameter=tip_diameter, ring=ring), None
+        if tip_diameter is not None or self.kind is not None:
+            raise PretravelError(
+                "the map states its tip and its kind: leave them out beside a map",
+                inputs=("map", *(("tip_diameter",) if tip_diameter is not None else ("kind",))),
+            )
+        old_map = read_map(self.map_file)
+        return QualificationSetup(self.diameter, 2.0 * old_map.tip_radius, ring=ring), old_map
+
+    def _drift(
+        self,
+        paths: Sequence[Path],
+        options: ReadingOptions,
+        reference: QualificationSetup,
+        old_map: PretravelMap | None,
+    ) -> FolderDrift:
+        """Compare the touches of many days with one map.
+
+        One file after the other is read, compared and forgotten. Files that cannot be used are
+        named with the reason.
+        """
+        from pretravel.files import dated_file
+        from pretravel.qualification import day_quantities, drift_over_time, refuse_unverifiable
+        from pretravel.tasks.history.drift_report import DayFile, FolderDrift
+
+        dated = sorted((dated_file(path) for path in paths), key=lambda one: (one.moment, one.path))
+        made, name = old_map, "" if self.map_file is None else self.map_file.name
+        if made is not None:
+            refuse_unverifiable(made)
+        days: list[DayFile] = []
+        unusable: list[tuple[DatedFile, str]] = []
+        for count, file in enumerate(dated):
+            _LOG.info("%s", file.path.name, extra={"done": count / len(dated)})
+            try:
+                if made is None:
+                    first, terms = _first_day(file, options, reference, self.kind or "auto")
+                    made, name = first, file.path.name
+                else:
+                    terms = _terms(file, options, reference, made)
+            except PretravelError as error:
+                unusable.append((file, str(error)))
+                continue
+            days.append(DayFile(file, terms))
+        if made is None or not days:
+            shown = unusable[0][1] if unusable else "there is none"
+            raise InputError(
+                f"none of {len(dated)} file{'s' if len(dated) != 1 else ''} can be used. The first "
+                f"one: {shown}"
+            )
+        _LOG.info("drift over time")
+        drift = drift_over_time(
+            [day.file.moment for day in days],
+            day_quantities([day.terms for day in days], made),
+            _allowed(made) if self.limit is None else self.limit,
+        )
+        return FolderDrift(tuple(days), tuple(unusable), drift, made, name, self.limit is None)
+
+
+@dataclass(frozen=True, eq=False)
+class VerificationHistory(Result):
+    """The verifications of a probe with the drift that they show.
+
+    Attributes
+    ----------
+    task : History
+    entries : tuple of Entry
+    drift : DriftOverTime
+    """
+
+    task: History
+    entries: tuple[Entry, ...]
+    drift: DriftOverTime
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.history.report import history_document
+
+        name = self.task.places[0].name
+        return history_document(self.entries, history_name=name, drift=self.drift)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the verifications, a row for each."""
+        del output
+        from pretravel.files import write_csv_table
+        from pretravel.tasks.history.report import history_columns
+
+        write_csv_table(path, history_columns(self.entries))
+
+
+@dataclass(frozen=True, eq=False)
+class TouchHistory(Result):
+    """Files of touches of many days with the drift that they show.
+
+    Attributes
+    ----------
+    task : History
+    found : FolderDrift
+    """
+
+    task: History
+    found: FolderDrift
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.history.drift_report import folder_document
+
+        places = self.task.places
+        if len(places) == 1:
+            return folder_document(self.found, places[0].name)
+        files = self.task.further_files()
+        return folder_document(self.found, f"{files[0].name} … {files[-1].name}")
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the days, a row for each."""
+        del output
+        from pretravel.files import write_csv_table
+        from pretravel.tasks.history.drift_report import day_columns
+
+        write_csv_table(path, day_columns(self.found))
+
+
+def _allowed(pretravel_map: PretravelMap) -> float:
+    """Expanded uncertainty of a map over its directions: smaller changes do not matter. [mm]"""
+    import numpy as np
+
+    from pretravel.maps import over_support
+    from pretravel.uncertainty import COVERAGE_FACTOR
+
+    u = over_support(pretravel_map)[2]
+    return COVERAGE_FACTOR * float(np.sqrt(np.mean(u**2)))
+
+
+def _first_day(
+    file: DatedFile, options: ReadingOptions, reference: QualificationSetup, kind: str
+) -> tuple[PretravelMap, DayTerms]:
+    from pretravel.files import read_series
+    from pretravel.qualification import day_terms, qualified, refuse_unverifiable
+
+    readings = read_series([file.path], options).in_machine_axes()
+    made = qualified(readings.touches, reference, kind).pretravel_map
+    refuse_unverifiable(made)
+    return made, day_terms(readings.touches, made, reference, own=True)
+
+
+def _terms(
+    file: DatedFile,
+    options: ReadingOptions,
+    reference: QualificationSetup,
+    pretravel_map: PretravelMap,
+) -> DayTerms:
+    from pretravel.files import read_series
+    from pretravel.qualification import day_terms, own_touches_warnings
+
+    touches = read_series([file.path], options).in_machine_axes().touches
+    own = bool(own_touches_warnings(touches, pretravel_map, ""))
+    return day_terms(touches, pretravel_map, reference, own=own)

@@ -1,0 +1,124 @@
+"""Reports and pictures of a part: its faces, and a plan of the points to touch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base import DEGREE
+from pretravel.probing import InspectionPlan
+from pretravel.show import (
+    Column,
+    Document,
+    Picture,
+    Table,
+    decimals,
+    signed_decimals,
+    significant,
+    value_text,
+)
+from pretravel.surface import Part, Surface
+from pretravel.tasks.plan.picture import part_view, plan_view
+
+_APEX = 1e-6
+"""A radius below this is the tip of a cone. [mm]"""
+
+
+def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document:
+    """The report of a part: its faces.
+
+    Parameters
+    ----------
+    part : Part
+    columns : mapping of str to values
+        Of `pretravel.files.plan_csv.faces_table`.
+
+    Returns
+    -------
+    Document
+    """
+    values = {name: np.asarray(column).tolist() for name, column in columns.items()}
+    usable = [row for row, problem in enumerate(values["problem"]) if not problem]
+    low, high = part.box
+    size = " x ".join(value_text(float(length)) for length in high - low)
+    count = len(values["face"])
+    parts = len({face.part for face in part.faces})
+    return Document(
+        title=part.name,
+        verdict=f"{part.name}: {count} face{'' if count == 1 else 's'}"
+        f"{f' of {parts} parts' if parts > 1 else ''}, {size} mm, from "
+        f"{value_text(tuple(low.tolist()))} to {value_text(tuple(high.tolist()))}",
+        tables=(
+            _faces_table({k: [column[row] for row in usable] for k, column in values.items()}),
+        ),
+        pictures=(Picture("Faces and their numbers", lambda: part_view(part)),),
+        warnings=_size_warnings(part.size)
+        + tuple(
+            f"face {face} cannot be used: {problem}"
+            for face, problem in zip(values["face"], values["problem"], strict=True)
+            if problem
+        ),
+    )
+
+
+_SMALL, _LARGE = 1.0, 10_000.0
+"""Sizes of parts beyond which the unit of a file is doubtful. [mm]"""
+
+
+def _size_warnings(size: float) -> tuple[str, ...]:
+    if _SMALL <= size <= _LARGE:
+        return ()
+    return (f"the part is {value_text(size, 'mm')} long: does the file state its unit correctly?",)
+
+
+def _faces_table(values: Mapping[str, list[Any]]) -> Table:
+    angle = significant(4)
+    radii = ["apex" if radius < _APEX else radius for radius in values["smallest_radius_mm"]]
+    return Table(
+        (
+            Column.of("face", [str(face) for face in values["face"]]),
+            Column.of("name", values["name"]),
+            *((Column.of("part", values["part"]),) if "part" in values else ()),
+            Column.of("type", values["type"]),
+            *(Column.of(axis, values[f"{axis}_mm"], "mm") for axis in "xyz"),
+            *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),
+            Column.of("radius", radii, "mm", significant(3)),
+            *(
+                Column.of(name.replace("_", " "), values[name], "", angle)
+                for name in ("u_from", "u_to", "v_from", "v_to")
+            ),
+        ),
+        explanation="x, y, z: a point in the middle of the face, far from its edges; nx, ny, nz: "
+        "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
+        "u, v: the range of its parameters.",
+    )
+
+
+def plan_document(plan: InspectionPlan, surface: Surface | Part, title: str = "") -> Document:
+    """The report of a plan of points to touch.
+
+    Parameters
+    ----------
+    plan : InspectionPlan
+    surface : Surface or Part
+    title : str
+        Of the picture.
+
+    Returns
+    -------
+    Document
+    """
+    steepest = math.acos(float(np.clip(plan.normal[:, 2].min(), -1.0, 1.0))) / DEGREE
+    polar = value_text(steepest, "°", decimals(1))
+    return Document(
+        title=title or "Targets",
+        verdict=f"{len(plan)} targets, normals up to {polar} from z",
+        pictures=(Picture("Targets and normals", lambda: plan_view(plan, surface, title)),),
+        warnings=tuple(
+            f"{count} points left out: {reason}" for reason, count in plan.left_out.items()
+        ),
+    )

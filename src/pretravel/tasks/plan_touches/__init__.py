@@ -1,0 +1,5 @@
+"""Plan the few touches on the reference that keep an old map good."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,135 @@
+"""Report and picture of a plan of few touches: where, and what they bring."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.qualification import TouchPlan
+from pretravel.show import (
+    Axis,
+    Colour,
+    Column,
+    Document,
+    Dots,
+    KeyFigure,
+    LineMark,
+    Picture,
+    PlaneChart,
+    Scale,
+    Table,
+    View,
+    angles_deg,
+    azimuth_axis,
+    decimals,
+    direction_words,
+    is_ring,
+    number_text,
+    scattered_top_view,
+)
+
+
+def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
+    """The report of a plan.
+
+    Parameters
+    ----------
+    plan : TouchPlan
+    map_name : str
+        Of the file of the old map.
+
+    Returns
+    -------
+    Document
+    """
+    title = f"Touches that keep {map_name or 'a map'} good"
+    drift = plan.prior.drift
+    noise = plan.prior.pretravel_map.repeatability / MICROMETRE
+    return Document(
+        title=title,
+        verdict=f"{len(plan.directions)} touches bring u of the map from "
+        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm",
+        figures=(
+            KeyFigure("u of the old map", _rms(plan.u_old), "µm",
+                      remark="root mean square over the directions, when it was made"),
+            KeyFigure("u today", _rms(plan.u_before), "µm",
+                      remark="with the drift since, without new touches"),
+            KeyFigure("u with the touches", _rms(plan.u_after), "µm",
+                      remark=f"at most {number_text(float(plan.u_after.max()) / MICROMETRE)} µm; "
+                      f"a touch has a repeatability of {number_text(noise)} µm"),
+            KeyFigure("drift", f"scale {drift.scale:.1%}, level {drift.level / MICROMETRE:.2f} µm, "
+                      f"turn {drift.turn / DEGREE:.2f}°, form {drift.form:.1%}",
+                      remark=drift.source),
+        ),
+        tables=(_directions_table(plan),),
+        pictures=(Picture("u before and after", lambda: touch_plan_view(plan, title)),),
+    )  # fmt: skip
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) / MICROMETRE
+
+
+def _rms_text(values: FloatArray) -> str:
+    return number_text(_rms(values), decimals(2))
+
+
+def _directions_table(plan: TouchPlan) -> Table:
+    polar, azimuth = angles_deg(plan.directions)
+    return Table(
+        (
+            Column.of("touch", [str(i + 1) for i in range(len(plan.directions))]),
+            Column.of("polar", polar, "°", decimals(1)),
+            Column.of("azimuth", azimuth, "°", decimals(1)),
+        ),
+        title="Directions, in their order:",
+        explanation="probe frame; the order varies the touch before each touch",
+    )
+
+
+def touch_plan_view(plan: TouchPlan, title: str = "") -> View:
+    """Standard uncertainty of the map today and with the touches, in the same colours.
+
+    Parameters
+    ----------
+    plan : TouchPlan
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    highest = float(plan.u_before.max()) / MICROMETRE
+    scale = Scale("u of the map", "µm", 0.0, highest)
+    planned: dict[str, Any] = dict(
+        zip(("node_polar_deg", "node_azimuth_deg"), angles_deg(plan.directions), strict=True),
+        node_name="planned touches, in their order",
+        node_labels=tuple(direction_words(plan.directions)),
+        numbered=True,
+    )
+    if is_ring(plan.places):
+        return View(title or "Plan of touches", (_ring_chart(plan),))
+    today = scattered_top_view("u today", plan.places, plan.u_before / MICROMETRE, scale)
+    then = scattered_top_view("u with the touches", plan.places, plan.u_after / MICROMETRE, scale)
+    return View(title or "Plan of touches", (today, replace(then, **planned)), 2)
+
+
+def _ring_chart(plan: TouchPlan) -> PlaneChart:
+    """The same over the azimuth, where the map is one of a ring."""
+    azimuth = angles_deg(plan.places)[1]
+    order = np.argsort(azimuth)
+    states: tuple[tuple[str, Colour, FloatArray], ...] = (
+        ("today", "before", plan.u_before),
+        ("with the touches", "after", plan.u_after),
+    )
+    lines = [
+        LineMark(azimuth[order], u[order] / MICROMETRE, name, colour) for name, colour, u in states
+    ]
+    at = angles_deg(plan.directions)[1]
+    labels = tuple(direction_words(plan.directions))
+    touches = Dots(at, np.zeros(len(at)), "planned touches", "ink", symbol="diamond", labels=labels)
+    return PlaneChart("u of the map", azimuth_axis(), Axis("u of the map", "µm", low=0.0),
+                      (*lines, touches))  # fmt: skip

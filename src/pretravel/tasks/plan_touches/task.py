@@ -1,0 +1,203 @@
+"""Plan the few touches on the reference that keep an old map good."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import REFERENCE_DIAMETER, PretravelError
+from pretravel.task import (
+    PAGES,
+    SILENT,
+    Field,
+    Progress,
+    Reported,
+    Result,
+    SphereCenter,
+    StartClearance,
+    Vector,
+    output,
+)
+from pretravel.tasks.qualify import Lengths, block_lengths
+
+if TYPE_CHECKING:
+    from pretravel.maps import PretravelMap
+    from pretravel.qualification import BlockPlan, TouchPlan
+    from pretravel.show import Document
+
+
+class PlanTouches(Reported):
+    """Choose the few touches on the reference that keep an old map good, or those on a block.
+
+    Give the touches to pretravel qualify --prior. With --block, the touches on a block that tell
+    scale, squareness, backlash and pretravel apart: give them to pretravel qualify --block.
+    """
+
+    name = "plan-touches"
+    group = "Qualify"
+    example = "pretravel plan-touches --map map.json --count 9 -o targets.csv"
+
+    map_file: Annotated[
+        Path | None,
+        Field(help="Map of pretravel qualify, .json.", option="--map", label="Map", reads=True),
+    ] = None
+    count: Annotated[
+        int,
+        Field(help="Number of touches, each in its own direction.", range=(1, 100_000)),
+    ] = 9
+    normals: Annotated[
+        Path | None,
+        Field(
+            help="Directions for which the map is needed: touches or targets of a part, .csv with "
+            "nx,ny,nz. Without it, all directions of the map.",
+            reads=True,
+        ),
+    ] = None
+    history: Annotated[
+        Path | None,
+        Field(
+            help="History of the probe, .jsonl (see pretravel verify): how much it drifts. "
+            "Without it, a usual drift is assumed.",
+            reads=True,
+        ),
+    ] = None
+    diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the sphere, in mm; that of the map's qualification by default.",
+            range=REFERENCE_DIAMETER,
+        ),
+    ] = None
+    center: SphereCenter = Vector(0, 0, 0)
+    clearance: StartClearance = 5.0
+    block: Annotated[
+        Lengths | None,
+        Field(
+            help="Instead of a map: plan touches on a block of these lengths in mm, one of a cube "
+            "or those along x, y and z at a turn of zero, for example 25.4,50.8,76.2. Its middle "
+            "is at --center; it is turned about it by 0, 90, 30 and 180 degrees.",
+            parse=block_lengths,
+            metavar="L or X,Y,Z",
+        ),
+    ] = None
+    output: Annotated[
+        Path | None, output("Targets: .csv; or a page, .html or .pdf.", ".csv", *PAGES)
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> PlannedTouches | PlannedBlock:
+        """Choose the directions.
+
+        Raises
+        ------
+        PretravelError
+            A map of a ring; a count of touches that do not determine it.
+        """
+        del progress
+        if (self.block is None) == (self.map_file is None):
+            raise PretravelError(
+                "touches are planned for an old map, or for a block: state one of them",
+                inputs=("map_file", "block"),
+            )
+        if self.block is not None:
+            from pretravel.qualification import plan_block
+
+            return PlannedBlock(self, plan_block(self.block))
+        assert self.map_file is not None
+        from pretravel.files import drift_of_history, read_history, read_map, read_normals
+        from pretravel.qualification import ProbeDrift, plan_touches
+
+        old_map = read_map(self.map_file)
+        _refuse_ring(old_map)
+        history, normals = self.history, self.normals
+        drift = ProbeDrift() if history is None else drift_of_history(read_history(history))
+        wanted = None if normals is None else read_normals(normals)
+        plan = plan_touches(old_map, self.count, normals=wanted, drift=drift)
+        return PlannedTouches(self, old_map, plan)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedTouches(Result):
+    """A plan of touches with the map that it is for.
+
+    Attributes
+    ----------
+    task : PlanTouches
+    old_map : PretravelMap
+    plan : TouchPlan
+    """
+
+    task: PlanTouches
+    old_map: PretravelMap
+    plan: TouchPlan
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.plan_touches.report import touch_plan_document
+
+        assert self.task.map_file is not None
+        return touch_plan_document(self.plan, map_name=self.task.map_file.name)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the targets.
+
+        Raises
+        ------
+        PretravelError
+            Nothing states the diameter of the reference.
+        """
+        del output
+        from pretravel.files import pattern_table, write_csv_table
+
+        retreat = self.old_map.tip_radius + self.task.clearance
+        radius = 0.5 * self._diameter()
+        center = self.task.center
+        write_csv_table(path, pattern_table(self.plan.normals, center, radius, retreat))
+
+    def _diameter(self) -> float:
+        setup = self.old_map.provenance.setup
+        if self.task.diameter is not None:
+            return self.task.diameter
+        if setup is None:
+            raise PretravelError(
+                "the map does not state the diameter of its reference; give it",
+                inputs=("diameter",),
+            )
+        return setup.diameter
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedBlock(Result):
+    """A plan of touches on a block.
+
+    Attributes
+    ----------
+    task : PlanTouches
+    plan : BlockPlan
+    """
+
+    task: PlanTouches
+    plan: BlockPlan
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.plan_touches.block_report import block_plan_document
+
+        assert self.task.block is not None
+        return block_plan_document(self.plan, tuple(self.task.block))
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the targets."""
+        del output
+        from pretravel.files import block_table, write_csv_table
+
+        write_csv_table(path, block_table(self.plan, self.task.center))
+
+
+def _refuse_ring(old_map: PretravelMap) -> None:
+    setup = old_map.provenance.setup
+    if setup is not None and setup.ring:
+        raise PretravelError(
+            "this map was made in a ring gauge: its few directions are best touched evenly around; "
+            "qualify with a prior takes them"
+        )

@@ -1,0 +1,5 @@
+"""List the catalogue of probes, or print one description."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

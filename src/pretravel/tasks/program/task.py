@@ -1,0 +1,421 @@
+"""Make probing programs for LinuxCNC: on a sphere, on a part, and subroutines to call by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+from pretravel.base import ANGLE, DEGREE, PretravelError
+from pretravel.task import (
+    FOLDER,
+    PROGRAMS,
+    REFERENCE_SPHERE,
+    SILENT,
+    STYLUS_OF_SUBROUTINES,
+    TOOL_OF_SUBROUTINES,
+    Angles,
+    Approach,
+    Feeds,
+    Field,
+    Progress,
+    Result,
+    Task,
+    Turn,
+    Vector,
+    feeds_list,
+    output,
+    polar_angles,
+    refuse_no_folder,
+    surface_files,
+    vector,
+)
+
+if TYPE_CHECKING:
+    from pretravel.base import FloatArray
+    from pretravel.controls import ProbingProgram
+    from pretravel.surface import Part
+
+_RINGS = "0,20,40,60,75,90"
+_TOUCHES_ON_THE_EQUATOR = 24
+_NAMED = 20
+"""Targets that are left out and named."""
+
+
+def _patterns() -> list[str]:
+    from pretravel.task import patterns
+
+    return ["rings", *patterns()]
+
+
+MachinePath: TypeAlias = Annotated[
+    Path,
+    Field(
+        help="Machine file: pretravel machine > mill.toml writes one to edit.",
+        positional=True,
+        reads=True,
+    ),
+]
+
+
+class ProgramTask(Task):
+    """Settings of tasks that make a program."""
+
+    output: Annotated[Path, output("Program: .ngc.", *PROGRAMS)]
+    repeats: Annotated[
+        int, Field(help="Repeats of each touch, one after the other.", range=(1, 1000))
+    ] = 1
+    feeds: Annotated[
+        Feeds | None,
+        Field(
+            help="Measuring feeds a,b,…, in mm/min: every touch is made at each; the default is "
+            "that of the machine file.",
+            parse=feeds_list,
+            metavar="FEEDS",
+        ),
+    ] = None
+    log: Annotated[
+        str | None,
+        Field(
+            help="Log file on the machine, beside its INI file: NAME_log.ngc, which the control "
+            "can read back; the default is the name of the program with this ending."
+        ),
+    ] = None
+
+    spindle_deg: Annotated[
+        float | None,
+        Field(
+            help="Orientation of the spindle during the touches, in degrees (M19), which the log "
+            "states: make one program for 0 and one for 180, for pretravel reversal.",
+            range=ANGLE,
+            label="Orientation of the spindle",
+        ),
+    ] = None
+    by_hand: Annotated[
+        bool,
+        Field(
+            help="Of a machine without M19: the program stops at the safe height until the spindle "
+            "was turned by hand.",
+        ),
+    ] = False
+
+    @property
+    def log_name(self) -> str:
+        """Of the log file on the machine."""
+        from pretravel.controls import LOG_ENDING
+
+        return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
+
+
+class ProgramSphere(ProgramTask):
+    """Touch a reference sphere in all directions, for pretravel qualify.
+
+    The centre of the sphere is the origin of the work offset (or --center), to about 1 mm.
+    """
+
+    name = "program sphere"
+    group = "Control"
+    example = "pretravel program sphere mill.toml --diameter 24.9987 -o sphere.ngc"
+
+    machine: MachinePath
+    diameter: Annotated[float, REFERENCE_SPHERE]
+    pattern: Annotated[
+        str,
+        Field(
+            help="rings (--polar, --count), iso10360-5 (25 touches) or iso230-10 (36 on the "
+            "equator).",
+            names=_patterns,
+            metavar="PATTERN",
+        ),
+    ] = "rings"
+    polar: Annotated[
+        Angles | None,
+        Field(
+            help="Polar angles of the rings, in degrees; 90 is the equator; the default is "
+            f"{_RINGS}.",
+            parse=polar_angles,
+            metavar="ANGLES",
+        ),
+    ] = None
+    count: Annotated[
+        int | None,
+        Field(
+            help="Touches on the equator; other rings are as dense; the default is "
+            f"{_TOUCHES_ON_THE_EQUATOR}.",
+            range=(1, 10_000),
+        ),
+    ] = None
+    center: Annotated[
+        Vector,
+        Field(
+            help="Centre of the sphere in work coordinates, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ] = Vector(0, 0, 0)
+    shank: Annotated[
+        float,
+        Field(
+            help="Diameter of a vertical shank below the sphere, in mm; 0: none.",
+            range=(0.0, 1000.0),
+            unit="mm",
+        ),
+    ] = 0.0
+    turn_deg: Turn = 0.0
+
+    def run(self, progress: Progress = SILENT) -> PlannedProgram:
+        """Plan the touches and the moves between them.
+
+        Raises
+        ------
+        PretravelError
+            A shank as thick as the sphere; rings of another pattern; as `plan_program`.
+        """
+        import numpy as np
+
+        from pretravel.base import probe_rotation
+        from pretravel.controls import SphereObstacle, plan_program
+        from pretravel.files import read_machine
+        from pretravel.touches import Targets
+
+        if self.shank >= self.diameter:
+            raise PretravelError(
+                f"a shank of {self.shank:g} mm: it must be thinner than the sphere",
+                inputs=("shank", "diameter"),
+            )
+        known = read_machine(self.machine)
+        normals = self._directions() @ probe_rotation(rotation=self.turn_deg * DEGREE).T
+        middle, radius = np.array(self.center), 0.5 * self.diameter
+        labels = tuple(f"s{i + 1}" for i in range(len(normals)))
+        x, y, z = self.center
+        with progress.working("planning"):
+            program = plan_program(
+                Targets(middle + radius * normals, normals, labels=labels),
+                known,
+                title=f"sphere of {self.diameter:g} mm around X{x:g} Y{y:g} Z{z:g}",
+                feeds=self.feeds or (),
+                repeats=self.repeats,
+                obstacles=[SphereObstacle(middle, radius, self.shank)],
+            )
+        return _planned(self, program)
+
+    def _directions(self) -> FloatArray:
+        """Directions of the pattern; polar angles and count are those of rings."""
+        from pretravel.base import ring_pattern
+        from pretravel.task import patterns
+
+        if self.pattern == "rings":
+            rings = polar_angles(_RINGS) if self.polar is None else self.polar
+            count = _TOUCHES_ON_THE_EQUATOR if self.count is None else self.count
+            return ring_pattern([angle * DEGREE for angle in rings.degrees], count)
+        if self.polar is not None or self.count is not None:
+            raise PretravelError(
+                f"polar angles and a count are only for rings, not {self.pattern}",
+                inputs=("polar", "count", "pattern"),
+            )
+        return patterns()[self.pattern]()
+
+
+class ProgramPart(ProgramTask):
+    """Touch the targets of a plan, with moves between them that are free of collisions."""
+
+    name = "program part"
+    group = "Control"
+    example = "pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"
+
+    machine: MachinePath
+    targets: Annotated[
+        Path, Field(help="Targets, .csv, from pretravel plan.", positional=True, reads=True)
+    ]
+    surface: Annotated[
+        str | None,
+        Field(
+            help="The part, part.step: moves are checked against all its faces.",
+            reads=surface_files,
+        ),
+    ] = None
+    compensated: Annotated[
+        Path | None,
+        Field(
+            help="Compute surface points on the control, with the subroutines of pretravel export "
+            "MAP --to linuxcnc; the program stops where the control has those of another map.",
+            metavar="MAP",
+            reads=True,
+        ),
+    ] = None
+    allow_misses: Annotated[
+        bool,
+        Field(
+            help="Go on after a touch without contact; not after the first touch, and not after "
+            "two in a row."
+        ),
+    ] = False
+    leave_out: Annotated[bool, Field(help="Leave out targets that cannot be reached.")] = False
+    approach: Approach = "normal"
+
+    def run(self, progress: Progress = SILENT) -> PlannedProgram:
+        """Plan the moves between the targets.
+
+        Raises
+        ------
+        PretravelError
+            A surface that is no part; targets that cannot be reached; as `plan_program`.
+        """
+        from pretravel.controls import PartObstacle, plan_program
+        from pretravel.files import read_machine, read_targets
+
+        known = read_machine(self.machine)
+        part = None if self.surface is None else _part(self.surface)
+        plan = read_targets(self.targets, approach=self.approach)
+        with progress.working(f"planning {len(plan)} touches"):
+            program = plan_program(
+                plan,
+                known,
+                title=self.targets.stem,
+                feeds=self.feeds or (),
+                repeats=self.repeats,
+                obstacles=[] if part is None else [PartObstacle(part)],
+                leave_out=self.leave_out,
+            )
+        return _planned(self, program, self.compensated, allow_misses=self.allow_misses)
+
+
+def _part(surface: str) -> Part:
+    from pretravel.surface import Part, parse_surface
+
+    shape = parse_surface(surface)
+    if not isinstance(shape, Part):
+        raise PretravelError(
+            f"{surface}: moves are checked against a STEP or IGES file (part.step)",
+            inputs=("surface",),
+        )
+    return shape
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedProgram(Result):
+    """A program and what is known of its moves.
+
+    Attributes
+    ----------
+    program : ProbingProgram
+    content : str
+        The program for the control.
+    text : str
+        Touches and duration, and what was checked.
+    cautions : tuple of str
+        What was not.
+    """
+
+    program: ProbingProgram
+    content: str
+    text: str
+    cautions: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the program."""
+        del output
+        from pretravel.base import write_text
+
+        write_text(path, self.content, "ascii")
+
+
+def _planned(
+    task: ProgramTask,
+    program: ProbingProgram,
+    compensated: Path | None = None,
+    *,
+    allow_misses: bool = False,
+) -> PlannedProgram:
+    from pretravel.controls import HANDLER, linuxcnc_program
+    from pretravel.files import read_map
+
+    if task.by_hand and task.spindle_deg is None:
+        raise PretravelError(
+            "a spindle is turned by hand, but its orientation is not stated",
+            inputs=("by_hand", "spindle"),
+        )
+    pretravel_map = None if compensated is None else read_map(compensated)
+    content = linuxcnc_program(
+        program,
+        task.log_name,
+        compensated=pretravel_map,
+        allow_misses=allow_misses,
+        spindle=None if task.spindle_deg is None else task.spindle_deg * DEGREE,
+        by_hand=task.by_hand,
+        written=date.today().isoformat(),
+    )
+    minutes = program.duration / 60.0
+    where = f"they are logged to {task.log_name} beside the machine's INI file"
+    lines = [
+        f"{len(program)} touches, about {minutes:.1f} min; {where}",
+        f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",
+        *(f"checked: {statement}" for statement in program.checked),
+    ]
+    warnings = []
+    if pretravel_map is not None and pretravel_map.delay is None and pretravel_map.feed is None:
+        warnings.append(
+            f"{compensated} states no feed: the points hold only if the probe was qualified at "
+            "the feed of this program"
+        )
+    if program.left_out:
+        more = "…" if len(program.left_out) > _NAMED else ""
+        names = ", ".join(program.left_out[:_NAMED]) + more
+        count = len(program.left_out)
+        warnings.append(f"{count} targets left out that cannot be reached: {names}")
+    warnings += [f"not checked: {statement}" for statement in program.unchecked]
+    return PlannedProgram(program, content, "\n".join(lines) + "\n", tuple(warnings))
+
+
+class ProgramMdi(Task):
+    """Write pretravel_sphere: touches on any reference sphere, called from MDI.
+
+    It needs neither a map nor a machine file. pretravel export --to linuxcnc writes it too, with
+    cycles that need a map.
+    """
+
+    name = "program mdi"
+    group = "Control"
+    example = "pretravel program mdi -o subroutines"
+
+    output: Annotated[Path, output("Folder of subroutines, of SUBROUTINE_PATH.", *FOLDER)]
+    tool: Annotated[
+        int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
+    ] = None
+    stylus_length: Annotated[
+        float, Field(help=STYLUS_OF_SUBROUTINES, range=(1.0, 1000.0), unit="mm")
+    ] = 50.0
+
+    def run(self, progress: Progress = SILENT) -> Subroutines:
+        """The subroutines."""
+        del progress
+        from pretravel.controls import sphere_subroutines
+
+        refuse_no_folder(self.output)
+        texts = sphere_subroutines(self.tool, self.stylus_length)
+        return Subroutines(texts, f"{self.output}: {', '.join(sorted(texts))}\n")
+
+
+@dataclass(frozen=True)
+class Subroutines(Result):
+    """Texts of subroutines.
+
+    Attributes
+    ----------
+    texts : mapping of str to str
+        By the names of their files.
+    text : str
+        Their names.
+    """
+
+    texts: Mapping[str, str]
+    text: str
+
+    def write(self, output: str, path: Path) -> None:
+        """Write a file for each in a folder."""
+        del output
+        from pretravel.base import write_texts
+
+        write_texts(path, self.texts, "ascii")

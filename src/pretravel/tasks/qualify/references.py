@@ -1,0 +1,306 @@
+"""Qualify without a sphere: on blocks, pins, bores, several references in one fit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, PretravelError, checked
+from pretravel.task import PAGES, Field, Progress, Result, Task, with_reading
+
+if TYPE_CHECKING:
+    from pretravel.files import FileReadings
+    from pretravel.maps import SetupOptions
+    from pretravel.qualification import Qualification, Reference, ReferenceFit
+    from pretravel.show import Document
+    from pretravel.task import LaboratoryReport
+    from pretravel.touches import Touches
+
+_PPM = 1e-6
+_USUAL_FORM = 1.0 * MICROMETRE
+"""Of a block, where none is stated: parallel faces of a good 1-2-3 block."""
+_REFERENCE = re.compile(r"([^=:@/,]+)=([a-z]+)(?::([^:]+))?(?::([\d.]+))?")
+
+
+class Lengths(tuple[float, ...]):
+    """Distances of opposite faces. [mm]"""
+
+    def __str__(self) -> str:
+        return ",".join(f"{length:.12g}" for length in self)
+
+
+def block_lengths(text: str) -> Lengths:
+    """One length of a block, or three.
+
+    >>> block_lengths("25.4,50.8,76.2")
+    (25.4, 50.8, 76.2)
+    """
+    cells = text.split(",")
+    if len(cells) not in (1, 3):
+        raise PretravelError(
+            f"'{text}': a block has one length, 50.8, or three along x, y and z, 25.4,50.8,76.2"
+        )
+    lengths = (checked(cell, "a length of the block", REFERENCE_DIAMETER) for cell in cells)  # type: ignore[arg-type]  # text too
+    return Lengths(lengths)
+
+
+class StatedReference(str):
+    """A reference as it is typed: ``ring=ring:50.0003:0.3``."""
+
+
+def stated_reference(text: str) -> StatedReference:
+    """Check a reference that is typed.
+
+    >>> stated_reference("plug=pin:unknown")
+    'plug=pin:unknown'
+    """
+    if not _REFERENCE.fullmatch(text):
+        raise PretravelError(
+            f"'{text}': a reference is NAME=SHAPE:SIZE:U, for example r50=ring:50.0003:0.3 "
+            "(mm, and its standard uncertainty in µm) or hole=ring:unknown"
+        )
+    return StatedReference(text)
+
+
+class OnReferences(Task):
+    """Settings of a qualification without a sphere."""
+
+    pin: Annotated[
+        bool,
+        Field(
+            help="The reference is a pin or boss, touched outside all around; --ring is one that "
+            "is touched inside, a bore too. Several heights are taken as they are.",
+            label="The reference is a pin or boss",
+        ),
+    ] = False
+    unknown_size: Annotated[
+        bool,
+        Field(
+            help="The diameter of the reference is not known: the shape of the map alone is "
+            "determined, and its mean is not.",
+            label="The diameter is not known",
+        ),
+    ] = False
+    block: Annotated[
+        Lengths | None,
+        Field(
+            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels: the "
+            "calibrated distance of opposite faces in mm (50.8), or the three along x, y and z at "
+            "a turn of zero (25.4,50.8,76.2). A column reference states the turn: block@90.",
+            parse=block_lengths,
+            metavar="L or X,Y,Z",
+        ),
+    ] = None
+    reference: Annotated[
+        tuple[StatedReference, ...],
+        Field(
+            help="One of several references of one fit, NAME=SHAPE:SIZE:U: shape block, ring "
+            "(bore), pin (boss) or sphere, size in mm or unknown, U its standard uncertainty in "
+            "µm. Touches state the name in a column reference or at the beginning of their labels "
+            "(r50/1). For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
+            parse=stated_reference,
+            metavar="NAME=SHAPE:SIZE:U",
+        ),
+    ] = ()
+    u_scale_ppm: Annotated[
+        float | None,
+        Field(
+            help="With --block or --reference: standard uncertainty of the scales of the machine, "
+            "in µm/m, where it is known, for example 20; 0 takes them as exact.",
+            range=(0.0, 1e5),
+            unit="µm/m",
+        ),
+    ] = None
+    u_squareness_ppm: Annotated[
+        float | None,
+        Field(
+            help="The same of the squareness of its axes, in µm/m.",
+            range=(0.0, 1e5),
+            unit="µm/m",
+        ),
+    ] = None
+    u_backlash_um: Annotated[
+        float | None,
+        Field(
+            help="The same of the backlash of its axes, in µm; 0 for axes with own scales.",
+            range=(0.0, 1000.0),
+        ),
+    ] = None
+
+    @property
+    def on_references(self) -> bool:
+        """Whether the touches are on a block or on several references."""
+        return self.block is not None or bool(self.reference)
+
+    def refuse_settings_of_references(self) -> None:
+        """What is known of a machine has no effect on a sphere, a ring or a pin.
+
+        Raises
+        ------
+        PretravelError
+        """
+        for name in ("u_scale_ppm", "u_squareness_ppm", "u_backlash_um"):
+            if getattr(self, name) is not None:
+                raise PretravelError(
+                    "what is known of the machine is taken with a block or several references only",
+                    inputs=(name.removesuffix("_um"), "block", "reference"),
+                )
+
+
+def size_warnings(task: OnReferences) -> list[str]:
+    """What a size that is not known leaves open."""
+    if not task.unknown_size:
+        return []
+    return [
+        (
+            "the size of the reference is not known: the shape of the map is determined, its mean "
+            "is not (taken as zero, u = 25 µm). Differences between directions and positions of "
+            "centres are right, sizes and distances from a face are not"
+        )
+    ]
+
+
+def references_of(
+    task: OnReferences, *, u_usual: float, u_temperature: float, form: float | None
+) -> list[Reference]:
+    """The references that are stated.
+
+    Parameters
+    ----------
+    task : OnReferences
+    u_usual : float
+        Standard uncertainty of a size whose own is not stated. [mm]
+    u_temperature : float
+        [K]
+    form : float or None
+        Deviation of form; None for that of a usual block. [mm]
+
+    Raises
+    ------
+    PretravelError
+        Two of one name.
+    """
+    from pretravel.qualification import Reference
+
+    common = {"u_temperature": u_temperature, "form": _USUAL_FORM if form is None else form}
+    found = []
+    if task.block is not None:
+        found.append(Reference("block", "block", tuple(task.block), u_usual, **common))
+    for text in task.reference:
+        match = _REFERENCE.fullmatch(text)
+        assert match is not None  # checked where it was typed
+        name, shape, size, u = match.groups()
+        sizes: Sequence[float] = ()
+        if size not in (None, "unknown"):
+            sizes = block_lengths(size)
+        u_size = u_usual if u is None else float(u) * MICROMETRE
+        found.append(Reference(name, shape, tuple(sizes), u_size, **common))
+    names = [one.name for one in found]
+    double = [name for name in names if names.count(name) > 1]
+    if double:
+        raise PretravelError(
+            f"two references are called {double[0]}", inputs=("reference", "block")
+        )
+    return found
+
+
+def fitted_references(
+    task: OnReferences,
+    touches: Touches,
+    references: Sequence[Reference],
+    setup: SetupOptions,
+    progress: Progress,
+) -> tuple[ReferenceFit, tuple[Reference, Qualification] | None]:
+    """Fit touches on blocks or several references; a round one among them gives the map.
+
+    Parameters
+    ----------
+    task : OnReferences
+    touches : Touches
+        In the axes of the machine.
+    references : sequence of Reference
+    setup : SetupOptions
+        Of the map.
+    progress : Progress
+
+    Returns
+    -------
+    fit : ReferenceFit
+    qualified : tuple of Reference and Qualification, or None
+    """
+    from pretravel.maps import priors_of
+    from pretravel.qualification import fit_references, qualified_beside_others
+
+    backlash = task.u_backlash_um
+    priors = priors_of(
+        u_scale=None if task.u_scale_ppm is None else task.u_scale_ppm * _PPM,
+        u_squareness=None if task.u_squareness_ppm is None else task.u_squareness_ppm * _PPM,
+        u_backlash=None if backlash is None else backlash * MICROMETRE,
+    )
+    with progress.working(f"fitting {len(touches)} touches on {len(references)} references"):
+        found = fit_references(
+            touches, references, tip_diameter=setup["tip_diameter"], priors=priors
+        )
+    with progress.working("qualifying on the round reference"):
+        return found, qualified_beside_others(touches, references, found, setup)
+
+
+@dataclass(frozen=True, eq=False)
+class QualifiedReferences(Result):
+    """What touches on references say of the machine and the probe.
+
+    Attributes
+    ----------
+    task : LaboratoryReport
+    touches_name : str
+        Of the touches, in titles.
+    readings : FileReadings
+    references : tuple of Reference
+    fit : ReferenceFit
+    qualified : tuple of Reference and Qualification, or None
+        The map of the touches on a round reference, without the terms of the machine.
+    """
+
+    task: LaboratoryReport
+    touches_name: str
+    readings: FileReadings
+    references: tuple[Reference, ...]
+    fit: ReferenceFit
+    qualified: tuple[Reference, Qualification] | None = None
+
+    def document(self) -> Document:
+        """The report, with what the laboratory states."""
+        from pretravel.task import with_laboratory
+        from pretravel.tasks.qualify.references_report import reference_document
+
+        report = reference_document(
+            self.fit,
+            self.references,
+            touches_name=self.touches_name,
+            qualified=self.qualified,
+            warnings=[*self.readings.notes(), *self.task.statements_left_out()],
+        )
+        return with_laboratory(report, self.task.statements())
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the map (.json), or every term as a table (.csv)."""
+        del output
+        from pretravel.files import write_csv_table, write_map
+        from pretravel.tasks.qualify.references_report import term_columns
+
+        if path.suffix.lower() == ".csv":
+            write_csv_table(path, term_columns(self.fit))
+        else:
+            assert self.qualified is not None  # else refused before
+            write_map(path, self.qualified[1])
+
+
+TERM_ENDINGS = (".json", ".csv", *PAGES)
+"""Of the output of touches on references."""

@@ -1,0 +1,334 @@
+"""Report and pictures of a qualification: the map of a probe from touches on a reference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.maps import USUAL_U_DIAMETER, some_directions
+from pretravel.qualification import (
+    KindScore,
+    Qualification,
+    SignalDelay,
+    part_point_budget,
+    radius_budget,
+)
+from pretravel.show import (
+    Axis,
+    Column,
+    Document,
+    Dots,
+    KeyFigure,
+    Mark,
+    Picture,
+    PlaneChart,
+    Rule,
+    Scale,
+    Section,
+    Span,
+    Table,
+    View,
+    angles_deg,
+    azimuth_axis,
+    budget_picture,
+    chart_by_place,
+    decimals,
+    is_ring,
+    labels_of,
+    map_and_touches,
+    map_body,
+    map_top_view,
+    number_text,
+    signed_decimals,
+    some_rows,
+    value_text,
+)
+from pretravel.six_seats import IDEAL, PARAMETERS, PhysicalMapFit
+from pretravel.task import budget_section
+from pretravel.tasks.qualify.summary import judgement, summary_figures, verdict
+
+
+def qualification_document(
+    result: Qualification,
+    *,
+    touches_name: str = "",
+    scores: Sequence[KindScore] = (),
+    warnings: Sequence[str] = (),
+    excluded: Sequence[str] = (),
+    saved: bool = True,
+) -> Document:
+    """The report of a qualification.
+
+    Parameters
+    ----------
+    result : Qualification
+    touches_name : str
+        Of the file with the touches.
+    scores : sequence of KindScore
+        Where the kind of map was chosen among several.
+    warnings : sequence of str
+        Beside those of the result.
+    excluded : sequence of str
+        Touches that the user left out.
+    saved : bool
+        Whether the map was written.
+
+    Returns
+    -------
+    Document
+    """
+    pretravel_map = result.pretravel_map
+    title = f"{touches_name}, " if touches_name else "Qualification, "
+    title += f"map kind {pretravel_map.kind}"
+    budgets = (part_point_budget(result), radius_budget(result))
+    return Document(
+        title=title,
+        verdict=verdict(result, budgets[0]),
+        judgement=judgement(result),
+        figures=(
+            *summary_figures(result, scores, saved),
+            *(() if result.delay is None else (_delay_figure(result.delay),)),
+            *_outlier_figures(result),
+            *_assumed_figures(result),
+            *_map_figures(result),
+            KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
+        ),
+        tables=(_scores_table(scores),) if scores else (),
+        sections=(
+            *_sections(result, scores),
+            *budget_section(budgets),
+            Section("Method", (_method(result),), detail=True, certificate=True),
+        ),
+        pictures=(
+            Picture("Map, touches and residuals", lambda: qualification_view(result, title)),
+            *(budget_picture(budget, budget.result) for budget in budgets),
+        ),
+        notes=(*(f"left out as requested: {name}" for name in excluded),),
+        warnings=(*warnings, *result.warnings),
+        budgets=budgets,
+    )
+
+
+def _method(result: Qualification) -> str:
+    """What was done, in sentences for a certificate."""
+    made = result.pretravel_map.provenance
+    return (
+        f"The probe was {made.source} ({made.touches}). The pretravel of a touch is the distance "
+        "of the machine's position at the trigger from that of a probe without pretravel. Centre, "
+        f"effective radius and a map of kind {result.pretravel_map.kind} were fitted to them; the "
+        "scatter of repeats and residuals, the reference and its temperature are in the "
+        "uncertainty. The U of a point on a part contains a single touch with the map, and no "
+        "errors of the machine."
+    )
+
+
+def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Section, ...]:
+    problems = tuple(f"{score.kind}: {score.problem}" for score in scores if score.problem)
+    fit = result.fit
+    return (
+        *((_six_seat_section(fit),) if isinstance(fit, PhysicalMapFit) else ()),
+        *((Section("Kinds that cannot be fitted", problems, detail=True),) if problems else ()),
+    )
+
+
+def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
+    """What of the reference was assumed: everybody who leaves it out reads it, so no warning."""
+    if result.setup.u_diameter is not None:
+        return ()
+    return (
+        KeyFigure(
+            "assumed",
+            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "
+            "a usual one, which moves all points alike; state that of the certificate",
+        ),
+    )
+
+
+def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:
+    """Each outlier, and the map with and without them."""
+    figures = tuple(
+        KeyFigure("OUTLIER", f"{outlier.message}. {outlier.outcome}") for outlier in result.outliers
+    )
+    if result.used.all():
+        return figures
+    effect = result.effect_of_outliers / MICROMETRE
+    return (
+        *figures,
+        KeyFigure(
+            "with outliers", f"the map would differ by up to {value_text(effect, 'µm')}"
+            if math.isfinite(effect)
+            else "no map could be fitted",
+        ),
+    )  # fmt: skip
+
+
+def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
+    pretravel_map = result.pretravel_map
+    normals = some_directions(result.contact_normals[result.used])
+    value = pretravel_map.pretravel(normals, extrapolate=True) / MICROMETRE
+    u = pretravel_map.standard_uncertainty(normals) / MICROMETRE
+    dof = result.repeatability_dof
+    made = pretravel_map.provenance
+    return (
+        KeyFigure("qualified", f"{made.source}, {made.touches}", detail=True),
+        KeyFigure("at the touches", Span.of(value), "µm", remark="pretravel", detail=True),
+        KeyFigure("u at the touches", Span.of(u), "µm", remark="of the map", detail=True),
+        KeyFigure(
+            "repeatability", result.repeatability / MICROMETRE, "µm",
+            remark=f"{number_text(dof, decimals(0))} degrees of freedom"
+            if math.isfinite(dof)
+            else "as given",
+            detail=True,
+        ),
+        KeyFigure(
+            "scatter of places", pretravel_map.fixed_scatter / MICROMETRE, "µm",
+            remark="of one place from another, which repeats at a place do not reduce",
+            detail=True,
+        ),
+        KeyFigure(
+            "residuals", float(np.std(result.residuals[result.used])) / MICROMETRE, "µm",
+            remark="standard deviation, "
+            f"{number_text(result.degrees_of_freedom, decimals(1))} degrees of freedom",
+            detail=True,
+        ),
+        KeyFigure(
+            "R²", result.explained_share, "", decimals(4),
+            remark="share of the touches' variance that the map explains", detail=True,
+        ),
+    )  # fmt: skip
+
+
+def _delay_figure(delay: SignalDelay) -> KeyFigure:
+    return KeyFigure(
+        "signal delay",
+        delay.delay * 1e3,
+        "ms",
+        decimals(3),
+        delay.u_delay * 1e3,
+        remark=f"from feeds of {delay.slowest:g} to {delay.fastest:g} mm/min; the map is that of "
+        "the probe at rest, compensation first subtracts the feed times the delay",
+    )
+
+
+def _scores_table(scores: Sequence[KindScore]) -> Table:
+    """How the kinds of map predict touches that were left out of their fits."""
+    fitted = [score for score in scores if not score.problem]
+    return Table(
+        (
+            Column.of("kind", [score.kind for score in fitted]),
+            Column.of("weight", [score.weight for score in fitted]),
+            Column.of("left-out rms", [score.rms / MICROMETRE for score in fitted], "µm"),
+            Column.of("±", [score.u_rms / MICROMETRE for score in fitted], "µm"),
+            Column.of("(error/u)²", [score.reduced_chi_square for score in fitted]),
+            Column.of(
+                "score", [score.logarithmic_score for score in fitted], digits=signed_decimals(2)
+            ),
+        ),
+        title="Directions that were left out of the fit of each kind:",
+        explanation="left-out rms: of the touches that were left out, repeatability included, "
+        "± its standard error; (error/u)²: mean over the touches, each with its own u, 1 where u "
+        "is right; score: mean of ln(u/µm) + (error/u)²/2, the smaller the better; weight: share "
+        "in the average, chosen for the largest probability of these directions.",
+        detail=True,
+    )
+
+
+def _six_seat_section(fit: PhysicalMapFit) -> Section:
+    """The numbers of a fitted six-seat probe."""
+    spread = np.sqrt(np.diag(fit.parameter_covariance))
+    index = {parameter.name: i for i, parameter in enumerate(PARAMETERS)}
+
+    def figure(label: str, name: str, unit: str, factor: float, remark: str = "") -> KeyFigure:
+        value, u = fit.basis.named[name], float(spread[index[name]])
+        u *= value if PARAMETERS[index[name]].logarithmic else 1.0
+        digits = decimals(1 if name == "support_angle" else 2)
+        return KeyFigure(label, value * factor, unit, digits, u * factor, remark=remark)
+
+    learned = ", ".join(
+        f"{parameter.name.replace('_', ' ')} "
+        f"{number_text(100.0 * fit.learned[index[parameter.name]], decimals(0))} %"
+        for parameter in IDEAL
+    )
+    return Section(
+        "Six-seat probe",
+        figures=(
+            figure("lever / radius", "lever_ratio", "", 1.0, "lever over tripod radius"),
+            figure("support angle", "support_angle", "°", 1.0 / DEGREE),
+            figure("first rod", "rod_azimuth", "°", 1.0 / DEGREE, "azimuth, or 120° further"),
+            figure("lateral deflection", "lateral_deflection", "µm", 1.0 / MICROMETRE),
+            figure("seat indentation", "seat_indentation", "µm", 1.0 / MICROMETRE, "at rest"),
+            KeyFigure(
+                "known from the touches", learned,
+                remark="100 %: from the touches alone; 0 %: the value of usual probes",
+            ),
+            KeyFigure(
+                "unevenness",
+                f"{fit.scales.mean('asymmetry'):.2g} times that of usual probes: differences "
+                "between rods and between seats",
+            ),
+        ),
+        detail=True,
+    )  # fmt: skip
+
+
+def qualification_view(qualification: Qualification, title: str = "") -> View:
+    """The map from above and as a body, over azimuth with the touches, and the residuals by place.
+
+    Parameters
+    ----------
+    qualification : Qualification
+    title : str
+
+    Returns
+    -------
+    View
+        Of touches on a ring: the map over azimuth, and the residuals over azimuth.
+    """
+    pretravel_map = qualification.pretravel_map
+    title = title or f"Qualification, map kind {pretravel_map.kind}"
+    directions = qualification.contact_normals @ pretravel_map.rotation
+    observed, residuals = qualification.observed, qualification.residuals / MICROMETRE
+    labels = labels_of(
+        directions,
+        [("pretravel", observed / MICROMETRE, False), ("residual", residuals, True)],
+    )
+    around = map_and_touches(pretravel_map, directions, observed, labels)
+    if is_ring(directions):
+        return View(title, (around, _residuals_on_ring(qualification, directions, labels)), 2)
+    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
+    scale = Scale.of("touch less map", "µm", residuals, signed=True)
+    by_place = chart_by_place(
+        directions, residuals, scale, "residuals by place", labels=labels,
+        groups=qualification.groups, ringed=("named as outlier", outliers),
+    )  # fmt: skip
+    body = map_body(pretravel_map, directions, observed, labels)
+    return View(title, (map_top_view(pretravel_map), around, by_place, body), 2)
+
+
+def _residuals_on_ring(
+    qualification: Qualification, directions: FloatArray, labels: tuple[str, ...]
+) -> PlaneChart:
+    """Residuals over azimuth, and before them those of the mean radius about its own centre."""
+    rows = some_rows(np.arange(len(directions)), 3000)
+    observed = qualification.observed / MICROMETRE
+    circle = np.column_stack([np.ones(len(observed)), directions[:, :2]])
+    mean = observed - circle @ np.linalg.lstsq(circle, observed, rcond=None)[0]
+    azimuth = angles_deg(directions)[1][rows]
+    residuals = qualification.residuals[rows] / MICROMETRE
+    named = tuple(labels[row] for row in rows)
+    kind = qualification.pretravel_map.kind
+    marks: list[Mark] = [
+        Rule(0.0),
+        Dots(azimuth, mean[rows], "left by the mean radius", "before", symbol="ring", labels=named),
+        Dots(azimuth, residuals, f"left by the map ({kind})", "after", labels=named),
+    ]
+    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
+    if outliers:
+        at = angles_deg(directions[outliers])[1]
+        marks.append(Dots(at, qualification.residuals[outliers] / MICROMETRE, "named as outlier",
+                          "limit", symbol="ring", size=11.0))  # fmt: skip
+    return PlaneChart("residuals by place", azimuth_axis(),
+                      Axis("touch less map", "µm"), tuple(marks))  # fmt: skip

@@ -1,0 +1,192 @@
+"""The tips of a star stylus as they are stated, and what comes of them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+from pretravel.base import MICROMETRE, TIP_BALL, PretravelError, checked
+from pretravel.task import PAGES, Field, Result, Task, Vector, unit_vector, with_reading
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pretravel.files import FileReadings
+    from pretravel.measurement import Points, StarStylus
+    from pretravel.qualification import Qualification
+    from pretravel.show import Document
+    from pretravel.task import LaboratoryReport
+
+TIP_ENDINGS = (".json", *PAGES)
+"""Of the output of several tips."""
+_TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
+
+
+class StatedTip(str):
+    """A tip as it is typed: ``front=4@0,1,0``."""
+
+    @property
+    def parts(self) -> TipParts:
+        """Its name, diameter and axis."""
+        match = _TIP.fullmatch(self)
+        assert match is not None  # checked where it was typed
+        name, diameter, axis = match.groups()
+        return TipParts(name, float(diameter), unit_vector(axis or "0,0,1"))
+
+
+class TipParts(NamedTuple):
+    """What is stated of a tip: diameter in mm, and direction from the tip to its hub."""
+
+    name: str
+    diameter: float
+    axis: Vector
+
+
+def stated_tip(text: str) -> StatedTip:
+    """Check a tip that is typed.
+
+    >>> stated_tip("front=4@0,1,0").parts.diameter
+    4.0
+    """
+    if not _TIP.fullmatch(text):
+        raise PretravelError(
+            f"'{text}': a tip is NAME=DIAMETER@X,Y,Z, for example front=4@0,1,0: its diameter in "
+            "mm, and the direction from the tip to its hub (0,0,1 where it is left out)"
+        )
+    found = StatedTip(text)
+    checked(found.parts.diameter, "the tip's diameter", TIP_BALL)
+    return found
+
+
+class OfSeveralTips(Task):
+    """Settings of a qualification of several tips."""
+
+    tip: Annotated[
+        tuple[StatedTip, ...],
+        Field(
+            help="A tip of a star stylus or a tool, NAME=DIAMETER@X,Y,Z: its name in the column "
+            "tip, its diameter in mm, and the direction from the tip to its hub (0,0,1 where it "
+            "is left out). For example --tip down=6 --tip front=4@0,1,0; the others refer to the "
+            "first one. All touch one sphere that is not moved.",
+            parse=stated_tip,
+            metavar="NAME=D@X,Y,Z",
+        ),
+    ] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class QualifiedTips(Result):
+    """The tips of a star stylus, each with its qualification.
+
+    Attributes
+    ----------
+    task : LaboratoryReport
+    touches_name : str
+        Of the touches, in titles.
+    readings : FileReadings
+    qualifications : mapping of str to Qualification
+    star : StarStylus
+    """
+
+    task: LaboratoryReport
+    touches_name: str
+    readings: FileReadings
+    qualifications: Mapping[str, Qualification]
+    star: StarStylus
+
+    def document(self) -> Document:
+        """The report."""
+        import numpy as np
+
+        from pretravel.show import Column, Digits, Document, KeyFigure, Table, decimals
+
+        star, made = self.star, list(self.qualifications.values())
+        offsets = np.array([star.offset(name) for name in star.names])
+        u, alone = (
+            np.array([np.sqrt(np.diag(star.offset_covariance(n, alone=a))) for n in star.names])
+            for a in (False, True)
+        )
+        two = Digits(2, significant=True)
+        table = Table(
+            (
+                Column.of("tip", star.names),
+                *(Column.of(a, offsets[:, i], "mm", decimals(4)) for i, a in enumerate("xyz")),
+                *(
+                    Column.of(f"u {a}", u[:, i] / MICROMETRE, "µm", two)
+                    for i, a in enumerate("xyz")
+                ),
+                Column.of("alone", alone.max(axis=1) / MICROMETRE, "µm", two),
+                Column.of("repeats to", [q.repeatability / MICROMETRE for q in made], "µm", two),
+            ),
+            f"Tips from {star.names[0]}:",
+            "u: of points that are compensated with these maps; alone: largest u of the offset as "
+            "a place, with the doubt that parts a centre from its map.",
+        )
+        warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
+        return Document(
+            title=f"{self.touches_name}: {len(made)} tips on one sphere",
+            verdict=f"{len(made)} tips have a map each, and their offsets from {star.names[0]}",
+            figures=tuple(
+                KeyFigure(f"effective radius, {name}", q.effective_radius, "mm", decimals(5),
+                          u=q.u_effective_radius / MICROMETRE, u_unit="µm", u_digits=two)
+                for name, q in self.qualifications.items()
+            ),
+            tables=(table,),
+            warnings=(*self.readings.notes(), *warnings, *self.task.statements_left_out()),
+        )  # fmt: skip
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write all tips to one file."""
+        del output
+        from pretravel.files import write_star
+
+        write_star(path, self.star)
+
+
+@dataclass(frozen=True, eq=False)
+class CompensatedTips(Result):
+    """Surface points of several tips.
+
+    Attributes
+    ----------
+    touches_name : str
+        Of the touches, in titles.
+    readings : FileReadings
+    star : StarStylus
+    points : Points
+        In the frame of the first tip.
+    """
+
+    touches_name: str
+    readings: FileReadings
+    star: StarStylus
+    points: Points
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.compensate import points_document
+
+        document = points_document(
+            self.points, touches_name=self.touches_name, warnings=self.readings.notes()
+        )
+        note = f"Points are in the frame of the tip {self.star.names[0]}."
+        return replace(document, notes=(*document.notes, note))
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the points."""
+        del output
+        from pretravel.files import write_points
+
+        touches = self.readings.touches
+        note = f"{self.touches_name} compensated with the tips {', '.join(self.star.names)}"
+        write_points(path, self.points, note, nominal_points=touches.nominal_points)

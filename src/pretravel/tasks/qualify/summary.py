@@ -1,0 +1,134 @@
+"""The report of a qualification in a few lines: is the probe good, what is known, what is next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.base import MICROMETRE, FloatArray, describe
+from pretravel.maps import over_support
+from pretravel.qualification import KindScore, Qualification, radius_budget
+from pretravel.show import Judgement, KeyFigure, Span, decimals, number_text, value_text
+from pretravel.uncertainty import Budget
+
+GOOD_PROBE = 0.5 * MICROMETRE
+"""Standard deviation of a touch up to which a probe is called good: makers state 0.5 µm. [mm]"""
+POOR_PROBE = 1.5 * MICROMETRE
+"""Standard deviation of a touch from which a probe is called poor. [mm]"""
+_USUAL_DIRECTIONS = 25
+_UNEVEN = 3.0  # largest u over the mean one from which a direction is proposed
+
+
+_GRADES = {
+    "good": Judgement("good", "Good"),
+    "usable": Judgement("caution", "Usable"),
+    "poor": Judgement("bad", "Poor"),
+}
+_NO_REPEATS = Judgement("caution", "Not known")
+
+
+def _grade(result: Qualification) -> str:
+    size = result.pretravel_map.single_touch
+    return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
+
+
+def judgement(result: Qualification) -> Judgement:
+    """Whether the probe is good, in a word.
+
+    Parameters
+    ----------
+    result : Qualification
+    """
+    repeated = result.fit.observation.repeats.dof > 0.0
+    return _GRADES[_grade(result)] if repeated else _NO_REPEATS
+
+
+def verdict(result: Qualification, point: Budget) -> str:
+    """Whether the probe is good, which only repeats tell, and the uncertainty of a point.
+
+    Parameters
+    ----------
+    result : Qualification
+    point : Budget
+        Of a point on a part, from `part_point_budget`.
+    """
+    known = (
+        f"a point on a part has U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
+        f"(k = {number_text(point.coverage_factor())})"
+    )
+    repeats = value_text(result.repeatability / MICROMETRE, "µm")
+    # The grade is of the repeats alone: a good probe can need its map.
+    if result.fit.observation.repeats.dof > 0.0:
+        return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
+    return (
+        "Whether the probe is good is not known, because no direction was touched twice "
+        f"({repeats} is assumed for a touch, from what the map leaves): touch each direction three "
+        f"times. {known[0].upper()}{known[1:]}"
+    )
+
+
+def summary_figures(
+    result: Qualification, scores: Sequence[KindScore], saved: bool
+) -> tuple[KeyFigure, ...]:
+    """What the map is, what it knows, how sure it is, and what to do next.
+
+    Parameters
+    ----------
+    result : Qualification
+    scores : sequence of KindScore
+        Empty where the kind was given.
+    saved : bool
+        Whether the map was written.
+    """
+    pretravel_map = result.pretravel_map
+    u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
+    directions, value, u = over_support(pretravel_map)
+    highest, worst = int(np.argmax(value)), int(np.argmax(u))
+    return (
+        KeyFigure("map kind", pretravel_map.kind, remark=_weights(scores)),
+        KeyFigure(
+            "centre", tuple(result.center.tolist()), "mm", decimals(5),
+            tuple(u_center.tolist()), "µm", decimals(2),
+        ),
+        KeyFigure(
+            "effective radius", result.effective_radius, "mm", decimals(6),
+            result.u_effective_radius / MICROMETRE, "µm", decimals(2),
+            coverage_factor=radius_budget(result).coverage_factor(),
+        ),
+        KeyFigure(
+            "pretravel", Span.of(value / MICROMETRE), "µm",
+            remark=f"largest at {describe(directions[highest])}",
+        ),
+        KeyFigure(
+            "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
+            remark=f"largest {value_text(float(u[worst]) / MICROMETRE, 'µm')} at "
+            f"{describe(directions[worst])}",
+        ),
+        KeyFigure("next", _next(result, u, describe(directions[worst]), saved)),
+    )  # fmt: skip
+
+
+def _weights(scores: Sequence[KindScore]) -> str:
+    shares = [
+        f"{score.kind} {number_text(score.weight, decimals(2))}"
+        for score in scores
+        if score.weight > 0.0
+    ]
+    return f"weights {', '.join(shares)}, by directions that were left out" if shares else ""
+
+
+def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
+    """The most useful thing to do with this probe; u is that of the map over its directions."""
+    pretravel_map, observation = result.pretravel_map, result.fit.observation
+    if result.outliers:
+        return "see the outliers: touch there again, or exclude these touches for good"
+    if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:
+        return f"touch {_USUAL_DIRECTIONS} directions, three times each, for a smaller u"
+    if pretravel_map.single_touch > POOR_PROBE:
+        return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
+    if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > pretravel_map.single_touch:
+        return f"touch the reference at {worst} too, where the map is least certain"
+    if not saved:
+        return "write the map to a file (.json), then compensate a part with it"
+    return "compensate a part with the map; verify the probe from time to time"

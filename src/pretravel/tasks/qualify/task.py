@@ -1,0 +1,497 @@
+"""Qualify a probe: touches on a reference, from files, to a map and its report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.base import ANGLE, DEGREE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.task import (
+    DIAMETER,
+    MAPS,
+    PAGES,
+    SILENT,
+    SPHERE_FORM,
+    UPRIGHT,
+    Field,
+    LaboratoryReport,
+    Length,
+    ProbeAxis,
+    Progress,
+    Result,
+    Ring,
+    TouchFilesWithFeed,
+    UDiameter,
+    UTemperature,
+    by_name,
+    length_or_none,
+    output,
+    with_reading,
+)
+from pretravel.tasks.qualify.references import (
+    TERM_ENDINGS,
+    OnReferences,
+    QualifiedReferences,
+    fitted_references,
+    references_of,
+    size_warnings,
+)
+from pretravel.tasks.qualify.several_tips import TIP_ENDINGS, OfSeveralTips, QualifiedTips
+
+if TYPE_CHECKING:
+    from pretravel.files import FileReadings
+    from pretravel.maps import PretravelMap, QualificationSetup, SetupOptions, WozniakKind
+    from pretravel.qualification import MapUpdate, Qualification
+    from pretravel.show import Document
+
+
+def kind_names() -> list[str]:
+    """The kinds of map, and the choice among them."""
+    from pretravel.maps.kinds import AUTO, kinds
+
+    return [*kinds(), AUTO]
+
+
+class Qualify(TouchFilesWithFeed, LaboratoryReport, OnReferences, OfSeveralTips):
+    """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
+
+    Touches at two or more feeds (column feed_mm_min) also determine the signal delay.
+
+    Without a sphere: --block 50.8 takes touches on a gauge block or a 1-2-3 block, --pin those
+    outside a pin or boss, --reference those on several references (see pretravel plan-touches
+    --block).
+
+    A shop's own table is read as it is, for example X;Y;Z;I;J;K with decimal commas:
+    pretravel qualify shop.csv --units inch --diameter 25.4 --tip-diameter 6 -o map.json
+    """
+
+    name = "qualify"
+    group = "Qualify"
+    example = "pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
+
+    diameter: Annotated[float | None, DIAMETER] = None
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm. Without it, the mean of the map is zero and heights "
+            "are less certain, usually by 5 to 15 µm.",
+            range=TIP_BALL,
+            label="Diameter of the tip",
+            hint="Of the stylus ball, for example 6",
+        ),
+    ] = None
+    kind: Annotated[
+        str,
+        Field(
+            help="Kind of map: auto (the average of the kinds that predict left-out directions); "
+            "or one of them: physical (a fitted six-seat probe), harmonic (a smooth series), "
+            "wozniak (one constant), mean (one radius), sectors (a table).",
+            names=kind_names,
+            metavar="KIND",
+            label="Kind of map",
+            words={
+                "auto": "Automatic (best for left-out touches)",
+                "physical": "Physical: a fitted six-seat probe",
+                "harmonic": "Harmonic: a smooth series",
+                "wozniak": "Woźniak: one constant",
+                "sectors": "Sectors: a table",
+                "mean": "Mean: one radius",
+            },
+        ),
+    ] = "auto"
+    ring: Ring = False
+    u_diameter_um: UDiameter = None
+    u_temperature: UTemperature = 0.2
+    sphere_form_um: Annotated[float, SPHERE_FORM] = 0.13
+    axial_pretravel_um: Annotated[
+        Length,
+        Field(
+            help="Assumed pretravel along the probe axis, in µm, for kind harmonic: touches on a "
+            "sphere do not determine it; none: least-squares centre.",
+            parse=length_or_none,
+            metavar="UM",
+            label="Pretravel along the probe's axis, assumed",
+            hint="For kind harmonic: touches on a sphere do not determine it",
+        ),
+    ] = Length(1.0)
+    lobe_azimuth_deg: Annotated[
+        float | None,
+        Field(
+            help="Kind wozniak: azimuth of the largest pretravel, opposite a rod, in degrees; the "
+            "default is determined from 8 directions or more.",
+            range=ANGLE,
+            label="Azimuth of the largest pretravel",
+            hint="Empty: determined from the touches",
+            of_kind="wozniak",
+        ),
+    ] = None
+    transducer: Annotated[
+        Literal["contact", "piezo"],
+        Field(
+            help="Kind wozniak: contact (the map has lobes) or piezo (it has none).",
+            words={"contact": "Contacts (the map has lobes)", "piezo": "Piezo (no lobes)"},
+            of_kind="wozniak",
+        ),
+    ] = "contact"
+    axis: ProbeAxis = UPRIGHT
+    prior: Annotated[
+        Path | None,
+        Field(
+            help="Old map of this probe, .json: a few touches (5 or more directions, see pretravel "
+            "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
+            "map.",
+            reads=True,
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output("Map: .json, or a .csv table; or a page, .html or .pdf.", *MAPS, *PAGES),
+    ] = None
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """On blocks and several references a table or a page, and no map."""
+        if output == "output" and (self.on_references or self.tip):
+            return TIP_ENDINGS if self.tip else TERM_ENDINGS
+        return super().endings(output)
+
+    def run(
+        self, progress: Progress = SILENT
+    ) -> QualifiedProbe | UpdatedProbe | QualifiedReferences | QualifiedTips:
+        """Read the touches and determine the map.
+
+        Returns
+        -------
+        QualifiedProbe
+            Or `UpdatedProbe`, with an old map; `QualifiedReferences`, on blocks or several.
+        """
+        if self.on_references:
+            return self._on_references(progress)
+        self.refuse_settings_of_references()
+        if self.tip:
+            return self._of_several_tips(progress)
+        if self.prior is not None:
+            return self._update(self.prior, progress)
+        self.wozniak()
+        readings = self.read(progress)
+        with progress.working(f"qualifying on {len(readings.touches)} touches"):
+            return self.qualified(readings)
+
+    def read(self, progress: Progress = SILENT) -> FileReadings:
+        """The touches, in the axes of the machine."""
+        readings = self.read_touches(
+            progress,
+            tip_diameter=self.tip_diameter,
+            reference_diameter=self.reference_diameter(),
+            ring=self.in_plane,
+        ).in_machine_axes()
+        return self._as_round(readings) if self.in_plane else readings
+
+    def _as_round(self, readings: FileReadings) -> FileReadings:
+        """Touches on a pin as those in a ring, and heights as if the axis were upright."""
+        from pretravel.qualification import (
+            as_upright_ring,
+            unknown_diameter,
+            without_tilt,
+        )
+
+        if self.ring and self.pin:
+            raise PretravelError(
+                "a reference is touched inside (ring) or outside (pin), not both",
+                inputs=("ring", "pin"),
+            )
+        diameter = self.reference_diameter()
+        if self.pin and diameter is None:
+            # The circle is that of the pin: outside, the tip is added.
+            upright = without_tilt(readings.touches, ring=False)
+            found = unknown_diameter(upright, 0.0, ring=True)
+            diameter = found - (self.tip_diameter or 0.0)
+        touches = as_upright_ring(readings.touches, diameter or 0.0, pin=self.pin)
+        return replace(readings, touches=touches)
+
+    @property
+    def in_plane(self) -> bool:
+        """Whether the touches are around an upright ring, bore, pin or boss."""
+        return self.ring or self.pin
+
+    def reference_diameter(self) -> float | None:
+        """The diameter that is stated; None where it is stated that it is not known.
+
+        Raises
+        ------
+        PretravelError
+            Neither, or both.
+        """
+        if (self.diameter is None) != self.unknown_size:
+            both = "the diameter is stated, and also that it is not known"
+            none = (
+                "the diameter of the reference is not stated; a block is stated with the distance "
+                "of its faces, and a reference whose size nobody knows gives the shape of the map"
+            )
+            raise PretravelError(
+                none if self.diameter is None else both,
+                inputs=("diameter", "block", "unknown_size"),
+            )
+        return self.diameter
+
+    def qualified(self, readings: FileReadings) -> QualifiedProbe:
+        """Qualify on touches that have been read.
+
+        Parameters
+        ----------
+        readings : FileReadings
+            In the axes of the machine.
+        """
+        from pretravel.maps.kinds import AUTO, kind_named, kinds
+        from pretravel.qualification import qualified
+
+        wozniak = self.wozniak()
+        every = {**kinds(), wozniak.name: wozniak}
+        wished = list(every.values()) if self.kind == AUTO else every.get(self.kind)
+        setup = self.setup(readings)
+        found = qualified(readings.touches, setup, wished or kind_named(self.kind))
+        return QualifiedProbe(self, readings, found)
+
+    def _on_references(self, progress: Progress) -> QualifiedReferences:
+        """On blocks or several references, of which a round one gives the map."""
+        self.refuse_stated(
+            ("diameter", "ring", "pin", "unknown_size", "prior", "kind", "tip"),
+            "stated, and also a block or several references; they state their shapes and sizes "
+            "themselves, and their map is of the kind auto",
+            "block",
+            "reference",
+        )
+        form = self.sphere_form_um * MICROMETRE
+        references = references_of(
+            self,
+            u_usual=(0.2 if self.u_diameter_um is None else self.u_diameter_um) * MICROMETRE,
+            u_temperature=self.u_temperature,
+            form=form if self.stated("sphere_form_um") else None,
+        )
+        readings = self.read_touches(progress, tip_diameter=self.tip_diameter).in_machine_axes()
+        setup: SetupOptions = {
+            "tip_diameter": self.tip_diameter,
+            "sphere_form": form,
+            "axial_pretravel": self.axial_pretravel_um.millimetres,
+        }
+        fit, made = fitted_references(self, readings.touches, references, setup, progress)
+        if made is None and self.output is not None and self.output.suffix.lower() == ".json":
+            raise PretravelError(
+                f"{self.output.name}: touches on blocks give terms of the machine and pretravel "
+                "in their directions (.csv, or a page), not a map; a sphere, a ring or a pin of "
+                "known size beside them gives one",
+                inputs=("output",),
+            )
+        name = self.touches_name
+        return QualifiedReferences(self, name, readings, tuple(references), fit, made)
+
+    def _of_several_tips(self, progress: Progress) -> QualifiedTips:
+        """Each tip on its touches of the sphere."""
+        from pretravel.maps import AUTO
+        from pretravel.measurement import rows_of_tips, star_stylus
+        from pretravel.qualification import qualified
+
+        self.refuse_stated(
+            ("tip_diameter", "ring", "pin", "unknown_size", "prior", "axis"),
+            "stated, and also several tips: a tip states its diameter and its axis itself, and "
+            "all touch one sphere",
+            "tip",
+        )
+        parts = [one.parts for one in self.tip]
+        readings = self.read(progress)
+        rows = rows_of_tips(readings.touches, [one.name for one in parts])
+        kind = "harmonic" if self.kind == AUTO else self.kind
+        made: dict[str, Qualification] = {}
+        for one in parts:
+            if one.name not in rows:
+                raise PretravelError(f"no touch was made with the tip {one.name}", inputs=("tip",))
+            with progress.working(f"qualifying the tip {one.name}"):
+                own = replace(self, tip=(), tip_diameter=one.diameter, axis=one.axis, output=None)
+                made[one.name] = qualified(readings.touches.take(rows[one.name]), own.setup(), kind)
+        with progress.working("offsets of the tips"):
+            return QualifiedTips(self, self.touches_name, readings, made, star_stylus(made))
+
+    def wozniak(self) -> WozniakKind:
+        """The kind wozniak with its settings, which no other kind has.
+
+        Raises
+        ------
+        PretravelError
+            Such a setting for another kind; lobes of a probe that has none.
+        """
+        from pretravel.maps import WozniakKind
+
+        lobe = None if self.lobe_azimuth_deg is None else self.lobe_azimuth_deg * DEGREE
+        stated = lobe is not None or self.transducer != "contact"
+        if stated and self.kind not in (WozniakKind().name, "auto"):
+            raise PretravelError(
+                "the azimuth of a lobe and the transducer are only for kind wozniak",
+                inputs=("lobe_azimuth", "transducer", "kind"),
+            )
+        if lobe is not None and self.transducer == "piezo":
+            raise PretravelError(
+                "a piezo probe has no lobes: leave the azimuth of the lobe out",
+                inputs=("lobe_azimuth",),
+            )
+        return WozniakKind(lobe, self.transducer)
+
+    def setup(self, readings: FileReadings | None = None) -> QualificationSetup:
+        """Reference, tip and conventions."""
+        from pretravel.maps import QualificationSetup
+        from pretravel.qualification import U_UNKNOWN_SIZE, unknown_diameter
+
+        diameter, u_diameter = self.reference_diameter(), self.u_diameter_um
+        u = None if u_diameter is None else u_diameter * MICROMETRE
+        if diameter is None:
+            assert readings is not None  # a size that is not known is that of the touches
+            tip = self.tip_diameter or 0.0
+            diameter = unknown_diameter(readings.touches, tip, ring=self.in_plane)
+            u = U_UNKNOWN_SIZE
+        return QualificationSetup(
+            diameter,
+            tip_diameter=self.tip_diameter,
+            ring=self.in_plane,
+            u_diameter=u,
+            u_temperature=self.u_temperature,
+            sphere_form=self.sphere_form_um * MICROMETRE,
+            axial_pretravel=self.axial_pretravel_um.millimetres,
+            axis=self.axis,
+        )
+
+    def _update(self, prior: Path, progress: Progress) -> UpdatedProbe:
+        from pretravel.files import read_map
+        from pretravel.qualification import update_map
+
+        old = read_map(prior)
+        _refuse_other_tip(old, self.tip_diameter, prior)
+        diameter = self.reference_diameter()
+        if diameter is None:
+            raise PretravelError(
+                "an old map is brought up to date on a reference of known size",
+                inputs=("diameter", "unknown_size"),
+            )
+        if self.pin and old.machine is not None:
+            raise PretravelError(
+                f"{prior} contains terms of the machine, which are taken off touches on a sphere "
+                "or in a ring, not on a pin: touch one of these, or qualify anew",
+                inputs=("pin", "prior"),
+            )
+        readings = self.read(progress)
+        result = update_map(readings.touches, old, diameter, ring=self.in_plane)
+        return UpdatedProbe(self, readings, result)
+
+
+class _MapResult(Result):
+    """What both ways have in common: a map with a report."""
+
+    task: Qualify
+    readings: FileReadings
+
+    @property
+    def pretravel_map(self) -> PretravelMap:
+        """The map of the probe."""
+        raise NotImplementedError
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        document = self.document()
+        assert document is not None
+        return with_reading(document, self.readings)
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the map."""
+        del output
+        from pretravel.files import write_map
+
+        write_map(path, self.pretravel_map)
+
+
+@dataclass(frozen=True, eq=False)
+class QualifiedProbe(_MapResult):
+    """A qualification with the touches that it is of.
+
+    Attributes
+    ----------
+    task : Qualify
+    readings : FileReadings
+    qualification : Qualification
+    """
+
+    task: Qualify
+    readings: FileReadings
+    qualification: Qualification
+
+    @property
+    def pretravel_map(self) -> PretravelMap:
+        """The map of the probe."""
+        return self.qualification.pretravel_map
+
+    def document(self) -> Document:
+        """The report, with what the laboratory states."""
+        from pretravel.task import with_laboratory
+        from pretravel.tasks.qualify.report import qualification_document
+
+        task, path = self.task, self.task.output
+        report = qualification_document(
+            self.qualification,
+            touches_name=task.touches_name,
+            scores=self.qualification.scores,
+            warnings=[*self.readings.notes(), *task.statements_left_out(), *size_warnings(task)],
+            excluded=_left_out(task.exclude, self.readings),
+            saved=path is not None and not by_name(Qualify)["output"].is_report(path),
+        )
+        return with_laboratory(report, task.statements())
+
+
+@dataclass(frozen=True, eq=False)
+class UpdatedProbe(_MapResult):
+    """An old map that a few touches brought up to date.
+
+    Attributes
+    ----------
+    task : Qualify
+    readings : FileReadings
+    update : MapUpdate
+    """
+
+    task: Qualify
+    readings: FileReadings
+    update: MapUpdate
+
+    @property
+    def pretravel_map(self) -> PretravelMap:
+        """The new map."""
+        return self.update.pretravel_map
+
+    def document(self) -> Document:
+        """The report: what has changed; with what the laboratory states."""
+        from pretravel.task import with_laboratory
+        from pretravel.tasks.qualify.update_report import map_update_document
+
+        task = self.task
+        assert task.prior is not None
+        report = map_update_document(
+            self.update,
+            touches_name=self.readings.touches.source or "",
+            prior_name=task.prior.name,
+            warnings=[*self.readings.notes(), *task.statements_left_out()],
+        )
+        return with_laboratory(report, task.statements())
+
+
+def _left_out(exclude: Sequence[str], readings: FileReadings) -> list[str]:
+    """What was excluded; in a file without labels a number is a line, not a running number."""
+    labelled = readings.touches.labels is not None
+    return [f"line {name}" if name.isdecimal() and not labelled else name for name in exclude]
+
+
+def _refuse_other_tip(old: PretravelMap, tip_diameter: float | None, prior: Path) -> None:
+    if tip_diameter is None or not old.provenance.level_known:
+        return
+    if abs(tip_diameter - 2.0 * old.tip_radius) > 1e-6:
+        raise PretravelError(
+            f"{prior} is the map of a tip of {2.0 * old.tip_radius:.6g} mm diameter, not of "
+            f"{tip_diameter:.6g} mm: after a change of the stylus qualify without it",
+            inputs=("tip_diameter", "prior"),
+        )

@@ -1,0 +1,178 @@
+"""Report and picture of an old map that a few touches have brought up to date."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.maps import over_support
+from pretravel.qualification import FoundDrift, MapUpdate
+from pretravel.show import (
+    Axis,
+    Column,
+    Document,
+    Dots,
+    KeyFigure,
+    Picture,
+    PlaneChart,
+    Rule,
+    Scale,
+    Span,
+    Table,
+    TopView,
+    View,
+    angles_deg,
+    azimuth_axis,
+    decimals,
+    direction_words,
+    labels_of,
+    map_top_view,
+    number_text,
+    signed_decimals,
+    top_view_grid,
+)
+
+
+def map_update_document(
+    result: MapUpdate,
+    *,
+    touches_name: str = "",
+    prior_name: str = "",
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of an update.
+
+    Parameters
+    ----------
+    result : MapUpdate
+    touches_name, prior_name : str
+        Of the files of the new touches and of the old map.
+    warnings : sequence of str
+        Beside those of the result.
+
+    Returns
+    -------
+    Document
+    """
+    old = prior_name or "an old map"
+    title = f"{touches_name or 'New touches'} and {old}"
+    return Document(
+        title=title,
+        verdict=f"{old}, brought up to date by {len(result.residuals)} touches in "
+        f"{int(result.groups.max()) + 1} directions; they fit it (p = {result.p_value:.2g})",
+        figures=(*_map_figures(result), *_drift_figures(result)),
+        tables=(_touches_table(result),),
+        pictures=(Picture("The new map, and its change", lambda: map_update_view(result, title)),),
+        warnings=(*warnings, *result.warnings),
+    )
+
+
+def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
+    u_center = np.sqrt(np.maximum(np.diag(result.center_covariance), 0.0)) / MICROMETRE
+    _, _, old_u = over_support(result.prior_map)
+    _, value, u = over_support(result.pretravel_map)
+    dof = result.repeatability_dof
+    return (
+        KeyFigure("map kind", result.pretravel_map.kind),
+        KeyFigure(
+            "centre", tuple(result.center.tolist()), "mm", decimals(5),
+            tuple(u_center.tolist()), "µm", decimals(2),
+        ),
+        KeyFigure("pretravel", Span.of(value / MICROMETRE), "µm", remark="over the whole map"),
+        KeyFigure(
+            "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
+            remark="root mean square over the whole map; of the old map when it was made: "
+            f"{number_text(float(np.sqrt(np.mean(old_u**2))) / MICROMETRE, decimals(2))} µm",
+        ),
+        KeyFigure(
+            "repeatability", result.repeatability / MICROMETRE, "µm",
+            remark=f"{number_text(dof, decimals(0))} degrees of freedom, old and new together"
+            if math.isfinite(dof)
+            else "as given",
+        ),
+    )  # fmt: skip
+
+
+def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
+    def figure(name: str, found: FoundDrift, unit: str, factor: float, usual: float) -> KeyFigure:
+        usual_text = number_text(usual / factor, decimals(2))
+        return KeyFigure(
+            f"drift of {name}", found.value / factor, unit, signed_decimals(2), found.u / factor,
+            u_digits=decimals(2), remark=f"usual: {usual_text} {unit} ({result.drift.source})",
+        )  # fmt: skip
+
+    return (
+        figure("scale", result.scale, "%", 0.01, result.drift.scale),
+        figure("level", result.level, "µm", MICROMETRE, result.drift.level),
+        figure("turn", result.turn, "°", DEGREE, result.drift.turn),
+    )
+
+
+def _touches_table(result: MapUpdate) -> Table:
+    directions = result.contact_normals @ result.pretravel_map.rotation
+    polar, azimuth = angles_deg(directions)
+    return Table(
+        (
+            Column.of("touch", [str(i + 1) for i in range(len(directions))]),
+            Column.of("polar", polar, "°", decimals(1)),
+            Column.of("azimuth", azimuth, "°", decimals(1)),
+            Column.of("less old map", result.changes / MICROMETRE, "µm", signed_decimals(2)),
+            Column.of("less new map", result.residuals / MICROMETRE, "µm", signed_decimals(2)),
+        ),
+        title="Touches",
+        explanation="pretravel of each touch less that of the map; the centre is fitted",
+        detail=True,
+    )
+
+
+def map_update_view(result: MapUpdate, title: str = "") -> View:
+    """The new map, its change, and the touches less the old and the new map.
+
+    Parameters
+    ----------
+    result : MapUpdate
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    new = top_view_grid(result.pretravel_map)
+    return View(
+        title or "An old map brought up to date",
+        (
+            map_top_view(result.pretravel_map, "the new map from above", new),
+            _change_chart(result, new),
+            _touches_chart(result),
+        ),
+    )
+
+
+def _change_chart(result: MapUpdate, new: Mapping[str, FloatArray]) -> TopView:
+    """The new map, on the grid of a top view, less the old one."""
+    old = top_view_grid(result.prior_map)
+    change = new["pretravel_um"] - old["pretravel_um"]
+    scale = Scale.of("change", "µm", change, signed=True)
+    touched = result.contact_normals @ result.pretravel_map.rotation
+    return TopView("new map less old map", new["polar_deg"], new["azimuth_deg"], change, scale,
+                   "probe", *angles_deg(touched), "new touches",
+                   tuple(direction_words(touched)))  # fmt: skip
+
+
+def _touches_chart(result: MapUpdate) -> PlaneChart:
+    """The touches by their azimuth: before and after the update."""
+    touched = result.contact_normals @ result.pretravel_map.rotation
+    changes, residuals = result.changes / MICROMETRE, result.residuals / MICROMETRE
+    labels = labels_of(
+        touched, [("less old map", changes, True), ("less new map", residuals, True)]
+    )
+    azimuth = angles_deg(touched)[1]
+    marks = (
+        Rule(0.0),
+        Dots(azimuth, changes, "less the old map", "before", symbol="ring", labels=labels),
+        Dots(azimuth, residuals, "less the new map", "after", labels=labels),
+    )
+    return PlaneChart("touches less map", azimuth_axis(), Axis("pretravel less map", "µm"), marks)

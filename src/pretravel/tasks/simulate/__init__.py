@@ -1,0 +1,5 @@
+"""Simulate touches on any surface, as a machine would report them."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,281 @@
+"""Report and picture of a verification: whether a probe has changed since it was qualified."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, describe
+from pretravel.files import Entry
+from pretravel.qualification import (
+    CHANCE,
+    LOOSE,
+    ONE_DIRECTION,
+    PRELOAD,
+    SOFT_SIDE,
+    STEADIER,
+    STYLUS_LENGTH,
+    TIP_SIZE,
+    TURNED,
+    UNKNOWN_CAUSE,
+    Change,
+    LikelyCause,
+    Verification,
+)
+from pretravel.show import (
+    Axis,
+    Document,
+    Dots,
+    Judgement,
+    KeyFigure,
+    Picture,
+    PlaneChart,
+    Rule,
+    Scale,
+    Table,
+    View,
+    angles_deg,
+    azimuth_axis,
+    chart_by_place,
+    decimals,
+    direction_words,
+    number_text,
+    signed_decimals,
+    value_text,
+)
+from pretravel.tasks.history import control_charts
+
+
+def verification_document(
+    result: Verification,
+    decision: str,
+    *,
+    title: str = "Verification",
+    entries: Sequence[Entry] = (),
+    warnings: Sequence[str] = (),
+) -> Document:
+    """The report of a verification.
+
+    Parameters
+    ----------
+    result : Verification
+    decision : str
+        What was done with the map: "kept", or "accepted" and the name of the new one.
+    title : str
+        Touches and map.
+    entries : sequence of Entry
+        The history of the probe, for the control chart.
+    warnings : sequence of str
+        Beside those of the result.
+
+    Returns
+    -------
+    Document
+    """
+    verdict = "CHANGED" if result.changed else "no change found"
+    keep = decision == "kept" and result.changed
+    return Document(
+        title=title,
+        verdict=f"{verdict} since it was qualified: {result.touches} touches in "
+        f"{len(result.directions)} directions, false-alarm rate "
+        f"{100.0 * result.false_alarm_rate:g} %",
+        judgement=Judgement("bad", "Changed")
+        if result.changed
+        else Judgement("good", "No change found"),
+        figures=(
+            *_cause_figures(result),
+            *_change_figures(result),
+            *_test_figures(result),
+            KeyFigure("map", decision),
+        ),
+        pictures=(
+            Picture(
+                "Differences, and the control chart" if entries else "Differences",
+                lambda: verification_view(result, entries, title),
+            ),
+        ),
+        notes=_NOTES if keep else (),
+        warnings=(*warnings, *result.warnings),
+        data=_data(result, decision),
+    )
+
+
+_NOTES = (
+    (
+        "check the stylus and its mount, then touch the reference again, or accept the map of the "
+        "new touches"
+    ),
+    "a bent stylus or a moved tip shifts only the centre: touches on a reference do not show it",
+)
+_MENTIONED = 0.1
+"""Causes with a smaller probability are not in the report."""
+
+
+def _cause_figures(result: Verification) -> tuple[KeyFigure, ...]:
+    if not result.causes:
+        return ()
+    named = [cause for cause in result.causes if cause.probability >= _MENTIONED]
+    texts = [f"{cause_text(cause)} (probability {cause.probability:.2f})" for cause in named]
+    return (KeyFigure("likely cause", "; or ".join(texts)),)
+
+
+def cause_text(cause: LikelyCause) -> str:
+    """A cause of a change in words, with its size.
+
+    >>> cause_text(LikelyCause("spring preload", 0.9, -0.12, 0.03))
+    'spring preload lower by 12 % (u = 3 %)'
+    >>> cause_text(LikelyCause("unknown", 0.9))
+    'unknown: no known cause has this pattern'
+    """
+    size = abs(cause.value)
+
+    def amount(unit: float, word: str, digits: int) -> str:
+        value, u = (value_text(x / unit, word, decimals(digits)) for x in (size, cause.u))
+        return f"{value} (u = {u})"
+
+    more = cause.value > 0.0
+    texts: dict[str, Callable[[], str]] = {
+        PRELOAD: lambda: (
+            f"spring preload {'higher' if more else 'lower'} by {amount(0.01, '%', 0)}"
+        ),
+        STYLUS_LENGTH: lambda: (
+            f"stylus {'longer' if more else 'shorter'} by {amount(0.01, '%', 0)}"
+        ),
+        TURNED: lambda: (
+            f"probe turned about its axis by {'+' if more else '-'}{amount(DEGREE, '°', 1)}"
+        ),
+        TIP_SIZE: lambda: (
+            f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
+            "diameter (or another diameter of the reference, or another delay)"
+        ),
+        LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
+        SOFT_SIDE: lambda: (
+            f"stylus or seat softer to one side by {amount(MICROMETRE, 'µm', 1)} (loose, cracked)"
+        ),
+        ONE_DIRECTION: lambda: (
+            f"dirt or a chip on the reference at {describe(np.array(cause.direction))}: "
+            f"{amount(MICROMETRE, 'µm', 1)}"
+        ),
+        STEADIER: lambda: "steadier touches than those of the map; no fault of the probe",
+        UNKNOWN_CAUSE: lambda: "unknown: no known cause has this pattern",
+        CHANCE: lambda: "chance: a false alarm",
+    }
+    return texts[cause.name]()
+
+
+def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
+    def figure(name: str, change: Change, unit: str, factor: float) -> KeyFigure:
+        if not math.isfinite(change.u):
+            return KeyFigure(name, "cannot be determined from this map")
+        limit = value_text(change.detectable / factor, unit)
+        return KeyFigure(
+            name, change.value / factor, unit, signed_decimals(2), change.u / factor, "",
+            decimals(2), remark=f"a change of {limit} would be detected in 95 of 100 verifications",
+        )  # fmt: skip
+
+    return (
+        figure("size", result.size, "µm", MICROMETRE),
+        figure("amplitude of map", result.amplitude, "%", 0.01),
+        figure("turn about axis", result.turn, "°", DEGREE),
+        KeyFigure("largest difference", result.largest / MICROMETRE, "µm"),
+    )
+
+
+def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
+    def p_value(p: float) -> str:
+        return "not tested without repeats" if math.isnan(p) else f"p = {p:.2g}"
+
+    tests = KeyFigure(
+        "tests",
+        f"size, amplitude, turn: {p_value(result.p_form)}; all directions: "
+        f"{p_value(result.p_map)}; repeatability: {p_value(result.p_repeatability)}",
+        detail=True,
+    )
+    if math.isnan(result.repeatability):
+        return (tests,)
+    dof = number_text(result.repeatability_dof, decimals(0))
+    step = f"; positions in steps of {value_text(result.step / MICROMETRE, 'µm')}"
+    return (
+        KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",
+                  remark=f"{dof} degrees of freedom" + (step if result.step else "")),
+        tests,
+    )  # fmt: skip
+
+
+def _data(result: Verification, decision: str) -> tuple[Table, ...]:
+    """All values, for programs."""
+    outcome: dict[str, float | str] = {
+        "changed": result.changed,
+        "changed_with_touches_left_out": result.changed_with_gross,
+        "false_alarm_rate": result.false_alarm_rate,
+        "p_form": result.p_form,
+        "p_map": result.p_map,
+        "p_repeatability": result.p_repeatability,
+        "size_um": result.size.value / MICROMETRE,
+        "u_size_um": result.size.u / MICROMETRE,
+        "amplitude_percent": 100.0 * result.amplitude.value,
+        "u_amplitude_percent": 100.0 * result.amplitude.u,
+        "turn_deg": result.turn.value / DEGREE,
+        "u_turn_deg": result.turn.u / DEGREE,
+        "repeatability_um": result.repeatability / MICROMETRE,
+        "step_um": result.step / MICROMETRE,
+        "largest_difference_um": result.largest / MICROMETRE,
+        "touches": result.touches,
+        "directions": len(result.directions),
+        "decision": decision,
+    }
+    causes = {
+        "cause": [cause.name for cause in result.causes],
+        "probability": [cause.probability for cause in result.causes],
+        "text": [
+            cause_text(cause)
+            if math.isfinite(cause.value + cause.u) or cause.name in _WITHOUT_SIZE
+            else cause.name
+            for cause in result.causes
+        ],
+    }
+    left_out = [row + 1 for outlier in result.gross for row in outlier.rows]
+    return (
+        Table.of({name: [value] for name, value in outcome.items()}, "Verification"),
+        Table.of(causes, "Likely causes"),
+        Table.of({"touch": left_out}, "Touches left out"),
+    )
+
+
+_WITHOUT_SIZE = (STEADIER, UNKNOWN_CAUSE, CHANCE)
+
+
+def verification_view(result: Verification, entries: Sequence[Entry] = (), title: str = "") -> View:
+    """Differences by place and over the azimuth, and the control chart where there is a history.
+
+    Parameters
+    ----------
+    result : Verification
+    entries : sequence of Entry
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    difference, u = result.differences / MICROMETRE, result.u_differences / MICROMETRE
+    polar, azimuth = angles_deg(result.directions)
+    labels = tuple(
+        f"{words}; {value_text(value, 'µm')}, u {value_text(own, 'µm')}"
+        for words, value, own in zip(
+            direction_words(result.directions), difference.tolist(), u.tolist(), strict=True
+        )
+    )
+    scale = Scale.of("pretravel less map", "µm", difference, signed=True)
+    words = "changed" if result.changed else "no change"
+    by_place = chart_by_place(result.directions, difference, scale, f"{words}: from above",
+                              labels=labels)  # fmt: skip
+    name = "mean of a direction, ± 2 u"
+    dots = Dots(azimuth, difference, name, "reference", polar, 2.0 * u, labels=labels)
+    over = PlaneChart(f"{words}: over the azimuth", azimuth_axis(),
+                      Axis("pretravel less map", "µm"), (Rule(0.0, "the map"), dots),
+                      Scale("polar angle", "°", 0.0, 90.0))  # fmt: skip
+    charts = control_charts(entries) if entries else ()
+    return View(title or "Verification", (by_place, over, *charts), 2)

@@ -1,0 +1,201 @@
+"""Verify a probe: touches on a reference against its map, and its history."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import PretravelError, StaleTouchesError
+from pretravel.task import (
+    ANSWER,
+    MAPS,
+    PAGES,
+    SILENT,
+    Diameter,
+    Field,
+    Progress,
+    QualifiedMap,
+    Reported,
+    Result,
+    Ring,
+    TouchFilesWithFeed,
+    output,
+    with_reading,
+)
+
+if TYPE_CHECKING:
+    from pretravel.files import Entry, FileReadings
+    from pretravel.maps import PretravelMap
+    from pretravel.qualification import Verification
+    from pretravel.show import Document
+
+_COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
+"""A table does not contain all that a verification needs."""
+
+
+class Verify(TouchFilesWithFeed, Reported):
+    """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
+
+    The code is 3 too, and nothing is tested, where the touches are not those of a new, whole run.
+
+    The old map is kept unless --accept names a new one.
+    """
+
+    name = "verify"
+    group = "Qualify"
+    example = "pretravel verify today.csv --map map.json --diameter 24.9987 --history probe.jsonl"
+
+    map_file: QualifiedMap
+    diameter: Diameter
+    ring: Ring = False
+    false_alarms: Annotated[
+        float,
+        Field(
+            help="Accepted false alarms: percentage of unchanged probes reported as changed.",
+            range=(0.0001, 49.9),
+            unit="%",
+        ),
+    ] = 1.0
+    history: Annotated[
+        Path | None,
+        Field(
+            help="History file of this probe, .jsonl; created when it does not exist.", reads=True
+        ),
+    ] = None
+    accept: Annotated[
+        Path | None,
+        Field(
+            help="Qualify again with the new touches and write the new map: .json.",
+            writes=_COMPLETE_MAPS,
+            in_run=True,
+        ),
+    ] = None
+    output: Annotated[
+        Path | None,
+        output("Report: .json, or a page, .html or .pdf.", ".json", *PAGES, report_json=True),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> VerifiedProbe:
+        """Read the touches and the map, test, and note the result in the history.
+
+        Returns
+        -------
+        VerifiedProbe
+            The new map, where one is asked for, has been written with its entry in the history.
+
+        Raises
+        ------
+        StaleTouchesError
+            The log is that of a run that was stopped, touches are missing, or the history has these
+            touches already.
+        """
+        from pretravel.files import (
+            HISTORY_ENDING,
+            add_verification,
+            check_history,
+            read_history,
+            read_map,
+            refuse_known_touches,
+        )
+        from pretravel.qualification import qualify_like, verify
+
+        if self.history is not None and self.history.suffix.lower() != HISTORY_ENDING:
+            raise PretravelError(
+                f"{self.history} cannot be a history: the ending must be {HISTORY_ENDING}",
+                inputs=("history",),
+            )
+        old_map = read_map(self.map_file)
+        readings = self.read_touches(
+            progress,
+            tip_diameter=2.0 * old_map.tip_radius,
+            reference_diameter=self.diameter,
+            ring=self.ring,
+        ).in_machine_axes()
+        measured = readings.touches
+        if readings.unfinished:
+            raise StaleTouchesError(
+                f"{self.touches_name}: {readings.unfinished}. The probe is not verified: remove "
+                "the cause, and touch the reference again"
+            )
+        if self.history is not None:
+            check_history(self.history, old_map)
+            again = self.accept is not None
+            refuse_known_touches(self.history, measured, again_at_once=again)
+        rate = 0.01 * self.false_alarms
+        result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
+        new_map = None
+        if self.accept is not None:
+            new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map
+        with _new_map(self.accept, new_map):
+            if self.history is not None:
+                add_verification(
+                    self.history,
+                    result,
+                    pretravel_map=old_map,
+                    map_name=self.map_file.name,
+                    touches_name=self.touches_name,
+                    decision=self.decision,
+                )
+        entries = () if self.history is None else tuple(read_history(self.history))
+        return VerifiedProbe(self, readings, result, entries, ANSWER if result.changed else 0)
+
+    @property
+    def decision(self) -> str:
+        """What is done with the map."""
+        return "kept" if self.accept is None else f"accepted {self.accept.name}"
+
+
+@dataclass(frozen=True, eq=False)
+class VerifiedProbe(Result):
+    """A verification with the touches that it is of.
+
+    Attributes
+    ----------
+    task : Verify
+    readings : FileReadings
+    verification : Verification
+    entries : tuple of Entry
+        The history of the probe.
+    exit_code : int
+        `ANSWER` where the probe has changed.
+    """
+
+    task: Verify
+    readings: FileReadings
+    verification: Verification
+    entries: tuple[Entry, ...] = ()
+    exit_code: int = 0
+
+    def document(self) -> Document:
+        """The report."""
+        from pretravel.tasks.verify.report import verification_document
+
+        task = self.task
+        return verification_document(
+            self.verification,
+            task.decision,
+            title=f"{task.touches_name} against {task.map_file.name}",
+            entries=self.entries,
+            warnings=self.readings.notes(),
+        )
+
+    def page(self) -> Document:
+        """The report, with how the files were understood."""
+        return with_reading(self.document(), self.readings)
+
+
+@contextmanager
+def _new_map(path: Path | None, pretravel_map: PretravelMap | None) -> Iterator[None]:
+    """Write the new map when what is done within succeeds: the map and its entry, or neither."""
+    from pretravel.base import whole_file
+    from pretravel.files import write_map
+
+    if path is None or pretravel_map is None:
+        yield
+        return
+    with whole_file(path) as temporary:
+        write_map(temporary, pretravel_map)
+        yield
