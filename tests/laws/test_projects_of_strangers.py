@@ -52,6 +52,7 @@ TYPED: dict[str, dict[str, Any]] = {
     "measure": {"feature": "by-label"},
     "align": {"tip_diameter": 6.0},
     "plan-touches": {"count": 5},
+    "axis": {"axis": "C"},
 }
 """What is typed on the screens of tasks, so that they run."""
 RIGHT: dict[str, str] = {
@@ -69,6 +70,8 @@ OTHERS: dict[str, dict[str, str]] = {
     "repeat": {"log": "log.csv"},
     "align": {"touches": "bracket_touches.csv", "part": "bracket.step"},
     "plan-touches": {"map_file": "map.json"},
+    "axis": {"touches": "axis_touches.csv"},
+    "identify": {"map_file": "map.json"},
     "reversal": {"touches": "reversal_touches.csv"},
     "compare": {"other": "probe.toml", "map_file": "probe.toml"},
 }
@@ -112,7 +115,13 @@ def dropped(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     bores = DATA / "bore_touches.csv"
     run("compensate", bores, "--map", folder / "map.json", "-o", folder / "points.csv")
     shutil.copy(sphere, folder / "touches.csv")
-    for name in ("part.step", "bracket.step", "bracket_touches.csv", "reversal_touches.csv"):
+    for name in (
+        "part.step",
+        "bracket.step",
+        "bracket_touches.csv",
+        "reversal_touches.csv",
+        "axis_touches.csv",
+    ):
         shutil.copy(DATA / name, folder)
     shutil.copy(DATA / "targets.csv", folder)
     run("plan", f"{DATA / 'part.step'}", "--spacing", 12, "-o", folder / "plan.csv")

@@ -100,4 +100,4 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "M19 R180 Q10" in Path("at_180.ngc").read_text()
     refused = run("program", "sphere", "mill.toml", "--diameter", 25, "--by-hand", "-o", "a.ngc",
                   code=2)  # fmt: skip
-    assert "its orientation is not stated" in refused
+    assert "by hand is only for spindle" in refused

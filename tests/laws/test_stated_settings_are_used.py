@@ -76,6 +76,7 @@ compensate bore_touches.csv --map omp40-2 --place 1,2,3,0,0,10 -o p.json
 compensate star_bore_touches.csv --map star.json -o p.json
 measure points.csv --feature bore --select "bore1*" -o f.csv
 measure points.csv --features features.toml -o f.csv
+axis axis_touches.csv --axis C -o a.csv
 compare map.json -o c.csv
 compare map.json --for fanuc -o c.csv
 compare omp40-2 -o c.csv
@@ -222,8 +223,8 @@ def test_what_a_mode_accepts_is_looked_at(line: str, folder: Path) -> None:
     never = [setting for setting in accepted(task) if setting.name not in seen]
     for setting in never:
         value = {setting.name: samples(setting)[-1]}
-        stated: Task = dataclasses.replace(task, **value)  # type: ignore[type-var]
         try:
+            stated: Task = dataclasses.replace(task, **value)  # type: ignore[type-var]
             with recorded(stated) as seen:
                 do(stated)
         except PretravelError:

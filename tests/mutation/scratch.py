@@ -22,7 +22,7 @@ from typing import Any
 PROJECT = Path(__file__).parents[2]
 ROOMS = (
     "prediction", "probing", "surface", "maps", "qualification", "measurement",
-    "laboratory", "identification", "controls",
+    "six_seats", "design", "laboratory", "drawing", "controls",
 )  # fmt: skip
 """Rooms of pretravel that get faults."""
 # Plugins are loaded before pytest can rewrite them.

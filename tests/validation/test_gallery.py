@@ -70,7 +70,11 @@ def test_deviation_of_the_diameter(script: Any) -> None:
     computed = names["compute"]()
     assert_the_number(names, computed)
     assert names["left"](computed["one radius"]) == pytest.approx(6.80, abs=0.01)
-    assert names["left"](computed["map, kind physical"]) < 4.2
+    # Less than three quarters of what diameters leave. It was 3.9 µm before the search for the six
+    # seats was global: the most probable tripod is not the best one for this probe, which is none.
+    assert names["left"](computed["map, kind physical"]) < 0.75 * names["left"](
+        computed["diameter by angle"]
+    )
     assert len(names["draw"](computed).axes) == 2
 
 

@@ -119,8 +119,8 @@ class TaskForm:
 
         >>> from pretravel.tasks.qualify import Qualify
         >>> form = TaskForm(Qualify)
-        >>> "transducer" in form.used({}), "transducer" in form.used({"kind": "mean"})
-        (True, False)
+        >>> ["axial_pretravel_um" in form.used(stored) for stored in ({}, {"kind": "mean"})]
+        [True, False]
         """
         values = {**files, **{name: self.value(stored, name) for name in self.names}}
         return tuple(name for name in self.names if not unused(self.task, name, values)[0])

@@ -63,7 +63,7 @@ def form_of(task: type[Task]) -> TaskForm:
     """All settings of a task that name no file.
 
     >>> form_of(task_named("repeat")).names
-    ('units', 'axis', 'step_um', 'columns', 'verbose')
+    ('units', 'axis', 'step_um', 'file_format', 'series', 'columns', 'verbose')
     """
     return TaskForm(task, shared=tuple(by_name(task)))
 

@@ -117,8 +117,11 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
     if not size > 2.0 * u > 0.0:
         return ""
     if made_at is None and not stated:
-        who = "neither the map nor the touches state the orientation of the spindle"
-    elif stated:
+        return (
+            f"U does not contain up to {size * 1e3:.1f} µm of another spindle orientation: none is "
+            "stated (spindle_deg)"
+        )
+    if stated:
         who = "the touches state the orientation of the spindle, the map does not"
     else:
         who = f"the map is of spindle {made_at:g}°, the touches state no orientation"

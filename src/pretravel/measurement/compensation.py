@@ -341,9 +341,8 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
     if stated or not _delay_is_unknown(pretravel_map):
         return ""
     return (
-        "neither the map nor the touches state a feed: both must have the same one. 100 mm/min "
-        "of difference are 3.3 µm for a signal delay of 2 ms, which u does not contain. State "
-        "the feed of both, in a column feed_mm_min or when you qualify and compensate"
+        "neither the map nor the touches state a feed (column feed_mm_min): 100 mm/min of "
+        "difference are 3.3 µm for a signal delay of 2 ms, which U does not contain"
     )
 
 

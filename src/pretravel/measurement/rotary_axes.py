@@ -129,7 +129,7 @@ def rotary_axis(
     >>> turns = np.arange(0.0, 6.0)
     >>> places = np.array([50 * np.cos(turns), -50 * np.sin(turns), 0 * turns]).T + [1.0, 2.0, 0.0]
     >>> axis = rotary_axis([c + 12.5 * sphere_pattern_25() for c in places], turns, "C")
-    >>> axis.point[:2].round(6).tolist(), round(axis.direction[2], 6), axis.sense
+    >>> axis.point[:2].round(6).tolist(), round(float(axis.direction[2]), 6), axis.sense
     ([1.0, 2.0], 1.0, -1)
     """
     if letter not in LETTERS:

@@ -147,6 +147,7 @@ class ResponseBasis(MapBasis):
     """Values of a map, computed from a `ProbeResponse` for every direction without interpolation.
 
     >>> from pretravel.prediction.catalogue import load_probe
+    >>> from pretravel.prediction.response import probe_response
     >>> basis = ResponseBasis(probe_response(load_probe("omp40-2")))
     >>> (basis.design(np.array([[1.0, 0.0, 0.0]])) * 1e3).round(1).tolist()
     [[3.8]]

@@ -138,9 +138,9 @@ class TestAcceptedMaps:
         def full(*_: object) -> None:
             raise OSError(28, "No space left on device")
 
-        monkeypatch.setattr("pretravel.files.map_file.write_map", full)
+        monkeypatch.setattr("pretravel.files.write_map", full)
         monkeypatch.setattr(
-            "pretravel.qualification.qualifying.qualify_like",
+            "pretravel.qualification.qualify_like",
             lambda *_, **__: SimpleNamespace(pretravel_map=old_map()),
         )
         history = tmp_path / "probe.jsonl"

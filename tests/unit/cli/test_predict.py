@@ -70,7 +70,7 @@ class TestPredict:
             (["omp40-2", "--polar", "178"], "never triggers"),
             (["omp40-2", "--polar", "200"], "between 0 and 180"),
             (["omp40-2", "--polar", "nan"], "--polar nan"),
-            (["omp40-2", "--workpiece", "cheese"], "there are aluminium"),
+            (["omp40-2", "--workpiece", "cheese"], "known are aluminium"),
             (["omp40-2", "--lever", "10"], "shorter than the stylus"),
             (["omp40-2", "--lever", "-10", "--model", "shen"], "--lever -10"),
             (["omp40-2", "-o", "map.xyz"], "the ending must be"),

@@ -11,6 +11,7 @@ import pytest
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.drawing.features.feature_trials import feature_by_trials
+from pretravel.drawing.features.form_of_part import NO_FORM
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.drawing.tasks.check_budget.budget_check import ActingErrors, check_budget
 from pretravel.files.csv_table import write_csv_table
@@ -275,7 +276,7 @@ def test_trials_of_a_bore_are_the_linear_law() -> None:
         None, tuple(map(str, range(36))), {"tip radius": np.full(36, 0.8 * UM)},
     )  # fmt: skip
     measured = measure_feature(points, "bore", axis=[0.0, 0.0, 1.0])
-    plain = replace(measured.errors, form_sizes=np.zeros(1), form_weights=np.ones(1))
+    plain = replace(measured.errors, form=NO_FORM)
     without = feature_by_trials(replace(measured, errors=plain), 4000)
     found = {each.quantity.name: each for each in without}
     size = 2.0 * np.sqrt(np.sum(own**2) / 36**2 + (0.8 * UM) ** 2)

@@ -166,7 +166,9 @@ def _axis_touches(readings: list[list[float]]) -> TouchNoise:
 
 def test_repeats_that_are_exactly_equal_are_alike() -> None:
     noise = _axis_touches([[0.125 * k] * 3 for k in range(6)])
-    assert (noise.scatter.deviation, noise.trimmed, noise.fixed_variance) == (0.0, 0.0, 0.0)
+    # No residual is smaller than 0.01 nm, so that weights are finite.
+    assert noise.scatter.deviation <= 1e-8
+    assert (noise.trimmed, noise.fixed_variance) == (0.0, 0.0)
     assert noise.variances.tolist() == noise.raw_variances.tolist() == [0.0] * 6
     assert noise.spreads.tolist() == [0.0] * 6
     assert np.isfinite(noise.scatter.dof)

@@ -29,6 +29,8 @@ def test_of_a_probe(scatter_mm: float, dof: float, expected: tuple[str, str]) ->
     result = SimpleNamespace(
         pretravel_map=SimpleNamespace(single_touch=scatter_mm),
         fit=SimpleNamespace(observation=SimpleNamespace(repeats=SimpleNamespace(dof=dof))),
+        effects=SimpleNamespace(step=0.0),
+        repeatability=scatter_mm,
     )
     assert judgement(result) == Judgement(*expected)  # type: ignore[arg-type]
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
-
 from pretravel.base import DEGREE, MICROMETRE, REFERENCE_DIAMETER, PretravelError
 from pretravel.task import (
     ANSWER,
@@ -28,6 +26,8 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from pretravel.maps import PretravelMap
     from pretravel.measurement import RotaryAxis
     from pretravel.show import Document, View
@@ -111,6 +111,8 @@ class FindAxis(TouchFilesWithFeed, Reported):
         PretravelError
             Angles that do not belong to the files; as `rotary_axis`.
         """
+        import numpy as np
+
         from pretravel.files import read_map
 
         pretravel_map = None if self.map_file is None else read_map(self.map_file)
@@ -122,6 +124,8 @@ class FindAxis(TouchFilesWithFeed, Reported):
     def _axis(
         self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
     ) -> RotaryAxis:
+        import numpy as np
+
         from pretravel.measurement import rotary_axis
 
         sets, turns = self._sets(files, pretravel_map, progress)
@@ -169,6 +173,8 @@ def _points(
     sets: list[Touches], pretravel_map: PretravelMap | None
 ) -> tuple[list[np.ndarray], list[Covariance]]:
     """Surface points of each angle, and what they have in common; tip centres without a map."""
+    import numpy as np
+
     from pretravel.measurement import REPEATABILITY, apply, point_sources
     from pretravel.touches import Touches
 
@@ -211,6 +217,8 @@ class FoundAxis(Result):
         """Differences of the two radii by the expanded uncertainty of these, (4,); 1 and more is
         a contradiction. Places are compared at the same height.
         """
+        import numpy as np
+
         if self.again is None:
             return np.zeros(4)
         one, two = self.found, self.again
@@ -224,6 +232,8 @@ class FoundAxis(Result):
 
     def rows(self) -> list[tuple[str, float, float, float]]:
         """Name, value, u and U of each; slopes in mm per m, which are µm per mm."""
+        import numpy as np
+
         found = self.found
         names = ["xyz"[axis] for axis in found.across]
         u = np.sqrt(np.diag(found.covariance))
@@ -236,6 +246,8 @@ class FoundAxis(Result):
 
     def document(self) -> Document:
         """The report."""
+        import numpy as np
+
         from pretravel.show import Digits, Document, KeyFigure, Picture, decimals
 
         found, two = self.found, Digits(2, significant=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pretravel.base import PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
@@ -176,14 +175,7 @@ class Compensate(
             tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
         )
         asked = replace(options, normals_from=self._normals_from(nominal))
-        readings = self.read_with(asked, progress)
-        if self.feature is not None and not readings.normals_taken:
-            raise PretravelError(
-                "the touches state their normals: those of a fitted feature are not taken; leave "
-                "the feature out",
-                inputs=("feature",),
-            )
-        return readings
+        return self.read_with(asked, progress)
 
     def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
         """Where touches without normals have theirs from, in the frame of the touches."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,11 +26,13 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.files import DatedFile, Entry, ReadingOptions
+    from pretravel.files import DatedFile, Entry, FileReadings
     from pretravel.maps import PretravelMap, QualificationSetup
     from pretravel.qualification import DayTerms, DriftOverTime
     from pretravel.show import Document
     from pretravel.tasks.history.drift_report import DayFile, FolderDrift
+
+    _Reading = Callable[[Sequence[Path]], FileReadings]
 
 _LOG = logging.getLogger(__name__)
 
@@ -141,15 +144,18 @@ class History(
         VerificationHistory
             Or `TouchHistory`, of files of touches.
         """
+        from pretravel.files import read_series
+
         if self._is_of_verifications():
             return self._of_verifications(self.places[0])
         reference, old_map = self._reference()
         options = self.reading_options(
             tip_diameter=self.tip_diameter, reference_diameter=self.diameter, ring=self.ring
         )
+        reading = partial(read_series, options=options, file_format=self.file_format)
         files = self.further_files()
         with progress.working(f"history of {len(files)} files"):
-            return TouchHistory(self, self._drift(files, options, reference, old_map))
+            return TouchHistory(self, self._drift(files, reading, reference, old_map))
 
     def further_files(self) -> list[Path]:
         """The file of verifications; or those with touches, without outputs of the same folder."""
@@ -192,7 +198,7 @@ class History(
     def _drift(
         self,
         paths: Sequence[Path],
-        options: ReadingOptions,
+        reading: _Reading,
         reference: QualificationSetup,
         old_map: PretravelMap | None,
     ) -> FolderDrift:
@@ -215,10 +221,10 @@ class History(
             _LOG.info("%s", file.path.name, extra={"done": count / len(dated)})
             try:
                 if made is None:
-                    first, terms = _first_day(file, options, reference, self.kind or "auto")
+                    first, terms = _first_day(file, reading, reference, self.kind or "auto")
                     made, name = first, file.path.name
                 else:
-                    terms = _terms(file, options, reference, made)
+                    terms = _terms(file, reading, reference, made)
             except PretravelError as error:
                 unusable.append((file, str(error)))
                 continue
@@ -313,12 +319,11 @@ def _allowed(pretravel_map: PretravelMap) -> float:
 
 
 def _first_day(
-    file: DatedFile, options: ReadingOptions, reference: QualificationSetup, kind: str
+    file: DatedFile, reading: _Reading, reference: QualificationSetup, kind: str
 ) -> tuple[PretravelMap, DayTerms]:
-    from pretravel.files import read_series
     from pretravel.qualification import day_terms, qualified, refuse_unverifiable
 
-    readings = read_series([file.path], options).in_machine_axes()
+    readings = reading([file.path]).in_machine_axes()
     made = qualified(readings.touches, reference, kind).pretravel_map
     refuse_unverifiable(made)
     return made, day_terms(readings.touches, made, reference, own=True)
@@ -326,13 +331,12 @@ def _first_day(
 
 def _terms(
     file: DatedFile,
-    options: ReadingOptions,
+    reading: _Reading,
     reference: QualificationSetup,
     pretravel_map: PretravelMap,
 ) -> DayTerms:
-    from pretravel.files import read_series
     from pretravel.qualification import day_terms, own_touches_warnings
 
-    touches = read_series([file.path], options).in_machine_axes().touches
+    touches = reading([file.path]).in_machine_axes().touches
     own = bool(own_touches_warnings(touches, pretravel_map, ""))
     return day_terms(touches, pretravel_map, reference, own=own)

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 _VARIANCE = (0.0, 1e6)
 """[µm²]"""
 _PAIR = "MACHINE,PROBE"
+_NO_TIP = "a map needs the diameter of the tip, in mm"
 
 
 class Separate(LaboratoryReport):
@@ -152,8 +153,9 @@ class Separate(LaboratoryReport):
     tip_diameter: Annotated[
         float | None,
         Field(
-            help="Effective diameter of the tip by the machine's qualification, in mm, for --map.",
+            help="Effective diameter of the tip by the machine's qualification, in mm.",
             range=TIP_BALL,
+            only=("map_file",),
         ),
     ] = None
     output: Annotated[
@@ -182,9 +184,7 @@ class Separate(LaboratoryReport):
         from pretravel.laboratory.separation.separation_csv import read_multi_step_test
 
         if self.map_file is not None and self.tip_diameter is None:
-            raise PretravelError(
-                "a map needs the diameter of the tip, in mm", inputs=("tip_diameter",)
-            )
+            raise PretravelError(_NO_TIP, inputs=("tip_diameter",))
         statements = self.statements()
         repeated = self._repeated()
         measured, notes = read_multi_step_test(
@@ -255,7 +255,8 @@ class SeparatedErrors(Result):
         from pretravel.laboratory.separation.separation_csv import separation_table
 
         if output == "map_file":
-            assert self.task.tip_diameter is not None  # the run refuses it
+            if self.task.tip_diameter is None:
+                raise PretravelError(_NO_TIP, inputs=("tip_diameter",))
             made = separation_map(
                 self.separation, 0.5 * self.task.tip_diameter, axis=self.task.axis
             )
