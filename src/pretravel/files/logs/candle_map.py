@@ -37,7 +37,7 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
         The units are missing; a line has another number of heights than the grid has columns.
 
     >>> from pretravel.files import SourceFile
-    >>> text = b"0;0;10;5\\r\\n2;2;-1;1\\r\\n0;1;1\\r\\n0.1;0.2\\r\\n0.3;0.4\\r\\n"
+    >>> text = b"0;0;10;5\r\n2;2;-1;1\r\n0;1;1\r\n0.1;0.2\r\n0.3;0.4\r\n"
     >>> read_candle_map(SourceFile("a.map", text), "mm").touches.positions[3].tolist()
     [10.0, 5.0, 0.4]
     """

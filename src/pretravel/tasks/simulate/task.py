@@ -115,7 +115,7 @@ class Simulate(PlacedPart, Reported):
         Field(
             help="Seed of the noise: the same seed gives the same touches.",
             range=(0, 2**63 - 1),
-            only=("noise_um",),
+            only=("noise_um", "machine"),
         ),
     ] = None
     workpiece: Annotated[str, replace(WORKPIECE, without=(*WORKPIECE.without, _A_MAP))] = "steel"
