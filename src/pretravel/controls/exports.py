@@ -1,8 +1,8 @@
 """The controls that a map can be exported to, each with the files that it needs.
 
 To add a control, write a function `(PretravelMap, ExportSettings) -> ExportedFiles` in a file of
-its own, with a `Control` at the end, and list that in the group of entry points
-``pretravel.controls``.
+its own and its `Control` here, with its label and steps, and list that in `CONTROLS`; another
+package lists its own in the group of entry points ``pretravel.controls``.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ from pretravel.controls.macro_b import (
     renishaw_variables,
 )
 from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle, siemens_formula
+from pretravel.controls.steps import OF_OTHERS, Steps, macro_b_steps, same_steps, siemens_steps
 from pretravel.maps import PretravelMap, over_support
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
@@ -159,9 +160,15 @@ class Control:
     options : frozenset of str
         Those of the settings base, tolerance, form, program, units, angles, criterion, template and
         azimuth that the control uses.
+    label : str
+        In a form.
+    steps : callable
+        What to do at the control, from the texts of the files that were made.
     """
 
     files: Callable[[PretravelMap, ExportSettings], ExportedFiles]
+    label: str
+    steps: Steps = OF_OTHERS
     folder: bool = False
     uses_feed: bool = False
     options: frozenset[str] = frozenset()
@@ -407,18 +414,53 @@ _OF_TABLES = frozenset({"units", "tolerance"})
 
 TO_LINUXCNC = Control(
     _linuxcnc,
+    "LinuxCNC (subroutines)",
+    same_steps(
+        "Copy all .ngc files to a folder of SUBROUTINE_PATH (see [RS274NGC] in the INI file).",
+        "pretravel_point makes a whole touch and its surface point; pretravel_bore, pretravel_boss "
+        "and others measure a feature from MDI. The first lines of each file state its arguments.",
+    ),
     folder=True,
     uses_feed=True,
     options=frozenset({"base", "form", "tolerance", "tool", "stylus_length"}),
 )
 TO_RENISHAW = Control(
-    _renishaw, options=frozenset({"base", "program", "units", "angles", "criterion"})
+    _renishaw,
+    "Renishaw cycles (vector radii)",
+    same_steps(
+        "No control has run this file yet. Write down the ten variables before: they are the way "
+        "back.",
+        "Compare the eight radii with those of a vector calibration by the control: the pattern of "
+        "large and small ones must be the same. If it is turned by 180°, choose directions of "
+        "travel above.",
+        "Copy the program to the control. In MDI: call it once with G65 P and its number.",
+    ),
+    options=frozenset({"base", "program", "units", "angles", "criterion"}),
 )
-TO_FANUC = Control(_fanuc, folder=True, options=_OF_TABLES | {"base", "program", "form"})
-TO_HAAS = Control(_haas, folder=True, options=_OF_TABLES | {"base", "program", "form"})
-TO_SIEMENS = Control(_siemens, folder=True, options=_OF_TABLES | {"form"})
-TO_HEIDENHAIN = Control(_heidenhain, options=frozenset({"template", "azimuth"}))
-TO_RADII = Control(_radii)
+_OF_MACROS = _OF_TABLES | {"base", "program", "form"}
+TO_FANUC = Control(
+    _fanuc, "Fanuc (macro programs)", macro_b_steps("Fanuc"), folder=True, options=_OF_MACROS
+)
+TO_HAAS = Control(
+    _haas, "Haas (macro programs)", macro_b_steps("Haas"), folder=True, options=_OF_MACROS
+)
+TO_SIEMENS = Control(
+    _siemens, "Siemens 840D (cycle)", siemens_steps, folder=True, options=_OF_TABLES | {"form"}
+)
+TO_HEIDENHAIN = Control(
+    _heidenhain,
+    "Heidenhain (table, not verified)",
+    same_steps(
+        "Nobody has compared this table with one of a control: its columns are a template.",
+        "Compare it with a table that your control wrote before you use it.",
+    ),
+    options=frozenset({"template", "azimuth"}),
+)
+TO_RADII = Control(
+    _radii,
+    "Probing screens (radii to type)",
+    same_steps("Type the radii into the fields of your probing screen."),
+)
 
 CONTROLS: Mapping[str, Control] = Plugins(
     "pretravel.controls",

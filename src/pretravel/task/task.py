@@ -136,7 +136,7 @@ class Field:
         One sentence or two, with the unit; it stands in the help, the form and the reference.
     label, hint : str
         In forms: its words, by default the name with blanks, and a short sentence below it.
-    words : mapping of str to str
+    words : mapping of str to str, or callable
         In forms: how the choices are called.
     range : QuantityRange or pair of float
         Limits: of a quantity, in the units of the library, or as they are typed.
@@ -177,7 +177,7 @@ class Field:
     help: str
     label: str = ""
     hint: str = ""
-    words: Mapping[str, str] | None = None
+    words: Mapping[str, str] | Callable[[], Mapping[str, str]] | None = None
     range: QuantityRange | tuple[float, float] | None = None
     unit: str = ""
     option: str = ""
@@ -219,6 +219,12 @@ class Setting(NamedTuple):
     optional: bool
     default: Any
     field: Field
+
+    @property
+    def shown_words(self) -> Mapping[str, str]:
+        """What a form calls the values."""
+        words = self.field.words or {}
+        return words() if callable(words) else words
 
     @property
     def unit(self) -> str:

@@ -89,7 +89,7 @@ def _field(
     name, label, hint = setting.name, setting.label, setting.field.hint
     stored, default = form.stored_name(name), form.default(name)
     if choices is not None or setting.choices:
-        words = setting.field.words or {}
+        words = setting.shown_words
         options: dict[Any, str] = {None: words.get("", "not stated")} if default is None else {}
         ordered = sorted(
             setting.choices, key=list({**words, **dict.fromkeys(setting.choices)}).index

@@ -6,3 +6,4 @@ from .task import ExportedMap as ExportedMap
 from .task import FormOnControl as FormOnControl
 from .task import control_names as control_names
 from .task import makes_folder as makes_folder
+from .task import steps_at_control as steps_at_control

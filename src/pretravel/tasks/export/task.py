@@ -32,6 +32,23 @@ _RADII_TABLE = "csv"
 """A table of effective radii, which no control reads directly."""
 
 
+def _labels() -> dict[str, str]:
+    """What a form calls the controls."""
+    from pretravel.controls import CONTROLS
+
+    labels = {name: control.label for name, control in CONTROLS.items()}
+    return {"": "Choose …", **labels, _RADII_TABLE: "Other: table of effective radii"}
+
+
+def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
+    """What to do with exported files at the control `to`."""
+    from pretravel.controls import CONTROLS
+
+    if to == _RADII_TABLE:
+        return ("The table has the effective radius for each direction, in mm.",)
+    return CONTROLS[to].steps(files.texts)
+
+
 def control_names() -> list[str]:
     """What a map can be exported to."""
     from pretravel.controls import CONTROLS
@@ -114,17 +131,7 @@ class Export(Task):
             names=control_names,
             metavar="CONTROL",
             label="Your control",
-            words={
-                "": "Choose …",
-                "fanuc": "Fanuc (macro programs)",
-                "haas": "Haas (macro programs)",
-                "siemens": "Siemens 840D (cycle)",
-                "heidenhain": "Heidenhain (table, not verified)",
-                "renishaw": "Renishaw cycles (vector radii)",
-                "linuxcnc": "LinuxCNC (subroutines)",
-                "radii": "Probing screens (radii to type)",
-                "csv": "Other: table of effective radii",
-            },
+            words=_labels,
         ),
     ]
     output: Annotated[

@@ -25,8 +25,7 @@ from pretravel.app import (
     warning,
 )
 from pretravel.base import PretravelError
-from pretravel.tasks.export import makes_folder
-from pretravel.tasks.qualify.screen.control_steps import control_steps
+from pretravel.tasks.export import makes_folder, steps_at_control
 from pretravel.tasks.qualify.screen.settings import CONTROL, export_name
 from pretravel.tasks.qualify.screen.work import EXPORT, FIT, ExportResult, FitResult
 
@@ -83,7 +82,7 @@ def _steps(result: ExportResult | None) -> None:
         return
     text("h3", "At the control")
     with ui.element("ol").classes("steps"):
-        for step in control_steps(result.to, result.files.texts):
+        for step in steps_at_control(result.to, result.files):
             text("li", step)
 
 
