@@ -7,6 +7,7 @@ objects are used; another package adds its own in a group of entry points, witho
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -112,6 +113,17 @@ class Plugins(Mapping[str, _T], Generic[_T]):
                 f"'{stated}': its package must list it under that name"
             )
         return made
+
+    def usable(self) -> dict[str, _T]:
+        """The objects by name, without plug-ins that cannot be used.
+
+        Who asks for such a plug-in by its name is told why; others need not know of it.
+        """
+        found = {}
+        for name in self:
+            with suppress(PretravelError):
+                found[name] = self[name]
+        return found
 
     def __iter__(self) -> Iterator[str]:
         return iter([*self._own, *self._points])

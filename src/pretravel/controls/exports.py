@@ -462,7 +462,7 @@ TO_RADII = Control(
     same_steps("Type the radii into the fields of your probing screen."),
 )
 
-CONTROLS: Mapping[str, Control] = Plugins(
+CONTROLS: Plugins[Control] = Plugins(
     "pretravel.controls",
     own={
         name: f"pretravel.controls.exports:TO_{name.upper()}"

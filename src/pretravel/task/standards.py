@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from pretravel.base import FloatArray, Plugins, ring_pattern
 
 _PLACE = "pretravel.laboratory.standards."
-STANDARDS: Mapping[str, Any] = Plugins(
+STANDARDS: Plugins[Any] = Plugins(
     "pretravel.standards",
     own={
         "iso10360-5": f"{_PLACE}iso10360_5:ISO10360_5",

@@ -18,7 +18,7 @@ ENTRY_POINTS = "pretravel.kinds"
 AUTO = "auto"
 """The word for an average of kinds, instead of one of them."""
 
-KINDS: Mapping[str, KindOfMap] = Plugins(
+KINDS: Plugins[KindOfMap] = Plugins(
     ENTRY_POINTS,
     own={
         "mean": "pretravel.maps.kinds.mean:MeanKind",

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 def _controls_with_maps() -> list[str]:
     from pretravel.controls import CONTROLS
 
-    return [name for name, control in CONTROLS.items() if "form" in control.options]
+    return [name for name, control in CONTROLS.usable().items() if "form" in control.options]
 
 
 class Compare(Reported):

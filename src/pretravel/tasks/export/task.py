@@ -36,7 +36,7 @@ def _labels() -> dict[str, str]:
     """What a form calls the controls."""
     from pretravel.controls import CONTROLS
 
-    labels = {name: control.label for name, control in CONTROLS.items()}
+    labels = {name: control.label for name, control in CONTROLS.usable().items()}
     return {"": "Choose …", **labels, _RADII_TABLE: "Other: table of effective radii"}
 
 
@@ -82,13 +82,15 @@ def _controls(option: str) -> When:
     def names() -> list[str]:
         from pretravel.controls import CONTROLS
 
-        return [name for name, control in CONTROLS.items() if option in control.options]
+        return [name for name, control in CONTROLS.usable().items() if option in control.options]
 
     return When("to", names)
 
 
 def _controls_without_feed() -> list[str]:
-    return [name for name in control_names() if takes_feed(name)]
+    from pretravel.controls import CONTROLS
+
+    return [name for name in (*CONTROLS.usable(), _RADII_TABLE) if takes_feed(name)]
 
 
 FormOnControl: TypeAlias = Literal["auto", "formula", "table"] | None

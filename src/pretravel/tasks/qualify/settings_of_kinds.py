@@ -21,7 +21,7 @@ def kinds_where(holds: Callable[[KindOfMap], bool]) -> When:
     def names() -> list[str]:
         from pretravel.maps import AUTO, KINDS
 
-        return [*(name for name, kind in KINDS.items() if holds(kind)), AUTO]
+        return [*(name for name, kind in KINDS.usable().items() if holds(kind)), AUTO]
 
     return When("kind", names)
 

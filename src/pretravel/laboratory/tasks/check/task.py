@@ -84,7 +84,7 @@ def _standards(used: Callable[[Standard], bool]) -> tuple[When, ...]:
     def names() -> list[str]:
         from pretravel.task import STANDARDS
 
-        return [name for name, standard in STANDARDS.items() if used(standard)]
+        return [name for name, standard in STANDARDS.usable().items() if used(standard)]
 
     return (When("standard", names),)
 
