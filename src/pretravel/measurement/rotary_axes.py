@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, least_squares
-from scipy.spatial.transform import Rotation
 
 from pretravel.base import DEGREE, FloatArray, PretravelError, frozen
 from pretravel.uncertainty import Covariance, coverage_factor, fit_sphere
@@ -240,6 +238,8 @@ class _Model:
 
     def centers(self, values: FloatArray) -> FloatArray:
         """Centres at the angles, (k, 3)."""
+        from scipy.spatial.transform import Rotation
+
         point, direction = self.line(values)
         rotations = Rotation.from_rotvec(self.sense * self.turns[:, None] * direction)
         return np.asarray(point + rotations.apply(values[4:] - point))
@@ -256,6 +256,8 @@ class _Model:
 
 def _model(centers: FloatArray, turns: FloatArray, axis: int) -> tuple[_Model, FloatArray]:
     """The better of the two senses, and its values without weights."""
+    from scipy.optimize import least_squares
+
     fits = []
     for sense in (1, -1):
         model = _Model(turns, axis, sense, float(np.mean(centers[:, axis])))
@@ -314,6 +316,8 @@ def _weighted(
 
 def _wander(rest: FloatArray, jacobian: FloatArray, along: FloatArray) -> float:
     """Standard deviation of each coordinate beyond the covariance of the noise. [mm]"""
+    from scipy.optimize import brentq
+
     free = len(rest) - jacobian.shape[1]
 
     def excess(variance: float) -> float:

@@ -417,8 +417,6 @@ def _p_value(ratio: float, freedom: float, dof: float) -> float:
 
 def _noncentrality(freedom: int, rate: float) -> float:
     """Of the chi-square that is above its limit with 95 % probability."""
-    from scipy import stats
-    from scipy.optimize import brentq
+    from scipy.special import chdtri, chndtrinc
 
-    limit = stats.chi2.isf(rate, freedom)
-    return float(brentq(lambda x: stats.ncx2.sf(limit, freedom, x) - _POWER, 1e-3, 1e4))
+    return float(chndtrinc(chdtri(freedom, rate), freedom, 1.0 - _POWER))

@@ -181,21 +181,31 @@ def _refuse_strays(touches: Touches, reference_radius: float, source: str) -> No
 
 def _repeats(normals: FloatArray) -> IntArray:
     """Number the directions in order of appearance; touches of one direction share the number."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     # The number of pairs would grow with the square of the repeats.
     places, place = _different(normals)
     pairs = cKDTree(places).query_pairs(_SAME_DIRECTION, output_type="ndarray")
-    count = len(places)
-    linked = np.ones(len(pairs), dtype=bool)
-    graph = coo_array((linked, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    label = connected_components(graph, directed=False)[1][place]
+    label = _joined(len(places), pairs)[place]
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.asarray(rank[inverse.ravel()], dtype=np.int64)
+
+
+def _joined(count: int, pairs: IntArray) -> IntArray:
+    """The lowest number that each of so many is connected with by pairs, (count,)."""
+    label = np.arange(count)
+    while True:
+        lowest = np.min(label[pairs], axis=1)
+        joined = label.copy()
+        for side in (0, 1):
+            np.minimum.at(joined, pairs[:, side], lowest)
+            np.minimum.at(joined, label[pairs[:, side]], lowest)
+        joined = joined[joined]
+        if np.array_equal(joined, label):
+            return label
+        label = joined
 
 
 def _different(normals: FloatArray) -> tuple[FloatArray, IntArray]:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import ndtr, stdtrit
 
 from pretravel.base import FloatArray, IntArray, PretravelError
@@ -405,6 +404,8 @@ def dof_of_mixture(deviations: FloatArray, weights: FloatArray, u: float) -> flo
     >>> round(dof_of_mixture(np.array([1.0, 3.0]), np.array([0.9, 0.1]), 1.0), 1)  # k = 2.64
     5.1
     """
+    from scipy.optimize import brentq
+
     outside = 1.0 - EXPANDED_COVERAGE
 
     def beyond(limit: float) -> float:

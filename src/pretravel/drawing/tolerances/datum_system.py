@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from pretravel.base import ConvergenceError, FloatArray, Placement, PretravelError, frozen
 from pretravel.drawing.features.measured_feature import MeasuredFeature
@@ -175,6 +174,8 @@ def _staged(
 
     With its change by the parameters of each feature, and the motions that are left.
     """
+    from scipy.linalg import block_diag
+
     # The turns are about the middle of the datums, so that their scale is that of shifts.
     middle = np.zeros(3)
     places = [each.point for group in datums for each in group]

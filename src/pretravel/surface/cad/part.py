@@ -15,6 +15,7 @@ import numpy as np
 from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.face_boxes import FaceBoxes
+from pretravel.surface.cad.part_cache import keep_points, kept_points
 
 _logger = logging.getLogger("pretravel")
 
@@ -47,12 +48,15 @@ class Part:
         Indices of the faces to touch; all other faces are obstacles.
     unreadable : mapping of int to str
         Numbers of the faces that cannot be used, and the reasons.
+    key : str
+        Name of the entry in the cache in which the points on its faces are kept; empty: in none.
     """
 
     name: str
     faces: tuple[Face, ...]
     chosen: tuple[int, ...]
     unreadable: dict[int, str] = field(default_factory=dict)
+    key: str = ""
 
     def select(self, word: str) -> Part:
         """The part with only some faces to touch.
@@ -128,7 +132,7 @@ class Part:
         wanted = float(2.0 ** (math.floor(2.0 * math.log2(wanted)) / 2.0))
         key = f"_cloud_{wanted:.6g}"
         if key not in self.__dict__:
-            self.__dict__[key] = Cloud.of(self.faces, wanted)
+            self.__dict__[key] = Cloud.of(self.faces, wanted, self.key)
         cloud: Cloud = self.__dict__[key]
         return cloud
 
@@ -265,10 +269,13 @@ class Cloud:
         return pairs // count, pairs % count
 
     @classmethod
-    def of(cls, faces: Sequence[Face], spacing: float) -> Cloud:
-        """Sample faces with a largest distance between neighbours. [mm]"""
+    def of(cls, faces: Sequence[Face], spacing: float, key: str = "") -> Cloud:
+        """Sample faces with a largest distance between neighbours [mm], or take kept samples."""
         from scipy.spatial import cKDTree
 
+        kept = kept_points(key, spacing) if key else None
+        if kept is not None and len(kept["gaps"]) == len(faces):
+            return cls(**kept, tree=cKDTree(kept["points"]))
         _logger.info("sampling %d faces", len(faces))
         sampled = [face.sampled(spacing) for face in faces]
         uv = [own for own, _ in sampled]
@@ -279,4 +286,8 @@ class Cloud:
         cloud, index, parameters = cloud[usable], index[usable], parameters[usable]
         gaps = np.array([max(gap, spacing) for _, gap in sampled])
         bends = np.array([face.largest_convex_curvature for face in faces])
+        if key:
+            keep_points(
+                key, spacing, points=cloud, face=index, uv=parameters, gaps=gaps, bends=bends
+            )
         return cls(cloud, index, parameters, gaps, bends, cKDTree(cloud))

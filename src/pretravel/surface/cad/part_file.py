@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
+from dataclasses import replace
 from pathlib import Path
 
 from pretravel.base import InputError
 from pretravel.surface.cad.iges_reader import read_iges
 from pretravel.surface.cad.part import Part
+from pretravel.surface.cad.part_cache import keep_faces, kept_faces, part_key
 from pretravel.surface.cad.step_part import part_from_content, read_step_part
+
+_logger = logging.getLogger("pretravel")
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
 IGES_ENDINGS = (".iges", ".igs")
@@ -52,8 +58,6 @@ def read_part(path: str | Path) -> Part:
     """
     path = Path(path)
     ending = path.suffix.lower()
-    if ending in IGES_ENDINGS:
-        return part_from_content(read_iges(path), path)
     if ending in MESH_ENDINGS:
         raise InputError(
             f"is a mesh ({ending[1:].upper()}): triangles have no exact normals and no curvature, "
@@ -67,4 +71,18 @@ def read_part(path: str | Path) -> Part:
             "AP242)",
             path=path,
         )
-    return read_step_part(path)
+    key = part_key(path)
+    kept = kept_faces(key) if key else None
+    if kept is not None:
+        faces, unreadable = kept
+        _logger.info("%s was read before", path.name)
+        return Part(path.name, faces, tuple(range(len(faces))), unreadable, key)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        is_iges = ending in IGES_ENDINGS
+        part = part_from_content(read_iges(path), path) if is_iges else read_step_part(path)
+    for each in said:
+        warnings.warn(each.message, each.category, stacklevel=2)
+    if key and all(each.category is UserWarning for each in said):
+        keep_faces(key, part.faces, part.unreadable, [str(each.message) for each in said])
+    return replace(part, key=key)
