@@ -414,6 +414,79 @@ def test_his_own_probe_is_an_example(tmp_path: Path) -> None:
         assert float(row["share_stylus_bending_um"]) == pytest.approx(1e3 * bending, rel=1e-8)
 
 
+ROUGH = WozniakProbe(
+    spring_force=0.6, seat_distance=8.0, stylus_length=40.0, stylus_diameter=2.0,
+    axis_distance=4.0, tip_diameter=4.0, stylus_modulus=210e3, tip_modulus=430e3 / (1 - 0.28**2),
+    part_modulus=1.0, opening=0.2e-3, tip_friction=0.02, support_friction=0.15,
+    arm_end_diameter=2.0,
+)  # fmt: skip
+"""The example with his friction of 0.02; 0.15 in the supports, on rods of 2 mm."""
+
+
+def _rough(tip: float = 0.02, seats: float = 0.15, opening: float = 0.2) -> Probe:
+    text = (EXAMPLES / "wozniak_tp2_probe.toml").read_text("utf-8")
+    text = text.replace("[tip]\n", f"[tip]\nfriction = {tip}\n")
+    text = text.replace("[seats]\n", f"[seats]\nfriction = {seats}\n")
+    return parse_probe(text.replace("opening_um = 0.0", f"opening_um = {opening}"))
+
+
+@pytest.mark.parametrize(("mu", "mu_p"), [(0.02, 0.0), (0.0, 0.15), (0.2, 0.15), (0.9, 0.5)])
+def test_a_described_friction_is_that_of_his_model(mu: float, mu_p: float) -> None:
+    """Six seats with friction against the closed form, which is compared with vectors below: force,
+    bending and the turn of the opening, above and below the equator; with 0.9 the tip sticks."""
+    normals = np.vstack(
+        [AROUND, from_angles(np.full(24, 95.0) * DEGREE, (np.arange(24) * 15.0 + 3.0) * DEGREE)]
+    )
+    found = predict(_rough(mu, mu_p), normals, "wozniak")
+    closed = wozniak_pretravel(normals, replace(ROUGH, tip_friction=mu, support_friction=mu_p))
+    assert found.force == pytest.approx(closed.force, rel=1e-8)
+    assert found.shares["stylus_bending"] == pytest.approx(closed.bending, rel=1e-8)
+    assert found.shares["opening"] == pytest.approx(closed.switching, rel=1e-8)
+
+
+def test_friction_at_45_degrees_by_hand() -> None:
+    """At 45° in the middle of an arm's third the lever is 44 (sin - mu cos) + R/2 (cos + mu sin),
+    the force 0.6 R / 2 over it, with R of 4.61880215 mm: with mu = 0.02 it rises by 1.8 %."""
+    normal = np.array([[1.0, 0.0, 1.0]]) / np.sqrt(2.0)
+    rough, smooth = (predict(_rough(mu, 0.0), normal, "wozniak").force[0] for mu in (0.02, 0.0))
+    assert smooth == pytest.approx(0.3 * 4.61880215 / 32.74569153, rel=1e-7)
+    assert rough == pytest.approx(0.3 * 4.61880215 / 32.15609743, rel=1e-7)
+
+
+def test_what_does_not_contain_his_friction_refuses_it(tmp_path: Path) -> None:
+    """Other models, surfaces, maps without a table, cycles; the simple map, too. A piezo stage is
+    one force, with friction."""
+    only_tip = _rough(0.02, 0.0)
+    at = Targets(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
+    with pytest.raises(PretravelError, match=r"model analytic .* friction 0\.02 of \[tip\]"):
+        predict(only_tip, XY, "analytic")
+    with pytest.raises(PretravelError, match=r"model wozniak of this description"):
+        predict(replace(only_tip, opening=None), XY, "wozniak")
+    with pytest.raises(PretravelError, match=r"surfaces .*friction 0\.02 of"):
+        simulate(only_tip, Plane([0.0] * 3, [0.0, 0.0, 1.0]), at, model="wozniak")
+    stage = replace(_rough(), criterion="piezo_stage", threshold=0.02, opening=None)
+    found = predict(stage, AROUND, "wozniak")
+    closed = wozniak_pretravel(AROUND, replace(ROUGH, sensor_force=0.02))
+    assert set(found.force) == {0.02}
+    assert found.shares["stylus_bending"] == pytest.approx(closed.bending, rel=1e-8)
+    with pytest.raises(PretravelError, match=r"friction coefficient of the tip is -0\.1"):
+        _rough(-0.1)
+
+
+def test_the_command_predicts_friction(tmp_path: Path) -> None:
+    """`predict --friction` is mu_p of the supports; a map has the table of the prediction."""
+    path = tmp_path / "probe.toml"
+    text = (EXAMPLES / "wozniak_tp2_probe.toml").read_text("utf-8")
+    path.write_text(text.replace("[tip]\n", "[tip]\nfriction = 0.02\n"), "utf-8")
+    words = ["predict", path, "--model", "wozniak", "--friction", 0.15, "--polar", "0,45,90"]
+    shown = run(*words, "--azimuth", "0:330:30", "-o", tmp_path / "map.json")
+    assert "friction 0.15 at the seats, 0.02 at the tip" in " ".join(shown.split())
+    run(*words, "--azimuth", 180, "-o", tmp_path / "map.csv")
+    closed = wozniak_pretravel(from_angles(np.radians([0.0, 45.0, 90.0]), np.pi), ROUGH)
+    forces = [float(row["trigger_force_N"]) for row in rows(tmp_path / "map.csv")]
+    assert forces == pytest.approx(closed.force, rel=1e-6)
+
+
 def test_wozniak_pretravel_of_the_same_numbers() -> None:
     steel, ruby, stem = material("steel"), material("ruby"), material("ceramic")
     same = WozniakProbe(
@@ -456,7 +529,8 @@ def test_friction_of_his_model_by_vectors(mu: float, mu_p: float) -> None:
     radius = probe.seat_distance / np.sqrt(3.0)
     seats = radius * np.array([[np.cos(a), np.sin(a), 0.0] for a in np.radians([0, 120, 240])])
     tip = np.array([0.0, 0.0, -(probe.stylus_length + probe.axis_distance)])
-    normals = np.array([[0.8, 0.3, 0.52], [1.0, 0.0, 0.0], [-0.9, 0.2, 0.39], [0.3, -0.6, 0.74]])
+    normals = np.array([[0.8, 0.3, 0.52], [1.0, 0.0, 0.0], [-0.9, 0.2, 0.39], [0.3, -0.6, 0.74],
+                        [0.9, 0.1, -0.2]])  # fmt: skip
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     found = wozniak_pretravel(normals, probe)
     for n, force in zip(normals, found.force, strict=True):

@@ -18,6 +18,8 @@ LARGEST_FRICTION = 0.5
 """Largest friction coefficient of seats. From the tangent of the support angle on, rods jam
 between their balls and the equations have no unique solution."""
 
+LARGEST_TIP_FRICTION = 1.0
+"""Largest friction coefficient of tip and part."""
 
 LONGEST = 1000.0
 """Largest length of a probe. [mm]"""
@@ -222,16 +224,24 @@ class Tip:
     material : Material
     u_radius : float
         Standard uncertainty of the radius. [mm]
+    friction : float
+        Coulomb's coefficient of ball and part: Woźniak's µ.
     """
 
     radius: float
     material: Material
     u_radius: float = 0.0
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         _positive(self.radius, "the tip radius")
         if not (math.isfinite(self.u_radius) and self.u_radius >= 0.0):
             raise DescriptionError(f"the tip radius's uncertainty is {self.u_radius:g} mm")
+        if not 0.0 <= self.friction <= LARGEST_TIP_FRICTION:
+            raise DescriptionError(
+                f"the friction coefficient of the tip is {self.friction:g}; it must lie between "
+                f"0 and {LARGEST_TIP_FRICTION:g}"
+            )
 
 
 @dataclass(frozen=True)
@@ -435,6 +445,20 @@ class Probe:
                 f"{what} needs three equal rods, equal seats and a spring on the axis: leave "
                 "radius_deviations_mm, right_less_left_deg and the spring's offset_mm out, or use "
                 "the model analytic"
+            )
+
+    def refuse_tip_friction(self, what: str) -> None:
+        """Refuse a friction of the tip for what does not contain it.
+
+        Raises
+        ------
+        DescriptionError
+        """
+        if self.tip.friction > 0.0:
+            raise DescriptionError(
+                f"{what}: the friction {self.tip.friction:g} of [tip] is not contained. Predict "
+                "with the model wozniak and opening_um or a piezo stage in [trigger], or set it to "
+                "0 (simulate has an option for friction)"
             )
 
     def _check_seating(self) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from pretravel.base import FloatArray, IntArray
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import Material, contact_modulus
-from pretravel.prediction.seats import SeatStatics, seat_coefficient
-from pretravel.six_seats import ball_on_flat, trigger_force
+from pretravel.prediction.seats import SeatStatics, lifted_heights, seat_coefficient
+from pretravel.six_seats import PIEZO_STAGE, ball_on_flat, trigger_force, watched_loads
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +45,11 @@ class Loading:
     force: FloatArray
     unit_reactions: FloatArray
     workpiece: Material
+
+    @property
+    def tip_loads(self) -> FloatArray:
+        """Force on the tip per newton along the normal, (n, 3): with the friction of the tip."""
+        return rubbed_loads(self.directions, self.probe.tip.friction)
 
     @property
     def reaction_change(self) -> FloatArray:
@@ -102,8 +107,88 @@ def loaded_to_trigger(
         With infinite forces in directions in which no seat ever opens.
     seat : (n,) int
     """
-    unit_reactions = statics.unit_reactions(directions)
-    force, seat = trigger_force(
-        statics.rest_reactions, unit_reactions, probe.criterion, probe.threshold
-    )
+    unit_reactions = statics.unit_reactions(rubbed_loads(directions, probe.tip.friction))
+    if probe.seats.friction > 0.0 or probe.tip.friction > 0.0:
+        force, seat = _lifted_with_friction(probe, statics, directions, unit_reactions)
+    else:
+        force, seat = trigger_force(
+            statics.rest_reactions, unit_reactions, probe.criterion, probe.threshold
+        )
     return Loading(probe, statics, directions, force, unit_reactions, workpiece), seat
+
+
+def rubbed_loads(directions: FloatArray, friction: float) -> FloatArray:
+    """Force on the tip per newton along the normal, with friction against its slide.
+
+    Parameters
+    ----------
+    directions : (n, 3) float
+        Outward surface normals, probe frame.
+    friction : float
+        Coulomb's coefficient of tip and part.
+
+    Returns
+    -------
+    (n, 3) float
+        The tip is displaced across the axis and slides along the surface by the rest; on a wall it
+        does not slide. Where it would stick, friction turns the force into the axis, no further.
+
+    References
+    ----------
+    Woźniak, the friction in his equation 3.
+
+    >>> rubbed_loads(np.array([[0.6, 0.0, 0.8], [1.0, 0.0, 0.0]]), 0.1).round(3).tolist()
+    [[0.52, 0.0, 0.86], [1.0, 0.0, 0.0]]
+    """
+    across, along = np.hypot(directions[:, 0], directions[:, 1]), np.abs(directions[:, 2])
+    slides = (friction > 0.0) & (along > _WALL) & (across > _WALL)
+    steep = np.where(slides, along, 1.0)
+    acting = np.where(slides, np.minimum(friction, across / steep), 0.0)
+    sideways = directions * np.array([1.0, 1.0, 0.0]) / np.where(slides, across, 1.0)[:, None]
+    slide = (sideways - across[:, None] * directions) / steep[:, None]
+    return np.asarray(directions - acting[:, None] * slide)
+
+
+_WALL = 1e-9
+_SUBSTITUTIONS = 200
+
+
+def _lifted_with_friction(
+    probe: Probe, statics: SeatStatics, directions: FloatArray, unit_reactions: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Trigger where the seats that remain resist the turn of the tripod about them.
+
+    The moment is friction times rod radius times what they carry, which depends on the force: the
+    equation of moments is solved by repeated substitution.
+    """
+    lever = lifted_heights(probe) * np.sin(probe.seats.support_angle)
+    resistance = probe.seats.friction * probe.tripod.rod_radius / lever
+    change = -watched_loads(unit_reactions, "arm_lift")
+    held = watched_loads(statics.rest_reactions[None], "arm_lift")
+    threshold = 0.0 if probe.criterion == PIEZO_STAGE else probe.threshold
+    unloads = change > _NEVER
+    unloading = np.where(unloads, change, 1.0)
+    forces, before = np.zeros_like(change), np.full_like(change, np.inf)
+    at_rest, per_newton = statics.rest_reactions @ statics.normals, unit_reactions @ statics.normals
+    for _ in range(_SUBSTITUTIONS):
+        if np.allclose(forces, before, rtol=1e-14, atol=0.0):
+            break
+        before = forces
+        carried = np.linalg.norm(at_rest + forces[..., None] * per_newton[:, None], axis=-1)
+        forces = (held - threshold + resistance * carried) / unloading
+    lifts = unloads & (np.abs(forces - before) <= 1e-9 * forces)
+    forces = np.where(lifts, forces, np.inf)
+    force = forces.min(axis=1)
+    # A tip that sticks loads all rods evenly: the one lifts that the normal alone would lift.
+    tied = forces <= force[:, None] * (1.0 + 1e-9)
+    by_normal = -watched_loads(statics.unit_reactions(directions), "arm_lift")
+    rod = np.where(tied, by_normal, -np.inf).argmax(axis=1)
+    rows = np.arange(len(force))
+    right_first = unit_reactions[rows, 2 * rod + 1] < unit_reactions[rows, 2 * rod]
+    if probe.criterion == PIEZO_STAGE:
+        force = np.where(force > probe.threshold, probe.threshold, np.inf)
+    return np.asarray(force), np.asarray(2 * rod + right_first, dtype=np.int64)
+
+
+_NEVER = 1e-12
+"""Unloading per newton below which a rod never lifts."""

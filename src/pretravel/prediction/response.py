@@ -88,6 +88,7 @@ def probe_response(
     >>> float(response.force(np.array([[1.0, 0.0, 0.0]]))[0][0].round(3))
     0.75
     """
+    probe.refuse_tip_friction("touches on surfaces and maps without a table")
     if probe.seats.friction > 0.0:
         raise PretravelError(
             f"{probe.name} has friction {probe.seats.friction:g} at its seats; touches on "

@@ -187,13 +187,30 @@ def lifted_tip_motion(probe: Probe) -> FloatArray:
     >>> lifted_tip_motion(load_probe("omp40-2")).shape
     (3, 3)
     """
+    rods, first, line = _lines_of_the_others(probe)
+    up = np.cross(line, rods - first)[:, 2:]
+    return np.asarray(np.cross(line, np.array([0.0, 0.0, -probe.lever]) - first) / up)
+
+
+def lifted_heights(probe: Probe) -> FloatArray:
+    """Distance of each rod from the line through the two others, (3,). [mm]
+
+    >>> from pretravel.prediction.catalogue import load_probe
+    >>> lifted_heights(load_probe("omp40-2")).round(3).tolist()  # 1.5 times the radius
+    [24.51, 24.51, 24.51]
+    """
+    rods, first, line = _lines_of_the_others(probe)
+    up = np.cross(line, rods - first)[:, 2]
+    return np.asarray(np.abs(up) / np.linalg.norm(line, axis=1))
+
+
+def _lines_of_the_others(probe: Probe) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Each rod, and the line through the two others: its start and its way, (3, 3) each."""
     radii = probe.tripod.radius + np.array(probe.tripod.radius_deviations)
     azimuths = np.array(probe.tripod.rod_azimuths)
     rods = radii[:, None] * np.stack([np.cos(azimuths), np.sin(azimuths), 0.0 * azimuths], axis=1)
     first, second = np.roll(rods, -1, axis=0), np.roll(rods, -2, axis=0)
-    line = second - first
-    up = np.cross(line, rods - first)[:, 2:]
-    return np.asarray(np.cross(line, np.array([0.0, 0.0, -probe.lever]) - first) / up)
+    return rods, first, second - first
 
 
 def statics_in_machine(probe: Probe, gravity: npt.ArrayLike | None = None) -> SeatStatics:

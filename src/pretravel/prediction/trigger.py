@@ -156,7 +156,10 @@ def predict(
     """
     chosen = compliance_model(model)
     d = checked_unit(directions, "directions")
-    if probe.seats.friction > 0.0:
+    rubs_in_model = chosen.contains_friction(probe)
+    if not rubs_in_model:
+        probe.refuse_tip_friction(f"model {chosen.name} of this description")
+    if probe.seats.friction > 0.0 and not rubs_in_model:
         return _predict_with_friction(probe, d, chosen, workpiece, gravity)
     statics = statics_in_machine(probe, gravity)
     loading, seat = loaded_to_trigger(probe, statics, d, workpiece or default_workpiece())

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import erf
+from scipy.stats import t
 
 from pretravel.base.directions import sphere_pattern_25
 from pretravel.base.errors import PretravelError
@@ -17,6 +19,7 @@ from pretravel.drawing.tasks.check_budget.budget_check import (
     Coverage,
     check_budget,
 )
+from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
 from pretravel.touches import Touches
 from tests.support.commands import run
@@ -75,6 +78,31 @@ def test_u_that_is_far_too_large() -> None:
     found = _checked(ActingErrors(NOISE), sets=100, u_diameter=5e-3)
     assert _named(found, "diameter").verdict == "too large"
     assert found.verdict == "too large"
+
+
+def test_points_have_the_k_of_their_budget() -> None:
+    """Nine directions, touched twice. With Welch and Satterthwaite from the repeatability's degrees
+    of freedom, and Student's t from scipy, U is k u."""
+    made: list[Qualification] = []
+
+    def again(touches: Touches) -> Qualification:
+        made.append(qualify(touches, 25.0, tip_diameter=6.0, kind="mean", u_temperature=0.0))
+        return made[-1]
+
+    nine = np.repeat(sphere_pattern_25()[::3], 2, axis=0)
+    noise = np.random.default_rng(3).normal(0.0, 3e-3, 18)
+    touches = Touches(nine * (15.5 - 0.010 + noise[:, None]), nine)
+    points = _named(
+        check_budget(touches, again(touches), again, ActingErrors(3e-3), sets=3, rng=2), "poi"
+    )
+    for each, u, expanded in zip(made[1:], points.u, points.expanded, strict=True):
+        found = each.pretravel_map
+        assert found.repeatability_dof < 10.0
+        combined = np.sqrt(np.mean(u**2))
+        dof = np.floor(combined**4 * found.repeatability_dof / found.repeatability**4)
+        k = t.ppf(0.5 + 0.5 * erf(np.sqrt(2.0)), dof)
+        assert k > 2.01
+        assert expanded == pytest.approx(k * u, rel=1e-9)
 
 
 def test_words_and_intervals_agree() -> None:

@@ -262,6 +262,7 @@ def check_conditions(
             inputs=("cycles", "steps"),
         )
     probe.refuse_uneven("a cycle with friction")
+    probe.refuse_tip_friction("a cycle with friction at the seats")
     if probe.criterion != "first_contact":
         raise PretravelError(
             f"cycles with friction determine when the first seat opens; the criterion "

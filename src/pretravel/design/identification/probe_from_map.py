@@ -138,6 +138,7 @@ def identify(
             "a map hardly shows friction: it is identified from measured forces alone",
             inputs=("free", "map_file"),
         )
+    probe.refuse_tip_friction("identification from a map")
     if probe.seats.friction > 0.0:
         raise PretravelError(
             f"{probe.name} has friction {probe.seats.friction:g} at its seats; numbers are "

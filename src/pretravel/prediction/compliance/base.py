@@ -39,6 +39,11 @@ class ComplianceModel(ABC):
         """Whether a `pretravel.six_seats.response.ProbeResponse` is exact for this probe."""
         return self.has_response and not probe.opening
 
+    def contains_friction(self, probe: Probe) -> bool:
+        """Whether forces and displacements contain friction at tip and seats in closed form."""
+        del probe
+        return False
+
     @abstractmethod
     def displacements(self, loading: Loading) -> Mapping[str, FloatArray]:
         """Displacement of the tip against the spindle, by compliance.

@@ -34,6 +34,7 @@ class Wozniak(ComplianceModel):
     The description states it by ``opening_um``, 0 too, or the criterion ``piezo_stage``. Shares of
     the full model: ``stylus_bending`` (the stem, as one cantilever of the stylus's length) and
     ``tip_on_part``; `pretravel.prediction.trigger.predict` adds ``opening``. The seats are rigid.
+    The friction of ``[tip]`` is his mu, that of ``[seats]`` his mu_p, on rods of the diameter d_2.
 
     The simple map is A cos²γ / cos of the folded azimuth, along the normal; no force enters. A is
     that of the paper's five-point qualification (equator at 0, 90, 180, 270°, and the pole) of
@@ -54,7 +55,11 @@ class Wozniak(ComplianceModel):
     response_for = "descriptions with opening_um or the criterion piezo_stage in [trigger]"
 
     def condenses(self, probe: Probe) -> bool:
-        return _states_transducer(probe) and not probe.opening
+        rubs = probe.tip.friction > 0.0 or probe.seats.friction > 0.0
+        return _states_transducer(probe) and not probe.opening and not rubs
+
+    def contains_friction(self, probe: Probe) -> bool:
+        return _states_transducer(probe)
 
     def displacements(self, loading: Loading) -> Mapping[str, FloatArray]:
         if _states_transducer(loading.probe):
@@ -81,7 +86,7 @@ def _full(loading: Loading) -> Mapping[str, FloatArray]:
     bending = cantilever_compliance(
         probe.stylus_length, stem.diameter, stem.material.youngs_modulus
     )
-    lateral = loading.directions * np.array([1.0, 1.0, 0.0])
+    lateral = loading.tip_loads * np.array([1.0, 1.0, 0.0])
     return {
         "stylus_bending": bending * loading.force[:, None] * lateral,
         TIP_ON_PART: loading.tip_approach,
@@ -225,9 +230,10 @@ def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> Wozniak
     across, along = np.hypot(d[:, 0], d[:, 1]), d[:, 2]
     # Of the force on the tip for one newton along the normal. Where the tip would stick (mu above
     # tan θ) friction turns the force into the axis, and no further.
-    mu = np.minimum(probe.tip_friction, across / np.maximum(along, 1e-300))
-    mu = np.where(along > 1e-9, mu, 0.0)  # on a wall it does not slide
-    sideways, upwards = across - mu * along, along + mu * across
+    mu = np.minimum(probe.tip_friction, across / np.maximum(np.abs(along), 1e-300))
+    mu = np.where(np.abs(along) > 1e-9, mu, 0.0)  # on a wall it does not slide
+    sideways = across - mu * np.abs(along)
+    upwards = along + mu * across * np.sign(along)
     third = 2.0 * math.pi / 3.0
     psi = np.mod(azimuth_angle(d) - probe.arm_azimuth + 0.5 * third, third) - 0.5 * third
     # The path of the normal, per turn about the line through the two other seats.

@@ -255,6 +255,7 @@ def description_of(probe: Probe) -> dict[str, float | str]:
         "hub offset / mm": probe.hub_offset,
         "tip diameter / mm": 2.0 * probe.tip.radius,
         "tip": probe.tip.material.name,
+        "tip friction": probe.tip.friction,
         "criterion": probe.criterion,
         "threshold / N": probe.threshold,
         "contact opening / µm": "not stated" if probe.opening is None

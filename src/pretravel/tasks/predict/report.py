@@ -44,6 +44,8 @@ def prediction_document(
     title = f"{probe.name}, model {trigger.model}"
     if probe.seats.friction > 0.0:
         title += f", friction {probe.seats.friction:g} at the seats"
+    if probe.tip.friction > 0.0:
+        title += f", {probe.tip.friction:g} at the tip"
     lowest, highest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
     where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}; in the probe's frame"
     return Document(

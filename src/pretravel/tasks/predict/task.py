@@ -67,8 +67,8 @@ class Predict(Reported):
         float | None,
         Field(
             help="Coulomb's coefficient of friction at the seats (likely 0.1 to 0.3): the third "
-            "of three equal touches is predicted, by the models analytic and fem; the default is "
-            "that of the description, 0 in the catalogue.",
+            "of three equal touches is predicted, by the models analytic and fem; wozniak has it "
+            "in closed form. The default is that of the description, 0 in the catalogue.",
             range=FRICTION,
         ),
     ] = None

@@ -26,10 +26,10 @@ from pretravel.base import (
 )
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.maps import PretravelMap
-from pretravel.measurement import TouchScatter, apply
+from pretravel.measurement import TouchScatter, apply, errors_of_points, point_budget
 from pretravel.qualification import Qualification, drifted_map, spread_over_support
 from pretravel.touches import Touches
-from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE, coverage_factor
+from pretravel.uncertainty import EXPANDED_COVERAGE, coverage_factor
 
 _LOG = logging.getLogger(__name__)
 
@@ -344,7 +344,10 @@ def _of_faces(
         touches, made.pretravel_map, extrapolate=True, shared=False, scatter=acting.scatter
     )
     error = np.sum((points.positions - surface - made.center) * directions, axis=1)
-    return {"points of faces": (error, points.standard_uncertainty, COVERAGE_FACTOR)}
+    # As `compensate` states U: k of the budget, which few touches have made larger than 2.
+    sources = errors_of_points(touches, points.normals, made.pretravel_map, acting.scatter)
+    k = point_budget(sources).coverage_factor()
+    return {"points of faces": (error, points.standard_uncertainty, k)}
 
 
 def _is_from_reference(pretravel_map: PretravelMap) -> bool:
