@@ -74,7 +74,7 @@ def length_factor(part21: Part21) -> float:
                 continue
             values = each.values("REPRESENTATION")
             if len(values) > 2 and Reference(solid.number) in (values[1] or ()):
-                found |= {factor for factor in _lengths(part21, values[2])}
+                found |= set(_lengths(part21, values[2]))
     if len(found) != 1:
         raise PretravelError(
             f"{part21.path}: the unit of the geometry is "
@@ -188,7 +188,7 @@ def surfaces_of(faces: Iterable[ModelFace]) -> list[tuple[ModelFace, ...]]:
 
 
 def _one_surface(a: ModelFace, b: ModelFace) -> bool:
-    if a.kind != b.kind or a.inward != b.inward and a.kind != "plane":
+    if a.kind != b.kind or (a.inward != b.inward and a.kind != "plane"):
         return False
     if a.point is None or b.point is None or a.direction is None or b.direction is None:
         return False

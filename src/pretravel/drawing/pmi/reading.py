@@ -48,7 +48,7 @@ _LOCATIONS = ("DIMENSIONAL_LOCATION", "ANGULAR_LOCATION", "DIRECTED_DIMENSIONAL_
 _SIZES = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE", "DIMENSIONAL_SIZE_WITH_DATUM_FEATURE",
           "DIMENSIONAL_SIZE_WITH_PATH")  # fmt: skip
 _TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
-_TOLERANCE = ("GEOMETRIC_TOLERANCE",)
+_SETS = {"SET_REPRESENTATION_ITEM", "LIST_REPRESENTATION_ITEM", "COMPOUND_REPRESENTATION_ITEM"}
 
 
 def read_pmi(part21: Part21) -> Pmi:
@@ -147,7 +147,9 @@ class _Reading:
                 self.used.add(own.number)
             for number in self.geometry[own.number]:
                 item = self.part21[number]
-                if item.names & set(FACES):
+                if item.names & _SETS:
+                    self.geometry[own.number].extend(item.references)
+                elif item.names & set(FACES):
                     faces[number] = None
                 else:
                     others[f"#{number} {' '.join(sorted(item.names))}"] = None
@@ -168,11 +170,11 @@ class _Reading:
         faces: dict[int, None] = {}
         others: dict[str, None] = {}
         targets = []
-        for each in (*self.above[instance.number], *self.below[instance.number]):
+        for each in (instance, *self.above[instance.number], *self.below[instance.number]):
             if each.names & set(_TARGETS):
                 targets.append(self.target(each))
                 continue
-            if "DATUM" in each.names:
+            if "DATUM" in each.names and each is not instance:
                 continue
             place = self.place(Reference(each.number))
             faces |= dict.fromkeys(place.faces)
