@@ -22,6 +22,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     ORIENTATION,
     POSITION,
     PROFILE,
+    SYMMETRY,
     TOLERANCE_KINDS,
     GeometricTolerance,
 )
@@ -130,7 +131,7 @@ def drawn_pmi(pmi: Pmi, faces: dict[int, ModelFace], numbers: dict[int, int]) ->
 class _Work:
     def __init__(self, pmi: Pmi, faces: dict[int, ModelFace], numbers: dict[int, int]) -> None:
         self.faces, self.numbers = faces, numbers
-        places = [each.place for each in (*pmi.datums, *pmi.tolerances)]
+        places = [each.place for each in pmi.datums] + [each.place for each in pmi.tolerances]
         places += [place for size in pmi.sizes for place in size.places]
         used = dict.fromkeys(number for place in places for number in place.faces)
         round_ = [faces[n] for n in used if faces[n].kind in KINDS.values()
@@ -208,7 +209,7 @@ class _Work:
         stated = set(size.notes) & set(_WITHOUT_TOLERANCE)
         if stated:
             raise _NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
-        if size.fit:
+        if size.fit and size.lower is None:
             raise _NotStatedError(f"state the limits of {size.fit} by ISO 286 as tolerance")
         if size.lower is None or size.upper is None:
             raise _NotStatedError("the text states no lower and upper limit")
@@ -217,8 +218,7 @@ class _Work:
             self.add_distance(size, groups)
             return
         own = groups[0]
-        slot = len(own) == 2 and all(g[0].kind == "plane" for g in own)
-        if slot and size.quantity not in _DIAMETERS:
+        if _two_planes(own) and size.quantity not in _DIAMETERS:
             self.add_width(size, own)
             return
         factor = _DIAMETERS.get(size.quantity)
@@ -237,14 +237,9 @@ class _Work:
                 each.remarks.append(f"the model has a diameter of {modelled:.10g} mm")
 
     def add_width(self, size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> None:
-        a, b = (group[0] for group in groups)
-        assert a.point is not None
-        assert b.point is not None
-        assert a.direction is not None
-        assert b.direction is not None
         assert size.lower is not None
         assert size.upper is not None
-        if a.direction @ b.direction > -1.0 + 1e-6:
+        if not _opposite(groups):
             raise _NotStatedError("its planes do not face one another")
         each = self.feature((*groups[0], *groups[1]), "slot")
         if each.tolerance:
@@ -285,16 +280,7 @@ class _Work:
             return
         datums = tuple(self.datum_words(tolerance))
         material = "".join(tolerance.modifiers)
-        if tolerance.kind == PROFILE and len(groups) > 1 and len(datums) < 3:
-            raise _NotStatedError(
-                f"the profile is of {len(groups)} surfaces together, which the datums leave free"
-            )
-        axes = [g for g in groups if g[0].kind in ("cylinder", "cone")]
-        if axes and tolerance.kind in (POSITION, *ORIENTATION) and tolerance.form != _ROUND:
-            raise _NotStatedError(
-                "the zone of an axis is decided as a cylinder, and the text "
-                + (f"calls it '{tolerance.form}'" if tolerance.form else "states no form of it")
-            )
+        groups = self.toleranced(tolerance, groups)
         own = GeometricTolerance(tolerance.kind, tolerance.zone, datums, material)
         sizes = [self.features.get(tuple(face.number for face in g)) for g in groups]
         if material and not all(each is not None and each.tolerance for each in sizes):
@@ -308,6 +294,29 @@ class _Work:
             raise _NotStatedError(f"a {tolerance.kind} of one feature needs a datum")
         for group in groups:
             self.feature(group).geometric.append(own)
+
+    def toleranced(
+        self, tolerance: Tolerance, groups: list[tuple[ModelFace, ...]]
+    ) -> list[tuple[ModelFace, ...]]:
+        """The surfaces of the features of a tolerance: two opposite planes are one slot."""
+        if tolerance.kind == PROFILE and len(groups) > 1 and len(tolerance.datums) < 3:
+            raise _NotStatedError(
+                f"the profile is of {len(groups)} surfaces together, which the datums leave free"
+            )
+        if _two_planes(groups) and tolerance.kind != PROFILE:
+            if tolerance.kind not in (POSITION, SYMMETRY) or not _opposite(groups):
+                raise _NotStatedError("it can be of two planes, or of the plane between them")
+            slot = self.feature((*groups[0], *groups[1]), "slot")
+            groups = [slot.faces]
+        elif tolerance.kind == POSITION and len(groups) > 1 and groups[0][0].kind == "plane":
+            raise _NotStatedError("the position of several planes is not decided here")
+        axes = [g for g in groups if g[0].kind in ("cylinder", "cone")]
+        if axes and tolerance.kind in (POSITION, *ORIENTATION) and tolerance.form != _ROUND:
+            raise _NotStatedError(
+                "the zone of an axis is decided as a cylinder, and the text "
+                + (f"calls it '{tolerance.form}'" if tolerance.form else "states no form of it")
+            )
+        return groups
 
     def add_form(
         self, tolerance: Tolerance, kind: str, groups: Iterable[tuple[ModelFace, ...]]
@@ -337,6 +346,16 @@ class _Work:
             yield "-".join(names) + ("(M)" if each.modifiers else "")
 
 
+def _two_planes(groups: Sequence[Sequence[ModelFace]]) -> bool:
+    return len(groups) == 2 and all(each[0].kind == "plane" for each in groups)
+
+
+def _opposite(groups: Sequence[Sequence[ModelFace]]) -> bool:
+    """Whether two planes face one another or away from one another."""
+    a, b = (each[0].direction for each in groups)
+    return a is not None and b is not None and float(a @ b) < -1.0 + 1e-6
+
+
 def _plain(label: str) -> str:
     """A label without wildcards."""
     return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in label)
@@ -353,18 +372,18 @@ def _nominal_place(
     if len(corners) == 0 or first.kind in ("sphere", "torus"):
         middle = first.point
     elif first.kind == "plane":  # or the two planes of a slot
-        heights = [float(face.point @ first.direction) for face in faces if face.point is not None]
+        places = [float(face.point @ first.direction) for face in faces if face.point is not None]
         middle = corners.mean(axis=0)
-        between = 0.5 * (min(heights) + max(heights))
+        between = 0.5 * (min(places) + max(places))
         middle = middle + (between - middle @ first.direction) * first.direction
     else:
         heights = (corners - first.point) @ first.direction
         middle = first.point + 0.5 * (heights.min() + heights.max()) * first.direction
-    return _triple(middle), _triple(first.direction)
+    return _triple(middle, 6), _triple(first.direction)
 
 
-def _triple(values: Iterable[float]) -> tuple[float, float, float]:
-    x, y, z = (round(float(value), 9) + 0.0 for value in values)
+def _triple(values: Iterable[float], digits: int = 9) -> tuple[float, float, float]:
+    x, y, z = (round(float(value), digits) + 0.0 for value in values)
     return x, y, z
 
 
@@ -385,7 +404,7 @@ def _apart(a: ModelFace, b: ModelFace) -> float | None:
     if not parallel or (a.kind == "plane") != (b.kind == "plane"):
         return None
     along = float(apart @ a.direction)
-    return abs(along) if a.kind == "plane" else math.sqrt(max(apart @ apart - along**2, 0.0))
+    return abs(along) if a.kind == "plane" else math.sqrt(max(float(apart @ apart) - along**2, 0.0))
 
 
 def skeleton(

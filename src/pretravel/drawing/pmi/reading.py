@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from pretravel.base import PretravelError
+from pretravel.drawing.pmi.iso286 import limits_of_fit
 from pretravel.drawing.pmi.items import (
     Datum,
     DatumReference,
@@ -361,7 +362,9 @@ class _Reading:
             if span.names == {"LIMITS_AND_FITS"}:
                 self.used |= {each.number, span.number}
                 form, _, grade, *_ = span.values()
-                return (None, None), f"{form or ''}{str(grade or '').removeprefix('IT')}"
+                fit = f"{form or ''}{str(grade or '').removeprefix('IT')}"
+                found = None if nominal is None else limits_of_fit(nominal.value, fit)
+                return found or (None, None), fit
             low, high = (measure_of(self.part21, self.part21[end]) for end in span.values()[:2])
             if low is None or high is None or nominal is None:
                 raise PretravelError("a deviation without a value")

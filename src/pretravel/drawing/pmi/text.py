@@ -138,10 +138,10 @@ def features_text(
     if left:
         blocks.append("# Not stated in this file:\n" + "".join(_comment(each) for each in left))
     if pmi.unread:
-        lines = "".join(
+        texts = "".join(
             f"#   {_one_line(f'#{each.number} = {each.text}')}\n" for each in pmi.unread
         )
-        blocks.append("# Not understood:\n" + lines)
+        blocks.append("# Not understood, or referred to by nothing that is:\n" + texts)
     blocks += [_feature_text(each, numbers) for each in drawn.features]
     for pattern in drawn.patterns:
         lines = [
