@@ -83,6 +83,7 @@ compare omp40-2 -o c.csv
 compare omp40-2 omp40-2-100mm -o c.csv
 reversal reversal_touches.csv -o r.csv
 faces part.step -o f.csv
+drawing part.step -o d.toml
 plan part.step#1 --grid 5x5 -o t.csv
 export map.json --to csv -o e.csv
 export map.json --to linuxcnc -o e

@@ -30,6 +30,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "measure": "drawing.tasks.measure:Measure",
         "compare": "tasks.compare:Compare",
         "reversal": "tasks.reversal:Reversal",
+        "drawing": "drawing.tasks.drawing:ReadDrawing",
         "faces": "drawing.tasks.faces:Faces",
         "plan": "tasks.plan:PlanTargets",
     },

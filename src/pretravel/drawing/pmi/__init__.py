@@ -1,0 +1,1 @@
+"""Sizes, datums and tolerances of a model: the semantic PMI of AP242, read from its text."""

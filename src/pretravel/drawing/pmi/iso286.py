@@ -1,0 +1,64 @@
+"""Limits of fits: ISO 286-1, classes D to H and JS of holes, d to h and js of shafts."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left
+
+_ENDS = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0, 180.0, 250.0, 315.0, 400.0, 500.0)
+"""Largest nominal size of each range. [mm]"""
+_GRADES = {
+    5: (4, 5, 6, 8, 9, 11, 13, 15, 18, 20, 23, 25, 27),
+    6: (6, 8, 9, 11, 13, 16, 19, 22, 25, 29, 32, 36, 40),
+    7: (10, 12, 15, 18, 21, 25, 30, 35, 40, 46, 52, 57, 63),
+    8: (14, 18, 22, 27, 33, 39, 46, 54, 63, 72, 81, 89, 97),
+    9: (25, 30, 36, 43, 52, 62, 74, 87, 100, 115, 130, 140, 155),
+    10: (40, 48, 58, 70, 84, 100, 120, 140, 160, 185, 210, 230, 250),
+    11: (60, 75, 90, 110, 130, 160, 190, 220, 250, 290, 320, 360, 400),
+}
+"""Widths by grade: ISO 286-1:2010, table 1. [µm]"""
+_DISTANCES = {
+    "d": (20, 30, 40, 50, 65, 80, 100, 120, 145, 170, 190, 210, 230),
+    "e": (14, 20, 25, 32, 40, 50, 60, 72, 85, 100, 110, 125, 135),
+    "f": (6, 10, 13, 16, 20, 25, 30, 36, 43, 50, 56, 62, 68),
+    "g": (2, 4, 5, 6, 7, 9, 10, 12, 14, 15, 17, 18, 20),
+    "h": (0,) * 13,
+}
+"""Of the nearer limit from the nominal size: ISO 286-1:2010, tables 2 and 4. [µm]"""
+_CLASS = re.compile(r"([A-Za-z]{1,2})\s*(\d{1,2})")
+
+
+def limits_of_fit(nominal: float, fit: str) -> tuple[float, float] | None:
+    """The limits of a size by its class.
+
+    Parameters
+    ----------
+    nominal : float
+        [mm]
+    fit : str
+        ``H7``, ``g6``, ``js9``.
+
+    Returns
+    -------
+    pair of float or None
+        [mm] None: a class that is not in these tables.
+
+    >>> limits_of_fit(25.0, "H7"), limits_of_fit(20.0, "g6"), limits_of_fit(10.0, "k6")
+    ((25.0, 25.021), (19.98, 19.993), None)
+    """
+    found = _CLASS.fullmatch(fit)
+    if found is None or not 0.0 < nominal <= _ENDS[-1]:
+        return None
+    letter, grade = found[1], int(found[2])
+    row = bisect_left(_ENDS, nominal)
+    if grade not in _GRADES or (letter != letter.upper() and letter != letter.lower()):
+        return None
+    width = _GRADES[grade][row]
+    if letter.lower() == "js":
+        low, high = -0.5 * width, 0.5 * width
+    elif letter.lower() in _DISTANCES:
+        away = _DISTANCES[letter.lower()][row]
+        low, high = (away, away + width) if letter.isupper() else (-away - width, -away)
+    else:
+        return None
+    return round(nominal + 1e-3 * low, 9), round(nominal + 1e-3 * high, 9)

@@ -1,0 +1,207 @@
+"""What a model states about its faces: datums, sizes, tolerances; and what was not understood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pretravel.drawing.pmi.measures import Measure
+
+
+@dataclass(frozen=True)
+class Place:
+    """What an item of PMI refers to.
+
+    Attributes
+    ----------
+    faces : tuple of int
+        Instances of the faces.
+    others : tuple of str
+        Other geometry of the text, such as ``#12 EDGE_CURVE``.
+    around : bool
+        Whether it is all around.
+    between : bool
+        Whether it is the faces between two.
+    """
+
+    faces: tuple[int, ...] = ()
+    others: tuple[str, ...] = ()
+    around: bool = False
+    between: bool = False
+
+
+@dataclass(frozen=True)
+class DatumTarget:
+    """A target of a datum.
+
+    Attributes
+    ----------
+    number : int
+    name : str
+        ``A1``.
+    form : str
+        point, line, rectangle, circle, area.
+    place : Place
+    sizes : tuple of Measure
+        Its width, length or diameter.
+    at : tuple of float or None
+        Where it lies. [mm]
+    """
+
+    number: int
+    name: str
+    form: str
+    place: Place
+    sizes: tuple[Measure, ...] = ()
+    at: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Datum:
+    """A datum with its features.
+
+    Attributes
+    ----------
+    number : int
+    letter : str
+    place : Place
+    targets : tuple of DatumTarget
+    """
+
+    number: int
+    letter: str
+    place: Place
+    targets: tuple[DatumTarget, ...] = ()
+
+
+@dataclass(frozen=True)
+class Size:
+    """A size, or a distance or an angle between two places.
+
+    Attributes
+    ----------
+    number : int
+    quantity : str
+        As the text calls it: ``diameter``, ``linear distance``.
+    unit : str
+    places : tuple of Place
+        One of a size, two of a distance.
+    nominal, lower, upper : float or None
+        Value and limits. [mm or degrees]
+    fit : str
+        Class of ISO 286: ``H7``.
+    notes : tuple of str
+        ``theoretical``, ``auxiliary`` and others.
+    """
+
+    number: int
+    quantity: str
+    unit: str
+    places: tuple[Place, ...]
+    nominal: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    fit: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class DatumReference:
+    """One compartment of a tolerance frame.
+
+    Attributes
+    ----------
+    letters : tuple of str
+        Two or more of a common datum.
+    modifiers : tuple of str
+        ``M``, ``L``, or the words of the text.
+    """
+
+    letters: tuple[str, ...]
+    modifiers: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """As on a drawing: ``A-B``, ``C(M)``."""
+        return "-".join(self.letters) + "".join(f"({each})" for each in self.modifiers)
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A geometric tolerance.
+
+    Attributes
+    ----------
+    number : int
+    kind : str
+        position, profile, flatness, run-out and others.
+    zone : float or None
+        Its width or diameter. [mm]
+    place : Place
+    datums : tuple of DatumReference
+        In their order.
+    modifiers : tuple of str
+        ``M``, ``L``, ``F`` or the words of the text.
+    form : str
+        Of the zone, as the text calls it; empty where it calls none.
+    projected : float or None
+        Length of a projected zone. [mm]
+    displacement : float or None
+        Of an unequally disposed zone. [mm]
+    notes : tuple of str
+        What else the text states: a unit length, a largest value.
+    """
+
+    number: int
+    kind: str
+    zone: float | None
+    place: Place
+    datums: tuple[DatumReference, ...] = ()
+    modifiers: tuple[str, ...] = ()
+    form: str = ""
+    projected: float | None = None
+    displacement: float | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def signs(self) -> tuple[str, ...]:
+        """All modifiers, with those that have values of their own."""
+        return (
+            *self.modifiers,
+            *((f"U {self.displacement:.10g}",) if self.displacement is not None else ()),
+            *((f"P {self.projected:.10g}",) if self.projected is not None else ()),
+            *(("all around",) if self.place.around else ()),
+            *(("between",) if self.place.between else ()),
+            *self.notes,
+        )
+
+
+@dataclass(frozen=True)
+class Unread:
+    """What was not understood.
+
+    Attributes
+    ----------
+    number : int
+    text : str
+    """
+
+    number: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Pmi:
+    """The semantic PMI of a model.
+
+    Attributes
+    ----------
+    datums : tuple of Datum
+    sizes : tuple of Size
+    tolerances : tuple of Tolerance
+    unread : tuple of Unread
+    """
+
+    datums: tuple[Datum, ...]
+    sizes: tuple[Size, ...]
+    tolerances: tuple[Tolerance, ...]
+    unread: tuple[Unread, ...]

@@ -1,0 +1,5 @@
+"""Read the drawing that a STEP file carries."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

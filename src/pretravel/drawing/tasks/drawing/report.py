@@ -1,0 +1,83 @@
+"""The report of a drawing that a model carries: one line for each datum, size and tolerance."""
+
+from __future__ import annotations
+
+from pretravel.drawing.pmi.model import ModelDrawing
+from pretravel.show import Column, Document, Picture, Section, Table
+from pretravel.tasks.plan import part_view
+
+
+def drawing_document(model: ModelDrawing) -> Document:
+    """The report.
+
+    Parameters
+    ----------
+    model : ModelDrawing
+    """
+    name = model.part.name
+    pictures = (Picture("Faces and their numbers", lambda: part_view(model.part)),)
+    if not model.has_pmi:
+        features = model.drawn.features
+        return Document(
+            title=name,
+            verdict=f"{name} states no semantic PMI (AP242); {len(features)} of its features can "
+            "carry a size",
+            tables=(_skeleton_table(model),) if features else (),
+            pictures=pictures,
+        )
+    pmi, lines = model.pmi, model.lines
+    left = [each for each in lines if each.left_out]
+    sections = (
+        Section(
+            "Not stated in the file of features",
+            tables=(
+                Table(
+                    (
+                        Column.of("item", [f"{each.what} (#{each.number})" for each in left]),
+                        Column.of("why", [each.left_out for each in left]),
+                    )
+                ),
+            ),
+        ),
+    )
+    return Document(
+        title=name,
+        verdict=f"{name}: {_count(len(pmi.datums), 'datum')}, {_count(len(pmi.sizes), 'size')} and "
+        f"distances, {_count(len(pmi.tolerances), 'geometric tolerance')}; "
+        f"{len(lines) - len(left)} of {len(lines)} lines are in the file of features",
+        tables=(
+            Table(
+                (
+                    Column.of("item", [each.what for each in lines]),
+                    Column.of("limits or zone", [each.limits for each in lines]),
+                    Column.of("datums", [each.datums for each in lines]),
+                    Column.of("faces", [each.faces for each in lines]),
+                    Column.of("in file", ["no" if each.left_out else "yes" for each in lines]),
+                )
+            ),
+        ),
+        sections=sections if left else (),
+        pictures=pictures,
+        warnings=tuple(f"not understood: #{each.number} = {each.text}" for each in pmi.unread),
+    )
+
+
+def _skeleton_table(model: ModelDrawing) -> Table:
+    features = model.drawn.features
+    return Table(
+        (
+            Column.of("feature", [each.label for each in features]),
+            Column.of("diameter", [each.nominal or 0.0 for each in features], "mm"),
+            Column.of(
+                "faces",
+                [
+                    ", ".join(str(model.numbers.get(f.number, f"#{f.number}")) for f in each.faces)
+                    for each in features
+                ],
+            ),
+        )
+    )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"

@@ -1,0 +1,339 @@
+"""PMI of a model: its text is ours, appended to the bracket; what it states is what is read.
+
+The bracket is in mm; its faces by number: 1 and 6 planes 80 mm apart, 5 the bottom, 3 the top, 12
+and 14 bores of 12 and 8 mm, 13 a boss of 14 mm (examples/data/bracket.step).
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pretravel.base.errors import InputError
+from pretravel.drawing.pmi import model
+from pretravel.drawing.pmi.model import ModelDrawing, read_model_drawing
+from pretravel.drawing.pmi.part21 import read_part21
+from pretravel.drawing.tasks.drawing.task import FoundDrawing, ReadDrawing
+from pretravel.drawing.tolerances.features_file import read_features
+from pretravel.surface import Part, read_part
+from tests.support.examples import EXAMPLES
+
+Reader = Callable[..., ModelDrawing]
+
+FACE = {1: 17, 2: 137, 3: 265, 5: 676, 6: 755, 12: 939, 13: 966, 14: 1021, 9: 814, 11: 912}
+"""Instances of the faces by number."""
+UNITS = """\
+#2001=(CONVERSION_BASED_UNIT('INCH',#2002)LENGTH_UNIT()NAMED_UNIT(#2003));
+#2002=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#1060);
+#2003=DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);
+#2004=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
+"""
+DATUMS = """\
+#2100=DATUM('',$,#4,.F.,'A'); #2101=DATUM_FEATURE('',$,#4,.T.);
+#2102=SHAPE_ASPECT_RELATIONSHIP('',$,#2101,#2100);
+#2110=(DATUM('B')SHAPE_ASPECT('',$,#4,.F.)); #2111=DATUM_FEATURE('',$,#4,.T.);
+#2112=SHAPE_ASPECT_RELATIONSHIP('',$,#2111,#2110);
+#2120=DATUM('',$,#4,.F.,'D'); #2121=DATUM_FEATURE('',$,#4,.T.);
+#2122=SHAPE_ASPECT_RELATIONSHIP('',$,#2121,#2120);
+"""
+IN_FRAMES = """\
+#2130=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,#2100,$);
+#2131=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,#2110,$);
+#2132=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,#2120,
+  (SIMPLE_DATUM_REFERENCE_MODIFIER(.MAXIMUM_MATERIAL_REQUIREMENT.)));
+#2135=DATUM_SYSTEM('',$,#4,.F.,(#2130)); #2136=DATUM_SYSTEM('',$,#4,.F.,(#2130,#2132,#2131));
+#2137=DATUM_REFERENCE_ELEMENT('',$,#4,.F.,#2120,$);
+#2138=DATUM_REFERENCE_ELEMENT('',$,#4,.F.,#2110,$);
+#2139=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,COMMON_DATUM_LIST((#2137,#2138)),$);
+#2140=DATUM_SYSTEM('',$,#4,.F.,(#2139));
+"""
+
+
+def bound(number: int, aspect: int, *faces: int) -> str:
+    """Lines that bind a shape aspect to faces."""
+    return "".join(
+        f"#{number + k}=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#{aspect},#10,#{FACE[face]});\n"
+        for k, face in enumerate(faces)
+    )
+
+
+def length(number: int, value: float, unit: int = 1060, name: str | None = None) -> str:
+    """A line with a length, as a complex instance where it has a name."""
+    if name is None:
+        return f"#{number}=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({value}),#{unit});\n"
+    return (
+        f"#{number}=(LENGTH_MEASURE_WITH_UNIT()MEASURE_REPRESENTATION_ITEM()"
+        f"MEASURE_WITH_UNIT(LENGTH_MEASURE({value}),#{unit})REPRESENTATION_ITEM('{name}'));\n"
+    )
+
+
+def size(number: int, face: int, nominal: float, unit: int = 1060) -> str:
+    """A diameter of a face with its nominal value, without limits."""
+    return (
+        f"#{number}=SHAPE_ASPECT('','',#4,.T.);\n"
+        f"#{number + 1}=DIMENSIONAL_SIZE(#{number},'diameter');\n"
+        + bound(number + 2, number, face)
+        + length(number + 3, nominal, unit, "nominal value")
+        + f"#{number + 4}=SHAPE_DIMENSION_REPRESENTATION('',(#{number + 3}),#1059);\n"
+        f"#{number + 5}=DIMENSIONAL_CHARACTERISTIC_REPRESENTATION(#{number + 1},#{number + 4});\n"
+    )
+
+
+def plus_minus(number: int, dimension: int, low: float, high: float, unit: int = 1060) -> str:
+    return (
+        length(number, low, unit)
+        + length(number + 1, high, unit)
+        + f"#{number + 2}=TOLERANCE_VALUE(#{number},#{number + 1});\n"
+        f"#{number + 3}=PLUS_MINUS_TOLERANCE(#{number + 2},#{dimension});\n"
+    )
+
+
+ALL_DATUMS = (
+    UNITS + DATUMS + bound(2103, 2101, 5) + bound(2113, 2111, 1) + bound(2123, 2121, 12) + IN_FRAMES
+)
+
+
+@pytest.fixture(scope="module")
+def part() -> Part:
+    """The CAD kernel reads it once: further text does not change its faces."""
+    return read_part(EXAMPLES / "bracket.step")
+
+
+@pytest.fixture
+def bracket(tmp_path: Path, part: Part, monkeypatch: pytest.MonkeyPatch) -> Reader:
+    """Reads the bracket with further text."""
+    monkeypatch.setattr(model, "read_part", lambda path: part)
+
+    def read(*added: str) -> ModelDrawing:
+        text = (EXAMPLES / "bracket.step").read_text()
+        head, end, tail = text.rpartition("ENDSEC;")
+        path = tmp_path / "part.step"
+        path.write_text(head + "".join(added) + end + tail)
+        return read_model_drawing(path)
+
+    return read
+
+
+def numbers(found: ModelDrawing, faces: tuple[int, ...]) -> list[int]:
+    return [found.numbers[face] for face in faces]
+
+
+def test_datums_with_their_faces(bracket: Reader) -> None:
+    found = bracket(ALL_DATUMS)
+    assert [
+        (datum.letter, numbers(found, datum.place.faces)) for datum in found.pmi.datums
+    ] == [("A", [5]), ("B", [1]), ("D", [12])]  # fmt: skip
+
+
+def test_inches_in_a_model_in_mm(bracket: Reader) -> None:
+    """0.5 in + 0.001/-0.002 in is 12.7 mm + 0.0254/-0.0508 mm; an inch is 25.4 mm."""
+    found = bracket(UNITS, size(2200, 12, 0.5, 2001), plus_minus(2210, 2201, -0.002, 0.001, 2001))
+    (one,) = found.pmi.sizes
+    assert (one.nominal, one.lower, one.upper) == (12.7, 12.6492, 12.7254)
+    (feature,) = found.drawn.features
+    assert feature.remarks == ["the model has a diameter of 12 mm"]
+
+
+def test_limits_stated_as_values(bracket: Reader) -> None:
+    text = size(2200, 12, 12.0).replace("(#2203),", "(#2203,#2220,#2221),")
+    added = length(2220, 12.02, name="upper limit") + length(2221, 11.98, name="lower limit")
+    (one,) = bracket(text, added).pmi.sizes
+    assert (one.nominal, one.lower, one.upper) == (12.0, 11.98, 12.02)
+
+
+@pytest.mark.parametrize(
+    ("face", "nominal", "form", "grade", "limits"),
+    [  # ISO 286-1: 10 to 18 mm IT6 11 µm, IT7 18 µm, g −6 µm
+        (12, 12.0, "H", "7", (12.0, 12.018)),
+        (13, 14.0, "g", "6", (13.983, 13.994)),
+        (13, 14.0, "g", "IT6", (13.983, 13.994)),
+        (13, 14.0, "n", "6", (None, None)),
+    ],
+)
+def test_fits(
+    bracket: Reader, face: int, nominal: float, form: str, grade: str, limits: Any
+) -> None:
+    fit = (
+        f"#2210=LIMITS_AND_FITS('{form}','','{grade}','ISO 286');"
+        "#2211=PLUS_MINUS_TOLERANCE(#2210,#2201);"
+    )
+    found = bracket(size(2200, face, nominal), fit)
+    (one,) = found.pmi.sizes
+    assert one.fit == form + grade.removeprefix("IT")
+    assert (one.lower, one.upper) == limits
+    assert (one.number in found.drawn.left_out) == (limits[0] is None)
+
+
+def test_a_complex_tolerance_with_modifiers_in_its_frame(bracket: Reader) -> None:
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 14)
+        + length(2302, 0.05)
+        + "#2303=(GEOMETRIC_TOLERANCE('','',#2302,#2300)"
+        "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE((#2136))"
+        "GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.MAXIMUM_MATERIAL_REQUIREMENT.))POSITION_TOLERANCE());"
+        "#2304=TOLERANCE_ZONE('',$,#4,.F.,(#2303),#2305);"
+        "#2305=TOLERANCE_ZONE_FORM('cylindrical or circular');"
+    )
+    found = bracket(ALL_DATUMS, text, size(2200, 14, 8.0), plus_minus(2210, 2201, -0.01, 0.03))
+    (one,) = found.pmi.tolerances
+    assert (one.kind, one.zone, one.form) == ("position", 0.05, "cylindrical or circular")
+    assert [each.text for each in one.datums] == ["A", "D(M)", "B"]
+    assert one.signs == ("M",)
+    assert numbers(found, one.place.faces) == [14]
+    (geometric,) = found.drawn.drawing.feature[-1].geometric
+    assert (geometric.datums, geometric.material) == (("A", "D(M)", "B"), "M")
+    assert found.drawn.left_out == {}
+
+
+def test_a_common_datum(bracket: Reader) -> None:
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 13)
+        + length(2302, 0.02)
+        + "#2303=CIRCULAR_RUNOUT_TOLERANCE('','',#2302,#2300,(#2140));"
+    )
+    found = bracket(ALL_DATUMS, text)
+    assert [each.text for each in found.pmi.tolerances[0].datums] == ["D-B"]
+    assert found.drawn.drawing.feature[-1].geometric[0].datums == ("D-B",)
+
+
+@pytest.mark.parametrize(
+    ("entities", "sign"),
+    [
+        ("UNEQUALLY_DISPOSED_GEOMETRIC_TOLERANCE(#2310)SURFACE_PROFILE_TOLERANCE()", "U 0.02"),
+        ("GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.FREE_STATE.))SURFACE_PROFILE_TOLERANCE()", "F"),
+        ("GEOMETRIC_TOLERANCE_WITH_MAXIMUM_TOLERANCE(#2310)SURFACE_PROFILE_TOLERANCE()",
+         "at most 0.02 mm"),
+        ("SURFACE_PROFILE_TOLERANCE()TOLERANCE_OF_TOMORROW(3)",
+         "TOLERANCE_OF_TOMORROW (not understood)"),
+    ],
+)  # fmt: skip
+def test_what_is_not_decided_is_left_out_by_name(bracket: Reader, entities: str, sign: str) -> None:
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 3)
+        + length(2302, 0.1)
+        + length(2310, 0.02)
+        + f"#2303=(GEOMETRIC_TOLERANCE('','',#2302,#2300){entities});"
+    )
+    found = bracket(text)
+    assert found.pmi.tolerances[0].signs == (sign,)
+    assert found.drawn.left_out == {2303: f"'{sign}' is not decided here"}
+    assert f"#   profile 0.1 mm ({sign}), faces 3 (#2303): '{sign}'" in found.text
+
+
+def test_a_projected_zone(bracket: Reader) -> None:
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 14)
+        + length(2302, 0.05)
+        + length(2306, 25.0)
+        + "#2303=(GEOMETRIC_TOLERANCE('','',#2302,#2300)"
+        "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE((#2135))POSITION_TOLERANCE());"
+        "#2304=TOLERANCE_ZONE('',$,#4,.F.,(#2303),#2305);"
+        "#2305=TOLERANCE_ZONE_FORM('cylindrical or circular');"
+        "#2307=PROJECTED_ZONE_DEFINITION(#2304,(),#2300,#2306);"
+    )
+    found = bracket(ALL_DATUMS, text)
+    assert found.pmi.tolerances[0].signs == ("P 25",)
+    assert not {each.number for each in found.pmi.unread} & {2304, 2305, 2307}
+
+
+def test_all_around_and_parts_of_an_aspect(bracket: Reader) -> None:
+    """Faces of an aspect are those of its parts; all around 1, 2 and 6."""
+    text = (
+        "#2300=ALL_AROUND_SHAPE_ASPECT('','',#4,.F.);"
+        + "".join(
+            f"#{2310 + k}=SHAPE_ASPECT('','',#4,.T.);"
+            f"#{2320 + k}=SHAPE_ASPECT_RELATIONSHIP('',$,#2300,#{2310 + k});"
+            + bound(2330 + k, 2310 + k, face)
+            for k, face in enumerate((1, 2, 6))
+        )
+        + length(2302, 0.1)
+        + "#2303=(GEOMETRIC_TOLERANCE('','',#2302,#2300)"
+        "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE((#2135))SURFACE_PROFILE_TOLERANCE());"
+    )
+    found = bracket(ALL_DATUMS, text)
+    (one,) = found.pmi.tolerances
+    assert one.place.around
+    assert numbers(found, one.place.faces) == [1, 2, 6]
+    assert "together" in found.drawn.left_out[2303]
+
+
+def test_a_slot_and_a_width(bracket: Reader) -> None:
+    """Faces 9 and 11 are 40 mm apart and face away from each other or towards: one slot."""
+    text = size(2200, 9, 40.0).replace("'diameter'", "'thickness'") + bound(2240, 2200, 11)
+    found = bracket(text, plus_minus(2210, 2201, -0.1, 0.1))
+    (feature,) = found.drawn.drawing.feature
+    assert (feature.kind, feature.tolerance, feature.nominal) == ("slot", "39.9..40.1", 40.0)
+    assert feature.at is not None
+    assert feature.at[0] == pytest.approx(40.0)  # planes x = 20 and x = 60
+
+
+def test_a_datum_target_is_listed_with_its_sizes(bracket: Reader) -> None:
+    text = (
+        "#2400=DATUM('',$,#4,.F.,'C'); #2401=PLACED_DATUM_TARGET_FEATURE('','circle',#4,.T.,'1');"
+        "#2402=SHAPE_ASPECT_RELATIONSHIP('','',#2401,#2400);"
+        "#2403=PROPERTY_DEFINITION('','',#2401);"
+        + length(2404, 5.0, name="target diameter")
+        + "#2405=AXIS2_PLACEMENT_3D('',#2406,$,$); #2406=CARTESIAN_POINT('',(1.,2.,3.));"
+        "#2407=SHAPE_REPRESENTATION_WITH_PARAMETERS('',(#2404,#2405),#1059);"
+        "#2408=SHAPE_DEFINITION_REPRESENTATION(#2403,#2407);"
+    )
+    found = bracket(text)
+    (target,) = found.pmi.datums[0].targets
+    assert (target.form, target.sizes[0].value, target.at) == ("circle", 5.0, (1.0, 2.0, 3.0))
+    assert "datum targets" in found.drawn.left_out[2400]
+    assert found.pmi.unread == ()
+
+
+def test_an_instance_that_is_not_understood_is_listed_by_its_text(bracket: Reader) -> None:
+    text = (
+        "#2500=TOLERANCE_OF_TOMORROW('a','b'); #2501=DIMENSIONAL_SIZE(#9999,'diameter');"
+        "#2502=FLATNESS_TOLERANCE('','',$,$);"
+    )
+    found = bracket(text)
+    assert [each.number for each in found.pmi.unread] == [2500, 2501, 2502]
+    assert "#   #2500 = TOLERANCE_OF_TOMORROW('a','b')" in found.text
+    assert any("#2501 = DIMENSIONAL_SIZE" in each
+               for each in FoundDrawing(found).document().warnings)  # fmt: skip
+
+
+def test_the_file_is_what_measure_reads(bracket: Reader, tmp_path: Path) -> None:
+    """Two bores with one position are a pattern; what is read is what was written."""
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 12, 14)
+        + length(2306, 0.05)
+        + "#2303=(GEOMETRIC_TOLERANCE('','',#2306,#2300)"
+        "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE((#2135))POSITION_TOLERANCE());"
+        "#2304=TOLERANCE_ZONE('',$,#4,.F.,(#2303),#2305);"
+        "#2305=TOLERANCE_ZONE_FORM('cylindrical or circular');"
+    )
+    found = bracket(ALL_DATUMS, text, size(2200, 12, 12.0), plus_minus(2210, 2201, 0.0, 0.02))
+    path = tmp_path / "drawing.toml"
+    FoundDrawing(found).write("output", path)
+    drawing = read_features(path)
+    assert drawing == found.drawn.drawing
+    assert drawing.pattern[0].features == ("D", "cylinder14")
+    assert drawing.feature[2].tolerance == "12..12.02"
+
+
+def test_a_model_without_pmi_gives_its_bores_to_fill_in(tmp_path: Path) -> None:
+    result = ReadDrawing(step=EXAMPLES / "bracket.step").run()
+    path = tmp_path / "drawing.toml"
+    result.write("output", path)
+    drawing = read_features(path)
+    assert [(each.label, each.nominal) for each in drawing.feature] == [
+        ("cylinder12", 12.0), ("cylinder13", 14.0), ("cylinder14", 8.0)
+    ]  # fmt: skip
+    assert "no semantic PMI" in path.read_text()
+
+
+def test_a_text_that_is_no_step_file(tmp_path: Path) -> None:
+    path = tmp_path / "part.step"
+    path.write_text("solid")
+    with pytest.raises(InputError, match="ISO-10303-21"):
+        read_part21(path)
