@@ -77,7 +77,7 @@ def screen_of_task(word: str) -> TaskScreen | None:
             if name.replace(" ", "-") == word:
                 return TaskScreen(
                     f"task-{word}", PEOPLE.get(group, ""), title_of(name), summary_of(kind),
-                    "terminal", "", task=name,
+                    "terminal", task=name,
                 )  # fmt: skip
     return None
 

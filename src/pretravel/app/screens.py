@@ -40,7 +40,7 @@ class Screen:
     title: str
     summary: str
     icon: str
-    place: str
+    place: str = ""
     jobs: tuple[str, ...] = ()
     next_step: str = ""
 
