@@ -5,6 +5,7 @@ A text format that is read needs a file in `tests.support.control_logs.SAMPLES`.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -188,3 +189,23 @@ def test_declared_statements_do_what_they_declare(known: FileFormat) -> None:
         else:
             words = found.touches.words[statement.means]
             assert len(set(words)) > 1, statement.words
+
+
+@pytest.mark.parametrize("known", READ_TEXT, ids=_name)
+def test_a_number_of_python_is_no_number(known: FileFormat) -> None:
+    """1_0 is ten in a program of Python: such a row is refused or named, its value never taken."""
+    text, options = SAMPLES[known.name]
+    if known.parse is None:
+        return
+    plain = read_readings(SourceFile("sample", text.encode()), options)
+    places = [found.start() + 1 for found in re.finditer(r"\d(?=\d)", text)]
+    for place in places[:: max(len(places) // 25, 1)]:
+        file = SourceFile("sample", f"{text[:place]}_{text[place:]}".encode())
+        try:
+            found = read_readings(file, options)
+        except InputError:
+            continue
+        if len(found.touches) < len(plain.touches):
+            assert found.notes() != plain.notes(), text[place - 20 : place + 20]
+        else:  # of what is not used, such as a time
+            assert np.array_equal(found.touches.positions, plain.touches.positions)

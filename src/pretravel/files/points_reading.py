@@ -33,7 +33,12 @@ from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points, points_at
-from pretravel.touches import length_of_run, refuse_several, refuse_several_runs
+from pretravel.touches import (
+    copied_rows_warnings,
+    length_of_run,
+    refuse_several,
+    refuse_several_runs,
+)
 
 _WHAT = "compensated points"
 _TABLES = ("", ".csv", ".txt", ".tsv", ".xyz", ".asc", ".dat")
@@ -102,6 +107,9 @@ def points_and_notes(
     """
     file = opened(source)
     found, notes = _read(file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0])))
+    notes += tuple(
+        copied_rows_warnings(found.positions, lambda row: f"row {row + 1} ({found.labels[row]})")
+    )
     if ALL in options.series:
         return found, notes
     length = length_of_run(found.labels, found.positions)

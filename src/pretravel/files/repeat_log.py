@@ -25,6 +25,7 @@ from pretravel.files.stated_normals import contacts
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import read_touch_columns
 from pretravel.qualification import FEWEST_REPEATS
+from pretravel.touches import copied_rows_warnings
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")
@@ -179,7 +180,7 @@ def _is_number(text: str) -> bool:
         float(text)
     except ValueError:
         return False
-    return True
+    return "_" not in text  # 1_0 is ten in Python alone
 
 
 def _of_touches(file: SourceFile, found: FileReadings, warnings: tuple[str, ...]) -> RepeatLog:
@@ -357,4 +358,10 @@ def _checked(
             "mesh of heights each point is touched once, and says nothing of how a touch repeats. "
             "Touch one point ten times (Klipper PROBE_ACCURACY SAMPLES=10, Marlin M48 P10 V4)"
         )
-    return RepeatLog(tuple(series), single, along, warnings)
+    values = np.concatenate([one.values for one in series])
+    lines = np.concatenate([one.lines for one in series])
+    order = np.argsort(lines, kind="stable")
+    copied = copied_rows_warnings(
+        values[order][:, None], lambda row: f"line {int(lines[order[row]])}"
+    )
+    return RepeatLog(tuple(series), single, along, (*warnings, *copied))

@@ -15,7 +15,7 @@ from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant
 from pretravel.files.readings import read_readings
-from pretravel.touches import WORD_COLUMNS, Touches, with_spindle, without
+from pretravel.touches import WORD_COLUMNS, Touches, copied_rows_warnings, with_spindle, without
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
 """Endings of text files that can have touches, beside those of the formats."""
@@ -98,7 +98,8 @@ def read_series(
             inputs=("spindle",),
         )
     if len(paths) == 1:
-        return _at(read_readings(paths[0], options, file_format=file_format), angles[0])
+        only = _at(read_readings(paths[0], options, file_format=file_format), angles[0])
+        return replace(only, warnings=(*only.warnings, *_copied(only.touches)))
     options = options or ReadingOptions()
     own = [tuple(n for n in options.exclude if _is_line_of(n, path)) for path in paths]
     found = [
@@ -133,7 +134,8 @@ def read_series(
             f"{name}: {warning}"
             for name, readings in zip(names, found, strict=True)
             for warning in readings.warnings
-        ),
+        )
+        + _copied(kept),
         tip_radius=found[0].tip_radius,
         unfinished="; ".join(
             f"{name}: {readings.unfinished}"
@@ -142,6 +144,10 @@ def read_series(
         ),
         normals_taken=any(readings.normals_taken for readings in found),
     )
+
+
+def _copied(touches: Touches) -> tuple[str, ...]:
+    return tuple(copied_rows_warnings(touches.positions, touches.where))
 
 
 def _at(readings: FileReadings, angle: float | None) -> FileReadings:

@@ -141,7 +141,7 @@ class SourceFile:
         values = []
         for cell in cells:
             try:
-                value = float(cell)
+                value = math.nan if "_" in cell else float(cell)  # 1_0 is ten in Python alone
             except ValueError:
                 value = math.nan
             if not math.isfinite(value):

@@ -182,7 +182,7 @@ def _without_rotary(
 def _angle(cell: str) -> float | None:
     """An angle; None of a cell that is empty or no number."""
     try:
-        return float(cell.replace(",", ".").replace("−", "-"))
+        return None if "_" in cell else float(cell.replace(",", ".").replace("−", "-"))
     except ValueError:
         return None
 

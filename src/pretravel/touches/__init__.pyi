@@ -1,5 +1,6 @@
 """What other rooms use of this one."""
 
+from .copied_rows import copied_rows_warnings as copied_rows_warnings
 from .targets import Targets as Targets
 from .touches import GLANCING as GLANCING
 from .touches import WORD_COLUMNS as WORD_COLUMNS

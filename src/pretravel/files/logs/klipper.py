@@ -10,8 +10,9 @@ from pretravel.files.source_file import Source, opened
 
 _BEFORE = r"\bprobe:?(?: result)? at "
 _BETWEEN = r" (?:is|bed will contact at) z="
-_TOUCH = re.compile(rf"{_BEFORE}(-?[\d.]+), ?(-?[\d.]+){_BETWEEN}(-?[\d.]+)(?![\d.])")
+_TOUCH = re.compile(rf"{_BEFORE}(-?[\d.]+), ?(-?[\d.]+){_BETWEEN}(-?[\d.]+)(?![\d._])")
 _TOUCH_BEGINS = re.compile(rf"{_BEFORE}-?[\d.]+, ?-?[\d.]+{_BETWEEN}")
+_NOT_WHOLE = re.compile(rf"{_BEFORE}-?[\d.]+[,_]")
 _SERIES_BEGINS = re.compile(r"\bPROBE_ACCURACY at X:")
 _SERIES_ENDS = "probe accuracy results:"
 
@@ -49,7 +50,7 @@ def read_klipper_log(source: Source) -> FileReadings:
             name = "probe"
         elif touch := _TOUCH.search(line):
             found.take(name, touch.groups(), number)
-        elif _TOUCH_BEGINS.search(line):
+        elif _TOUCH_BEGINS.search(line) or _NOT_WHOLE.search(line):
             raise file.error("the line is cut off: probe at X,Y is z=Z is needed", number)
         else:
             found.read_statement(line, number)

@@ -8,11 +8,12 @@ from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
 from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
 from pretravel.files.source_file import Source, opened
 
-_NUMBER = r"(-?\d[\d.]*|-?\.\d+)"
+_NUMBER = r"(-?\d[\d.]*|-?\.\d+)(?![\d._])"
 _PLACED = re.compile(rf"\bBed X: ?{_NUMBER} ?Y: ?{_NUMBER} ?Z: ?{_NUMBER}", re.IGNORECASE)
 _PLACED_BEGINS = re.compile(r"\bBed X: ?-?[\d.]", re.IGNORECASE)
 _TEST_BEGINS = re.compile(r"\bM48 Z-Probe Repeatability Test", re.IGNORECASE)
 _TEST = re.compile(rf"\b(\d+) of (\d+): \W*z: ?{_NUMBER}", re.IGNORECASE)
+_TEST_NOT_WHOLE = re.compile(r"\b\d+ of \d+: \W*z: ?-?[\d.]", re.IGNORECASE)
 _TEST_ENDS = re.compile(r"\bStandard Deviation:", re.IGNORECASE)
 
 
@@ -62,6 +63,8 @@ def read_marlin_log(source: Source, *, look_only: bool = False) -> FileReadings:
             if not testing:
                 name, place, testing = found.new_series("M48"), (), True
             found.take(name, (*place, touch[3]), number)
+        elif _TEST_NOT_WHOLE.search(line):
+            raise file.error("the height is no number: 1 of 10: z: Z is needed", number)
         else:
             found.read_statement(line, number)
     return found.readings(

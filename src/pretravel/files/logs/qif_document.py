@@ -194,7 +194,7 @@ def finite_number(word: str) -> float:
     (7.6e-06, nan)
     """
     try:
-        value = float(word)
+        value = np.nan if "_" in word else float(word)  # 1_0 is ten in Python alone
     except ValueError:
         return np.nan
     return value if abs(value) <= LARGEST_NUMBER else np.nan
