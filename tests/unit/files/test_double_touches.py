@@ -146,6 +146,7 @@ def test_g2core_and_lines_of_a_log() -> None:
         for x, y in PLACES
         for feed, z in ((500, 3.0 - STEP), (100, 3.0))
     )
+    options = replace(options, offset=None)
     found = read_readings(SourceFile("p.txt", lines.encode()), options).touches
     assert found.feeds.tolist() == [100.0] * 6
 
