@@ -59,12 +59,14 @@ _POSITION_WORDS = (
     "pos", "position", "coord", "coordinate", "koordinate", "coordonnee", "coordenada",
     "coordinata", "ist", "istwert", "istmass", "act", "actual", "meas", "measured", "mess",
     "messwert", "gemessen", "mesure", "mesuree", "mesura", "medido", "medida", "misurato",
-    "value", "wert", "center", "centre", "tip", "point", "punkt", "pt", "p", "abs", "axis",
-    "achse", "axe",
+    "mes", "mis", "misurata", "rilevato", "effettivo", "real", "reel", "effektiv",
+    "observed", "probed", "centro", "mittelpunkt", "value", "wert", "center", "centre", "tip",
+    "point", "punkt", "pt", "p", "abs", "axis", "achse", "axe",
 )  # fmt: skip
 _NOMINAL_WORDS = (
     "nominal", "nom", "soll", "sollwert", "sollmass", "theo", "theoretical", "theorique",
-    "teorico", "nominale", "nominell",
+    "teorico", "teorica", "theor", "nominale", "nominell", "ref", "reference",
+    "target", "design", "cad", "expected", "programmed", "basic",
 )  # fmt: skip
 _NORMAL_WORDS = (
     "n", "norm", "normal", "normale", "normals", "normalvector", "normalvektor", "vector",
@@ -82,7 +84,9 @@ _TIP_WORDS = (
     "stylusno", "stylusnr", "stylusnumber", "styli", "sensor", "sensorname", "sensorid", "sensorno",
     "sensornumber", "probe", "probename", "probeid", "probeno", "probenr", "probenumber",
     "probetip", "probestylus", "taster", "tastername", "tasternr", "tasternummer", "tasterkugel",
-    "tastkugel", "tasterspitze", "taststift", "palpeur", "palpador", "palpatore", "stylet", "punta",
+    "tastkugel", "tasterspitze", "taststift", "tastkopf",
+    "messtaster", "palpeur", "palpador", "palpatore", "tastatore", "sensore", "sonda",
+    "stylet", "punta",
     "tool", "toolname", "toolid", "toolno", "toolnr", "toolnumber", "werkzeug", "werkzeugnr",
     "werkzeugnummer", "herramienta", "outil", "utensile",
 )  # fmt: skip
@@ -93,7 +97,7 @@ _PART_WORDS = (
     "seriennr", "seriennummer", "werkstuck", "werkstucknr", "workpiece", "workpieceid",
     "workpieceno", "piece", "pieceno", "pieza", "pezzo", "numeropiece", "numerodeserie", "set",
     "setno", "setid", "series", "serie", "batch", "lot", "charge", "fixture", "spannung",
-    "pallet", "palette", "nest", "cavity", "kavitat",
+    "setup", "setupno", "pallet", "palette", "nest", "cavity", "kavitat",
 )  # fmt: skip
 _PASS_WORDS = (
     "pass",

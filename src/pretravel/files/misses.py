@@ -37,8 +37,15 @@ def missed_rows(positions: FloatArray) -> BoolArray:
     others = positions[~(filled | zero)]
     if zero.any() and len(others) >= 2:
         outside = (others.min(axis=0) > 0.0) | (others.max(axis=0) < 0.0)
-        filled |= zero & bool(np.sum(zero) > 1 or np.sum(outside) > 1)
+        filled |= zero & bool(np.sum(zero) > 1 or np.sum(outside) > 1 or _stands_twice(others))
     return np.asarray(filled)
+
+
+def _stands_twice(others: FloatArray) -> bool:
+    """Whether a grid, each of whose places was touched once, has its touch at x = y = 0 already."""
+    places = others[:, :2]
+    once = len(np.unique(places, axis=0)) == len(places) >= _FEWEST
+    return bool(once and (~places.any(axis=1)).any())
 
 
 def far_heights(positions: FloatArray, axis: int = 2) -> FloatArray:

@@ -9,6 +9,7 @@ from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.misses import named_misses
 from pretravel.files.readings import read_readings, without_touches
 from pretravel.files.source_file import Source, opened
+from pretravel.files.stated_normals import one_normal, with_surface_normals
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import read_touch_columns
 from pretravel.files.touches_csv import read_table_of_touches
@@ -48,9 +49,18 @@ def look_at(
     known.refuse_unused(file, options)
     if known in (CSV, PARQUET):
         found = with_passes(named_misses(read_table_of_touches(file, looking)))
-        return found, read_touch_columns(file, looking).unit_known
+        return _with_normal(found, options), read_touch_columns(file, looking).unit_known
     if known.parse is None:
         raise without_touches(file, known)
     if options.plan is not None:
         return read_readings(file, options, file_format=known.name), True
-    return with_passes(named_misses(known.parse(file, looking))), True
+    return _with_normal(with_passes(named_misses(known.parse(file, looking))), options), True
+
+
+def _with_normal(
+    found: FileReadings | FilePositions, options: ReadingOptions
+) -> FileReadings | FilePositions:
+    """Positions with the normal that is stated for all of them."""
+    if options.normal is None or not isinstance(found, FilePositions) or found.lacks:
+        return found
+    return replace(with_surface_normals(found, one_normal(options.normal)), normals_taken=False)

@@ -35,6 +35,8 @@ _ALONG = 1.0
 """And along it by less than this: the opposite wall of a bore is another place. [mm]"""
 _FAR_ALONG = 10.0
 """A single touch at a place that differs by less along the direction is a gross one of it. [mm]"""
+_ONE_WAY = 0.99
+"""Cosine between directions of travel from which they are one: 8°."""
 _ALIKE = 0.5
 """Another axis that scatters by more than this share of the first leaves the direction open."""
 _SERIES_OF_LABEL = re.compile(r"(.+)/\d+")
@@ -187,7 +189,8 @@ def _of_touches(file: SourceFile, found: FileReadings, warnings: tuple[str, ...]
     """Series of touches: the same normal, and one place across it."""
     touches = found.touches
     along = np.sum(touches.positions * touches.normals, axis=1)
-    groups = _groups(touches.labels, touches.words, touches.positions, touches.normals)
+    stated = {**touches.words, **_travel(touches.approaches)}
+    groups = _groups(touches.labels, stated, touches.positions, touches.normals)
     lines = _lines(touches.lines, len(along))
     series = [LoggedSeries(name, along[rows], lines[rows]) for name, rows in groups]
     alike = np.ptp(touches.normals, axis=0).max() == 0.0
@@ -207,7 +210,8 @@ def _of_positions(
         warnings = (*warnings, *missed_sentence(missed))
     kept = contacts(found)
     positions, lines = kept.positions, np.array(kept.lines)
-    groups = _groups(kept.labels, kept.words, positions, None)
+    stated = {**kept.words, **_travel(kept.approaches)}
+    groups = _groups(kept.labels, stated, positions, None)
     series: list[LoggedSeries] = []
     axes: dict[str, None] = {}
     for name, rows in groups:
@@ -273,6 +277,29 @@ def _groups(
         )
         for number, (name, group) in enumerate(zip(names, kept, strict=True), start=1)
     ]
+
+
+def _travel(approaches: FloatArray | None) -> dict[str, list[str]]:
+    """The direction of travel of each touch in words, where a file states more than one."""
+    if approaches is None:
+        return {}
+    ways: list[FloatArray] = []
+    found = []
+    for travel in approaches:
+        near = (i for i, way in enumerate(ways) if float(travel @ way) > _ONE_WAY)
+        found.append(next(near, len(ways)))
+        if found[-1] == len(ways):
+            ways.append(travel)
+    if len(ways) < 2:
+        return {}
+    names = []
+    for way in ways:
+        axis = int(np.argmax(np.abs(way)))
+        sign = "+" if way[axis] > 0.0 else "-"
+        straight = abs(way[axis]) > _ONE_WAY
+        parts = ", ".join(f"{part:.3g}" for part in way)
+        names.append(f"towards {sign}{_AXES[axis]}" if straight else f"towards ({parts})")
+    return {"travel": [names[i] for i in found]}
 
 
 def _series_name(labels: Sequence[str] | None, row: int) -> str:

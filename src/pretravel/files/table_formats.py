@@ -33,8 +33,8 @@ _COLUMNS = (
     RowStatement("columns orientation, head angle", "", "orientation", "carried"),
     RowStatement("columns A, B, C that move", "", "frame", "refused"),
     RowStatement(
-        "comments among the rows that name a tip, part, unit, offset, rotation …", "", "frame",
-        "refused",
+        "comments among the rows that state or change a tip, part, unit, offset, rotation …",
+        "", "frame", "refused",
     ),
 )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -29,13 +30,25 @@ _APART = rf"(?:[-+−]\s+)?{_NUMBER}"
 _IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
 _COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
 """But #03: numbers a point."""
+_THINGS = (
+    r"(?:tips?|stylus|styli|probe|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
+    r"werkst(?:ü|ue)ck|workpiece|series|serie|set|pass|fixture|orientation)"
+)
+"""What a comment between rows can state or change."""
 _CHANGES_ROWS = re.compile(
-    r"\b(?:tips?|stylus|styli|probe|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
-    r"werkst(?:ü|ue)ck|series|serie|set|pass|units?|einheit\w*|inch|inches|zoll|G2[01]|"
-    r"G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|orientation|fixture|alignment|datum)\b",
+    rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
+    rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
+    rf"\b{_THINGS}\W+(?:(?:is|was|now|has been)\W+)*(?:chang|swap|exchang|replac|gewechsel|wechsel|"
+    r"getauscht|turned|flipped|moved|shifted|rotated)\w*|"
+    rf"\b(?:new|next|other|another|second|third|chang\w*|swap\w*|switch\w*|neue[rs]?|nächste[rs]?|"
+    rf"andere[rs]?|zweite[rs]?|with|mit)\W+(?:(?:the|a|to|of)\W+)*{_THINGS}\b|"
+    r"\b(?:units?|einheit(?:en)?)\W*(?:[:=]|mm|in\b|cm\b|µm|inch|zoll|metric|imperial)|"
+    r"\b(?:inch|inches|zoll|G2[01]|G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|alignment|"
+    r"datum|re-?clamp\w*|umgespannt|(?:serial|series|part|tip|tool) (?:no|number)\b)|"
+    r"^\W*T\d+\b",
     re.IGNORECASE,
 )
-"""Words of comments that change what rows mean."""
+"""Comments that change what rows mean. One that only speaks of a tip or a part is named."""
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
@@ -392,6 +405,7 @@ def _table(
     if not body:
         raise file.error("the file has a header but no rows", header_line)
     if names is None:
+        _refuse_lone_signs(file, body)
         names, body = _words_taken(file, body)
         _refuse_row_before(file, before, body)
     width = _width(names, body)
@@ -511,6 +525,18 @@ def _words_taken(
             row.append(cell if word is None or name == "label" else value)
         taken.append((number, row + cells[len(names) :]))
     return names, taken
+
+
+def _refuse_lone_signs(file: SourceFile, body: list[tuple[int, list[str]]]) -> None:
+    """Refuse signs apart from their numbers, which would be lost with a column of their own."""
+    for number, cells in body:
+        for sign, after in itertools.pairwise(cells):
+            if sign in {"-", "+", "−"} and _IS_NUMBER.fullmatch(after):
+                raise file.error(
+                    f"the sign '{sign}' stands apart from {after}: write them together ({sign}"
+                    f"{after}), or 0 where the sign is an empty cell",
+                    number,
+                )
 
 
 def _refuse_row_before(

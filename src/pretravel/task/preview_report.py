@@ -58,17 +58,18 @@ def preview_document(
     kind = "positions without normals" if touches is None else "touches"
     feeds = found.feeds if isinstance(found, FilePositions) else found.touches.feeds
     missed = found.misses() if isinstance(found, FilePositions) else ()
-    count = len(positions) - len(missed)
+    contact = found.contact if isinstance(found, FilePositions) else None
+    touched = positions if contact is None or not any(contact) else positions[np.array(contact)]
     lacks = found.lacks if isinstance(found, FilePositions) else ()
     return Document(
         title=name,
-        verdict=f"{name}: {count} {kind}"
+        verdict=f"{name}: {len(positions) - len(missed)} {kind}"
         + (f", and {len(missed)} without contact" if missed else ""),
         figures=(
             *((KeyFigure("read", reading),) if reading else ()),
-            *(KeyFigure(axis, Span.of(positions[:, i]), unit) for i, axis in enumerate("xyz")),
+            *(KeyFigure(axis, Span.of(touched[:, i]), unit) for i, axis in enumerate("xyz")),
             *(() if feeds is None else (KeyFigure("feed", Span.of(feeds), "mm/min"),)),
-            *_sphere_figures(positions, None if touches is None else touches.normals, unit),
+            *_sphere_figures(touched, None if touches is None else touches.normals, unit),
             *_words_figures(found),
             *(
                 KeyFigure("missing", words)

@@ -205,8 +205,29 @@ class TestPasses:
 
             assert not with_passes(found).words
 
+    def test_samples_whose_first_is_faster(self) -> None:
+        """Four places, three touches each: the first 50 µm higher; without it they are repeats."""
+        noise = 1e-3 * np.random.default_rng(6).standard_normal(12)
+        for step, passes in ((0.05, ("first", "second", "second") * 4), (0.0, None)):
+            lines = "".join(
+                f"// probe at {20 * (i // 3)}.000,5.000 is z={1.2 + step * (i % 3 == 0) + e:.6f}\n"
+                for i, e in enumerate(noise)
+            )
+            assert read_readings(_file(lines, "klippy.log")).touches.passes == passes
+
 
 class TestPlaces:
+    @pytest.mark.parametrize("order", [(1, 1, 1, 1, 1, -1, -1, -1, -1, -1), (1, -1) * 5])
+    def test_the_two_directions_of_an_axis(self, order: tuple[int, ...]) -> None:
+        """Touches towards -x lie 16 µm further; the noise is 2 µm: no jump, and no feed × delay."""
+        noise = 2e-3 * np.random.default_rng(9).standard_normal(10)
+        rows = "".join(f"{10 - 0.008 * a + e:.4f},20,5,{a},0,0\n"
+                       for a, e in zip(order, noise, strict=True))  # fmt: skip
+        found = read_repeats(_file("x_mm,y_mm,z_mm,ax,ay,az\n" + rows, "a.csv"))
+        assert [one.name for one in found.series] == ["towards +x", "towards -x"]
+        assert all(np.std(one.values) < 4e-3 for one in found.series)
+        assert not found.warnings
+
     def test_heights_at_two_places(self) -> None:
         """3 µm at each place; x and y are equal to the last digit within it."""
         rng = np.random.default_rng(7)
@@ -292,8 +313,85 @@ class TestRows:
         rows = "Nr,X,Y,Z,I,J,K,Note\n1,0,0,3,0,0,1,\n2,1,0,3,0,0,1,\n"
         assert len(read_readings(_file(rows, "a.csv"), ReadingOptions(units="mm")).touches) == 2
 
+    @pytest.mark.parametrize(
+        "row", ["N   1 X-   12.500 Y    3.250 Z- 4.001", "P1 X-  12.500,Y 3.250,Z-  4.001",
+                "PROBE X: -  12.500 Y: 3.250 Z: -   4.001"],
+    )  # fmt: skip
+    def test_a_name_before_the_coordinates(self, row: str) -> None:
+        found = read_readings(_file(f"{row}\n{row.replace('1 X', '2 X')}\n"), UP).touches
+        assert found.positions.tolist() == [[-12.5, 3.25, -4.001]] * 2
+        assert found.labels in (("1", "2"), ("P1", "P2"), None)
+
+    def test_a_sign_that_would_be_lost_is_refused(self) -> None:
+        """Columns 1, 3, 5 would be x, y, z without the signs of y and z."""
+        rows = "12.5 -   3.25 -   4.0\n13.5 -   4.25 -   4.0\n"
+        with pytest.raises(PretravelError, match=r"line 1: the sign '-' stands apart from 3.25"):
+            read_readings(
+                _file(rows), ReadingOptions(units="mm", columns={"x": "1", "y": "3", "z": "5"})
+            )
+
+    @pytest.mark.parametrize(
+        ("nominal", "measured"),
+        [("Théo X", "Mes X"), ("X nom", "X mis"), ("X teórico", "X real"), ("Ref X", "Meas X")],
+    )
+    def test_nominals_in_other_words(self, nominal: str, measured: str) -> None:
+        names = [word.replace("X", axis) for word in (nominal, measured) for axis in "XYZ"]
+        rows = ";".join([*names, "I", "J", "K"]) + "\n4;5;0;4;5;0.006;0;0;1\n"
+        touches = read_readings(_file(rows, "a.csv"), ReadingOptions(units="mm")).touches
+        assert touches.positions.tolist() == [[4, 5, 0.006]]
+        assert touches.nominal_points is not None
+
+    def test_features_in_other_words(self) -> None:
+        """A radius that differs between rows is a feature's; one for all is the tip's."""
+        spanish = "Elemento;Centro X;Centro Y;Centro Z;Diámetro\nC1;1;2;3;8.01\nC2;4;2;3;8.02\n"
+        table = "Name;X;Y;Z;I;J;K;Radius\nK1;1;2;3;0;0;1;4.0\nK2;4;2;3;0;0;1;{}\n"
+        for text in (spanish, table.format("4.5")):
+            with pytest.raises(PretravelError, match="list of features"):
+                read_readings(_file(text, "a.csv"), ReadingOptions(units="mm"))
+        of_tip = _file(table.format("4.0"), "a.csv")
+        assert len(read_readings(of_tip, ReadingOptions(units="mm")).touches) == 2
+
+
+class TestComments:
+    @pytest.mark.parametrize(
+        "words", ["wiped the tip", "coolant off, part is dry", "tool room 20.1 C", "probe is ok",
+                  "part temperature 20.4", "unit of plant 3", "set coolant off", "part cleaned"],
+    )  # fmt: skip
+    def test_what_only_speaks_of_a_tip_or_a_part_is_named(self, words: str) -> None:
+        rows = f"X,Y,Z,I,J,K\n0,0,3,0,0,1\n# {words}\n5,0,3,0,0,1\n"
+        found = read_readings(_file(rows, "a.csv"), ReadingOptions(units="mm"))
+        assert words in found.notes()[0]
+
+    @pytest.mark.parametrize(
+        "words", ["tip 2", "changed tip to T2", "new part", "part turned over", "Taster B",
+                  "tool change T5", "T2", "Tip: long", "stylus 4 mm", "Teil gewechselt",
+                  "serial no. 12", "part reclamped", "unit: inch", "neuer Taster"],
+    )  # fmt: skip
+    def test_what_changes_the_rows_is_refused(self, words: str) -> None:
+        rows = f"X,Y,Z,I,J,K\n0,0,3,0,0,1\n# {words}\n5,0,3,0,0,1\n"
+        with pytest.raises(PretravelError, match=r"line 3: .* stands among the rows"):
+            read_readings(_file(rows, "a.csv"), ReadingOptions(units="mm"))
+
+    def test_a_time_before_a_line_hides_no_tool(self) -> None:
+        text = "$13=0\n12:01:04.003 [PRB:1.0,2.0,-3.0:1]\n12:01:05.120 T2 M6\n"
+        text += "12:01:09.003 [PRB:1.0,2.0,-3.4:1]\n"
+        options = ReadingOptions(normal=(0.0, 0.0, 1.0), offset=(0.0, 0.0, 0.0))
+        touches = read_readings(_file(text, "a.log"), options).touches
+        assert touches.tips is not None
+        assert touches.tips[1] == "2"
+
 
 class TestMisses:
+    def test_a_row_of_zeros_in_a_grid_through_the_origin(self, tmp_path: Path) -> None:
+        """Place 0, 0 was touched already, and each of the others once."""
+        rows = "".join(f"{10 * (i % 3)},{10 * (i // 3)},{0.02 + 0.001 * i:.4f}\n" for i in range(9))
+        grid = "x_mm,y_mm,z_mm\n" + rows.replace("10,10,0.0240", "0,0,0")
+        assert read_readings(_file(grid, "a.csv"), UP).missed == ("5",)
+        path = written(tmp_path, grid, "a.csv")
+        out, _ = both_outputs("convert", path, "--normal", "0,0,1")
+        assert "8 touches" in out
+        assert "missing" not in out
+
     def test_a_miss_is_named_in_the_preview(self, tmp_path: Path) -> None:
         text = "$13=0\n[PRB:1.000,2.000,-3.001:1]\n[PRB:3.000,2.000,-8.000:0]\n"
         out, err = both_outputs("convert", written(tmp_path, text, "a.log"))

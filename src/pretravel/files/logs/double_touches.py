@@ -18,6 +18,10 @@ _APART = 0.005
 the noise of a probe are smaller. [mm]"""
 _ALIKE = 1.0 / 3.0
 """Standard deviation of the differences, over their mean, below which they are one difference."""
+_ONE_WAY = 0.99
+"""Cosine between directions of travel below which they are two."""
+_TIMES = 5.0
+"""The first touch of several at a place is another pass from this many times the noise."""
 _SLOWER = 0.95
 """A feed below this share of the one before is slower."""
 
@@ -100,6 +104,8 @@ def with_passes(found: FileReadings | FilePositions) -> FileReadings | FilePosit
     if "pass" in rows.words:
         return found
     contact = found.contact if isinstance(found, FilePositions) else None
+    if _turns(rows.approaches):
+        return found  # both directions of an axis are no passes
     if rows.feeds is not None:
         if not isinstance(found, FilePositions):
             return found  # the feed of each touch says it
@@ -122,6 +128,14 @@ def without_passes(found: FileReadings | FilePositions) -> FileReadings | FilePo
     return replace(found, touches=replace(found.touches, passes=None))
 
 
+def _turns(directions: FloatArray | None) -> bool:
+    """Whether the two touches of each pair went in other directions."""
+    if directions is None or len(directions) < 2:
+        return False
+    pairs = len(directions) // 2 * 2
+    return bool(np.all(np.sum(directions[0:pairs:2] * directions[1:pairs:2], axis=1) < _ONE_WAY))
+
+
 def _passes_of_feeds(
     positions: FloatArray, feeds: FloatArray, contact: Sequence[bool] | None
 ) -> tuple[str, ...]:
@@ -139,6 +153,8 @@ def _passes_of_places(
 ) -> tuple[str, ...]:
     count = len(positions)
     touched = contact is None or all(contact)
+    if touched and (names := _first_of_several(positions, normals)):
+        return names
     if not touched or count < 2 * _FEWEST_PAIRS or count % 2:
         return ()
     step = positions[1:] - positions[:-1]
@@ -160,6 +176,32 @@ def _passes_of_places(
     if not (along.min() > 0.0 and apart and turns_back):
         return ()
     return ("first", "second") * (count // 2)
+
+
+def _first_of_several(positions: FloatArray, normals: FloatArray | None) -> tuple[str, ...]:
+    """Passes of places that were touched three times or more, first fast; empty: none are."""
+    count = len(positions)
+    far = np.linalg.norm(np.diff(positions, axis=0), axis=1) >= _ONE_PLACE
+    size = int(np.argmax(far)) + 1 if far.any() else 0
+    places = count // size if size > 2 and count % size == 0 else 0
+    ends = np.arange(1, count) % size == 0 if places else far
+    if places < _FEWEST_PAIRS or not np.array_equal(far, ends):
+        return ()
+    of = positions.reshape(places, size, 3)
+    later = of[:, 1:]
+    away = of[:, 0] - later.mean(axis=1)
+    if normals is None:
+        axis = int(np.argmax(np.median(np.abs(away), axis=0)))
+        along, within = away[:, axis], later[:, :, axis]
+    else:
+        outward = normals.reshape(places, size, 3)
+        along = np.sum(away * outward[:, 0], axis=1)
+        within = np.sum(later * outward[:, 1:], axis=2)
+    step, noise = abs(float(along.mean())), float(np.sqrt(within.var(axis=1, ddof=1).mean()))
+    alike = float(np.std(along)) < _ALIKE * step and bool(np.all(along * along.mean() > 0.0))
+    if step <= max(_APART, _TIMES * noise) or not alike:
+        return ()
+    return (("first",) + ("second",) * (size - 1)) * places
 
 
 def _last_ones(

@@ -30,6 +30,11 @@ _STATUS_OFFSET = re.compile(r"WCO:([-\d.,]+)")
 _INCHES = re.compile(r"\$13\s*=\s*([01])")
 _STATE = re.compile(r"\[GC:([^\[\]]*)\]")
 _WORK_OFFSET = re.compile(r"\bG5[4-9](?:\.[123])?\b")
+_TIME = re.compile(
+    r"\W*(?:\d{4}[-./]\d\d[-./]\d\d[T ,]*)?\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?(?:\s?[AP]M)?\W*\s",
+    re.IGNORECASE,
+)
+"""What a sender writes before a line."""
 _REPORTED = re.compile(r"<[^<>]*>|\[[^\[\]]*\]")
 _PARAMETERS = ("[TLO:", "[T:", "[HOME:", "[G92:", "[G51:", "[G30:", "[G28:", "[G59")
 """Parameters after which ``$#`` repeats the last report."""
@@ -340,7 +345,7 @@ class _GrblLog:
 
 def _sent(line: str) -> str:
     """What a line of a log says beside reports and what senders write before it: >>> , a time."""
-    code = _REPORTED.sub(" ", line)
+    code = _REPORTED.sub(" ", _TIME.sub("", line, count=1) if _TIME.match(line) else line)
     return code[max(code.rfind("> "), code.rfind(">>"), code.rfind("]: ")) + 1 :].strip(" >\"':")
 
 

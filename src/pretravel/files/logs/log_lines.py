@@ -11,7 +11,7 @@ from pretravel.files.row_statements import RowStatement, RowStatements, StatedRo
 from pretravel.files.source_file import Source, SourceFile, opened
 
 _WORD = re.compile(
-    r"([A-Z])\s*[:=]?\s*([-+]?\s*(?:\d+(?:\.\d*)?|\.\d+))(?![\d.,eE])[,;*]?", re.IGNORECASE
+    r"([A-Z])\s*[:=]?\s*([-+]?\s*(?:\d+(?:\.\d*)?|\.\d+))(?![\d.eE]|,\d)[,;*]?", re.IGNORECASE
 )
 """A letter and its number; controls put blanks in the place of zeros, also after the sign."""
 _TABLE = (
@@ -29,8 +29,18 @@ _TABLE = (
 _STATEMENTS = RowStatements(_TABLE)
 _X_FIRST, _THEN_Y, _THEN_Z = (
     re.compile(rf"{words}\s*[:=]?\s*[-+.\d]", re.IGNORECASE)
-    for words in (r"(?:#\d+\s*:\s*)?(?:N\d+\s*)?(?:G0?[01]\s*)?X", "Y", "Z")
+    for words in (
+        r"(?:#\d+\s*:\s*)?(?:N\s*\d+\s*)?(?:(?![GMTSFXYZ]\s*[-+.\d])[A-Z]\w*[:,]?\s+)?(?:G0?[01]\s*)?X",
+        "Y",
+        "Z",
+    )
 )
+_LABEL = re.compile(
+    r"(?:N\s*(?P<number>\d+)\s*|(?P<name>(?!N\s|[GMTSFXYZ]\s*[-+.\d])[A-Z]\w*)[:,]?\s+)"
+    r"(?=X\s*[:=]?\s*[-+.\d])",
+    re.IGNORECASE,
+)
+"""What DPRNT writes before the coordinates: the number of a block, or a name."""
 _NUMBERED = re.compile(r"#\d+\s*:\s*")
 """The number of a point, as GEOPAK writes it."""
 _ROTARY = "ABC"
@@ -66,7 +76,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     [[1.0, 2.0, 3.0]]
     """
     file = opened(source)
-    rows, numbers, feeds, stated = [], [], [], StatedRows(file)
+    rows, numbers, feeds, labels, stated = [], [], [], [], StatedRows(file)
     feed: float | None = None
     rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
@@ -74,6 +84,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
             continue
+        named = _LABEL.match(line)
+        line = line[named.end() :] if named else line
         units = _units(file, line, number, units)
         if re.search(r"\bG91\b", line, re.IGNORECASE):
             raise file.error("G91: relative positions are not read", number)
@@ -87,6 +99,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             rows.append(position)
             numbers.append(number)
             feeds.append(feed)
+            labels.append((named["number"] or named["name"]) if named else "")
     scale = file.scale(units, "the file does not state its units (G20 or G21)")
     if not rows:
         raise file.error("the file contains no position")
@@ -95,6 +108,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         file.path,
         scale * np.array(rows),
         tuple(numbers),
+        labels=tuple(labels) if all(labels) and len(set(labels)) == len(labels) else None,
         feeds=scale * np.array(known_feeds) if len(known_feeds) == len(rows) else None,
         words=stated.columns(),
         warnings=stated.warnings(),

@@ -6,6 +6,7 @@ A refusal states what the file is, and what the user can do instead.
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Callable
 
 from pretravel.files.column_names import names_known_columns
@@ -84,7 +85,8 @@ def _is_calypso(line: str) -> bool:
 _SIZES = re.compile(
     r"(?:nom(?:inal)?|act(?:ual)?|meas(?:ured)?|soll|ist)?(?:diam(?:eter)?|dia|durchmesser|diametre|"
     r"diametro|form(?:error|dev|fehler)?|roundness|circularity|flatness|cylindricity|straightness|"
-    r"rundheit|ebenheit|zylindrizitat|sigma|stddev|numpoints|nopoints|points|innerouter|"
+    r"rundheit|ebenheit|zylindrizitat|redondez|planitud|cilindricidad|circularite|planeite|"
+    r"cylindricite|rotondita|planarita|sigma|stddev|numpoints|nopoints|points|innerouter|"
     r"featuretype|geometrytype|elementtype|formabw|fitmethod)(?:nom|act|meas|dev)?"
 )
 _KINDS = re.compile(
@@ -99,16 +101,34 @@ _RESULTS = (
 )
 
 
+_RADII = {"radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius"}
+"""Columns of sizes of features; or of the tip, where all rows have one."""
+
+
+def _folded(text: str) -> str:
+    """A text without its accents."""
+    return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+
+
+def _vary(lines: list[str], column: int, width: int) -> bool:
+    """Whether the cells of a column of a table are not all one, as the tip's radius is."""
+    split = [line.split(separator) for line in lines for separator in (";", "\t", "|", ",", None)]
+    whole = [cells[column].strip(' "') for cells in split if len(cells) == width]
+    return len({cell for cell in whole if cell[:1].isdigit()}) > 1
+
+
 def _is_feature_list(lines: list[str]) -> bool:
     """Whether a table has a row for each feature, or for each of its results."""
     cells = [cell.lower() for cell in header_cells(lines)]
-    plain = [re.sub(r"[^a-zäöüé ]", "", cell.split("[")[0]).strip() for cell in cells]
-    squeezed = [word.replace(" ", "").replace("ä", "a") for word in plain]
+    plain = [re.sub(r"[^a-z ]", "", _folded(cell.split("[")[0])).strip() for cell in cells]
+    squeezed = [word.replace(" ", "") for word in plain]
     if not cells:
         return False
     if not names_known_columns(cells):
         return all(any(word in kind for word in plain) for kind in _RESULTS)
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
+        return True
+    if any(_vary(lines, i, len(cells)) for i, word in enumerate(squeezed) if word in _RADII):
         return True
     if not {"type", "typ", "kind", "art", "element"} & set(plain):
         return False
