@@ -1,4 +1,4 @@
-"""From the PMI of a model to the features that `measure --features` reads."""
+"""From the PMI of a model to the features of a drawing that `measure` reads."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class DrawnPmi:
 
     @property
     def drawing(self) -> Drawing:
-        """As `measure --features` has it."""
+        """As `read_features` gives it."""
         return Drawing(tuple(each.drawn for each in self.features), self.patterns, self.between)
 
 
