@@ -1,4 +1,4 @@
-"""From the PMI of a model to the features that `measure --features` reads."""
+"""From the PMI of a model to the features of a drawing that `measure` reads."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import PretravelError
-from pretravel.drawing.pmi.items import Datum, Place, Pmi, Size, Tolerance
-from pretravel.drawing.pmi.measures import DEGREES
-from pretravel.drawing.pmi.model_faces import KINDS, ModelFace, surfaces_of
+from pretravel.drawing.pmi.items import Place, Pmi, PmiDatum, Size, Tolerance
+from pretravel.drawing.pmi.measures import ANGLE_UNIT
+from pretravel.drawing.pmi.model_faces import SURFACE_KINDS, ModelFace, surfaces_of
 from pretravel.drawing.tolerances.features_file import (
     Drawing,
     DrawnFeature,
@@ -97,7 +97,7 @@ class DrawnPmi:
 
     @property
     def drawing(self) -> Drawing:
-        """As `measure --features` has it."""
+        """As `read_features` gives it."""
         return Drawing(tuple(each.drawn for each in self.features), self.patterns, self.between)
 
 
@@ -134,7 +134,7 @@ class _Work:
         places = [each.place for each in pmi.datums] + [each.place for each in pmi.tolerances]
         places += [place for size in pmi.sizes for place in size.places]
         used = dict.fromkeys(number for place in places for number in place.faces)
-        round_ = [faces[n] for n in used if faces[n].kind in KINDS.values()
+        round_ = [faces[n] for n in used if faces[n].kind in SURFACE_KINDS.values()
                   and faces[n].kind != "plane"]  # fmt: skip
         self.round = {face.number: group for group in surfaces_of(round_) for face in group}
         self.features: dict[tuple[int, ...], FeatureInWork] = {}
@@ -162,7 +162,7 @@ class _Work:
         if not place.faces:
             raise _NotStatedError("the text binds it to no face")
         own = [self.faces[number] for number in place.faces]
-        other = [face for face in own if face.kind not in KINDS.values()]
+        other = [face for face in own if face.kind not in SURFACE_KINDS.values()]
         if other:
             raise _NotStatedError(f"face {self.number(other[0])} is a {other[0].kind}")
         found: dict[tuple[int, ...], tuple[ModelFace, ...]] = {}
@@ -189,7 +189,7 @@ class _Work:
 
     # Items
 
-    def add_datum(self, datum: Datum) -> None:
+    def add_datum(self, datum: PmiDatum) -> None:
         if not datum.place.faces and datum.targets:
             raise _NotStatedError(
                 "it is made by datum targets, which the file of features cannot state"
@@ -252,7 +252,7 @@ class _Work:
         if any(len(each) != 1 for each in groups):
             raise _NotStatedError("it is between groups of several surfaces")
         first, second = (each[0] for each in groups)
-        quantity = "angle" if size.unit == DEGREES else "distance"
+        quantity = "angle" if size.unit == ANGLE_UNIT else "distance"
         here = _angle(first[0], second[0]) if quantity == "angle" else _apart(first[0], second[0])
         nominal = size.nominal
         if here is None or nominal is None or abs(here - nominal) > _SAME:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pretravel.drawing.pmi.measures import Measure
+from pretravel.drawing.pmi.measures import StatedMeasure
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class DatumTarget:
     form : str
         point, line, rectangle, circle, area.
     place : Place
-    sizes : tuple of Measure
+    sizes : tuple of StatedMeasure
         Its width, length or diameter.
     at : tuple of float or None
         Where it lies. [mm]
@@ -51,12 +51,12 @@ class DatumTarget:
     name: str
     form: str
     place: Place
-    sizes: tuple[Measure, ...] = ()
+    sizes: tuple[StatedMeasure, ...] = ()
     at: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
-class Datum:
+class PmiDatum:
     """A datum with its features.
 
     Attributes
@@ -195,13 +195,13 @@ class Pmi:
 
     Attributes
     ----------
-    datums : tuple of Datum
+    datums : tuple of PmiDatum
     sizes : tuple of Size
     tolerances : tuple of Tolerance
     unread : tuple of Unread
     """
 
-    datums: tuple[Datum, ...]
+    datums: tuple[PmiDatum, ...]
     sizes: tuple[Size, ...]
     tolerances: tuple[Tolerance, ...]
     unread: tuple[Unread, ...]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from pretravel.drawing.pmi.part21 import Instance, Part21, Record, Word
+from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, Word
 
 _PREFIXES = {
     "KILO": 1e3, "HECTO": 1e2, "DECA": 1e1, "DECI": 1e-1, "CENTI": 1e-2, "MILLI": 1e-3,
@@ -13,10 +13,10 @@ _PREFIXES = {
 }  # fmt: skip
 _DIGITS = 9
 """Decimals: a unit that is converted and converted back leaves noise beyond them."""
-MM, DEGREES = "mm", "°"
+LENGTH_UNIT, ANGLE_UNIT = "mm", "°"
 
 
-class Measure(NamedTuple):
+class StatedMeasure(NamedTuple):
     """A value with its unit.
 
     Attributes
@@ -40,7 +40,7 @@ def unit_factor(part21: Part21, unit: Any, depth: int = 0) -> tuple[float, str] 
     Parameters
     ----------
     part21 : Part21
-    unit : Reference
+    unit : TextReference
     """
     instance = part21[unit]
     for name, words in ((r.name, r.values) for r in instance.records):
@@ -50,8 +50,8 @@ def unit_factor(part21: Part21, unit: Any, depth: int = 0) -> tuple[float, str] 
             if factor is None or not isinstance(base, Word):
                 return None
             if base.name == "METRE":
-                return 1e3 * factor, MM
-            return (math.degrees(factor), DEGREES) if base.name == "RADIAN" else None
+                return 1e3 * factor, LENGTH_UNIT
+            return (math.degrees(factor), ANGLE_UNIT) if base.name == "RADIAN" else None
         if name == "CONVERSION_BASED_UNIT" and depth < 9:
             inner = part21[words[-1]].values("MEASURE_WITH_UNIT")
             found = unit_factor(part21, inner[1], depth + 1) if len(inner) > 1 else None
@@ -59,7 +59,7 @@ def unit_factor(part21: Part21, unit: Any, depth: int = 0) -> tuple[float, str] 
     return None
 
 
-def measure_of(part21: Part21, instance: Instance) -> Measure | None:
+def measure_of(part21: Part21, instance: Instance) -> StatedMeasure | None:
     """The measure that an instance states; None: it states none of a length or an angle.
 
     Parameters
@@ -83,11 +83,11 @@ def measure_of(part21: Part21, instance: Instance) -> Measure | None:
     found = unit_factor(part21, values[1])
     if found is None:
         return None
-    return Measure(round(_number(values[0]) * found[0], _DIGITS), found[1], name)
+    return StatedMeasure(round(_number(values[0]) * found[0], _DIGITS), found[1], name)
 
 
 def _number(value: Any) -> float:
     """A number, or one with its type: ``LENGTH_MEASURE(1.)``."""
-    while isinstance(value, Record) and value.values:
+    while isinstance(value, TextRecord) and value.values:
         value = value.values[0]
     return float(value) if isinstance(value, float) else math.nan

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import FloatArray, PretravelError
-from pretravel.drawing.pmi.measures import MM, unit_factor
-from pretravel.drawing.pmi.part21 import Instance, Part21, Reference, Word
+from pretravel.drawing.pmi.measures import LENGTH_UNIT, unit_factor
+from pretravel.drawing.pmi.part21 import Instance, Part21, TextReference, Word
 from pretravel.surface import Part
 
-FACES = ("ADVANCED_FACE", "FACE_SURFACE")
+FACE_ENTITIES = ("ADVANCED_FACE", "FACE_SURFACE")
 _SHELLS = ("CLOSED_SHELL", "OPEN_SHELL")
 _SOLIDS = ("MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "SHELL_BASED_SURFACE_MODEL")
-KINDS = {
+SURFACE_KINDS = {
     "PLANE": "plane",
     "CYLINDRICAL_SURFACE": "cylinder",
     "CONICAL_SURFACE": "cone",
@@ -73,7 +73,7 @@ def length_factor(part21: Part21) -> float:
             if not any(name.endswith("SHAPE_REPRESENTATION") for name in each.names):
                 continue
             values = each.values("REPRESENTATION")
-            if len(values) > 2 and Reference(solid.number) in (values[1] or ()):
+            if len(values) > 2 and TextReference(solid.number) in (values[1] or ()):
                 found |= set(_lengths(part21, values[2]))
     if len(found) != 1:
         raise PretravelError(
@@ -88,7 +88,7 @@ def _lengths(part21: Part21, context: Any) -> Iterable[float]:
         if record.name == "GLOBAL_UNIT_ASSIGNED_CONTEXT":
             for unit in record.values[0]:
                 factor = unit_factor(part21, unit)
-                if factor is not None and factor[1] == MM:
+                if factor is not None and factor[1] == LENGTH_UNIT:
                     yield factor[0]
 
 
@@ -96,7 +96,7 @@ def model_faces(part21: Part21) -> dict[int, ModelFace]:
     """All faces of the text by the numbers of their instances, in the order of their shells."""
     factor = length_factor(part21)
     ordered = [item.number for shell in part21.named(*_SHELLS) for item in shell.values()[1]]
-    rest = [each.number for each in part21.named(*FACES)]
+    rest = [each.number for each in part21.named(*FACE_ENTITIES)]
     numbers = [number for number in dict.fromkeys([*ordered, *rest]) if number in set(rest)]
     return {number: _face(part21, part21[number], factor) for number in numbers}
 
@@ -105,10 +105,10 @@ def _face(part21: Part21, face: Instance, factor: float) -> ModelFace:
     _, bounds, surface, sense = face.values("FACE", "FACE_SURFACE", "ADVANCED_FACE")[:4]
     corners = factor * np.array(list(_corners(part21, bounds)), dtype=np.float64).reshape(-1, 3)
     own = part21[surface]
-    name = next(iter(own.names & set(KINDS)), "")
+    name = next(iter(own.names & set(SURFACE_KINDS)), "")
     if not name or own.text.startswith("("):
         kind = min(own.names, key=len).lower().replace("_", " ")
-        return ModelFace(face.number, KINDS.get(name, kind), corners)
+        return ModelFace(face.number, SURFACE_KINDS.get(name, kind), corners)
     _, placement, *sizes = own.values()
     point, direction = _placement(part21, placement)
     with_surface = sense == Word("T")
@@ -116,7 +116,9 @@ def _face(part21: Part21, face: Instance, factor: float) -> ModelFace:
         direction = -direction
     radius = factor * float(sizes[-1 if name == "TOROIDAL_SURFACE" else 0]) if sizes else 0.0
     place = factor * point
-    return ModelFace(face.number, KINDS[name], corners, place, direction, radius, not with_surface)
+    return ModelFace(
+        face.number, SURFACE_KINDS[name], corners, place, direction, radius, not with_surface
+    )
 
 
 def _corners(part21: Part21, bounds: Any) -> Iterable[tuple[float, ...]]:
@@ -165,10 +167,10 @@ def numbers_of_faces(faces: dict[int, ModelFace], part: Part) -> dict[int, int]:
 
 
 def _is(own: ModelFace, face: Any) -> bool:
-    if own.kind in KINDS.values() and own.kind != face.kind:
+    if own.kind in SURFACE_KINDS.values() and own.kind != face.kind:
         return False
     if not len(own.corners):
-        return own.kind in KINDS.values()
+        return own.kind in SURFACE_KINDS.values()
     low, high = face.bounds
     if ((own.corners < low - _ON_FACE) | (own.corners > high + _ON_FACE)).any():
         return False

@@ -24,7 +24,7 @@ _DEEPEST = 50
 """Lists within lists; those of AP242 are three deep."""
 
 
-class Reference(NamedTuple):
+class TextReference(NamedTuple):
     """Another instance: ``#12``."""
 
     number: int
@@ -36,7 +36,7 @@ class Word(NamedTuple):
     name: str
 
 
-class Record(NamedTuple):
+class TextRecord(NamedTuple):
     """A name with its values: an entity, or a value with its type."""
 
     name: str
@@ -58,7 +58,7 @@ class Instance:
     text: str
 
     @cached_property
-    def records(self) -> tuple[Record, ...]:
+    def records(self) -> tuple[TextRecord, ...]:
         """Its entities with their values.
 
         Raises
@@ -68,9 +68,9 @@ class Instance:
         """
         parser = _Values(self)
         if self.text.startswith("("):
-            return tuple(each for each in parser.value() if isinstance(each, Record))
+            return tuple(each for each in parser.value() if isinstance(each, TextRecord))
         value = parser.value()
-        return (value,) if isinstance(value, Record) else ()
+        return (value,) if isinstance(value, TextRecord) else ()
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -108,9 +108,9 @@ class Instance:
 
 def _references(values: Any) -> Iterator[int]:
     for value in values:
-        if isinstance(value, Reference):
+        if isinstance(value, TextReference):
             yield value.number
-        elif isinstance(value, Record):
+        elif isinstance(value, TextRecord):
             yield from _references(value.values)
         elif isinstance(value, tuple) and not isinstance(value, Word):
             yield from _references(value)
@@ -132,7 +132,7 @@ class _Values:
             if self.tokens[self.at : self.at + 1] != [("sign", "(")]:
                 raise self._error(f"'{token}' has no values")
             self.at += 1
-            return Record(token, self._list(depth))
+            return TextRecord(token, self._list(depth))
         if kind == "sign":
             if token == "(":
                 return self._list(depth)
@@ -142,7 +142,7 @@ class _Values:
         if kind == "text":
             return _plain(token)
         if kind == "reference":
-            return Reference(int(token))
+            return TextReference(int(token))
         if kind == "word":
             return Word(token)
         return float(token) if kind == "number" else token
@@ -212,7 +212,7 @@ class Part21:
         InputError
             There is none.
         """
-        number = value.number if isinstance(value, Reference) else value
+        number = value.number if isinstance(value, TextReference) else value
         if number not in self.instances:
             raise InputError(f"there is no #{number}, to which another line refers", path=self.path)
         return self.instances[number]
@@ -256,7 +256,7 @@ def read_part21(path: str | Path) -> Part21:
     >>> path = Path(tempfile.mkdtemp()) / "part.step"
     >>> text = "ISO-10303-21;DATA;\n#1=PLANE('a;b',#2);\nENDSEC;END-ISO-10303-21;"
     >>> read_part21(path.write_text(text) and path)[1].records
-    (Record(name='PLANE', values=('a;b', Reference(number=2))),)
+    (TextRecord(name='PLANE', values=('a;b', TextReference(number=2))),)
     """
     path = Path(path)
     try:

@@ -10,20 +10,20 @@ from typing import Any
 from pretravel.base import PretravelError
 from pretravel.drawing.pmi.iso286 import limits_of_fit
 from pretravel.drawing.pmi.items import (
-    Datum,
     DatumReference,
     DatumTarget,
     Place,
     Pmi,
+    PmiDatum,
     Size,
     Tolerance,
     Unread,
 )
-from pretravel.drawing.pmi.measures import DEGREES, MM, Measure, measure_of
-from pretravel.drawing.pmi.model_faces import FACES, length_factor
-from pretravel.drawing.pmi.part21 import Instance, Part21, Record, Reference, Word
+from pretravel.drawing.pmi.measures import ANGLE_UNIT, LENGTH_UNIT, StatedMeasure, measure_of
+from pretravel.drawing.pmi.model_faces import FACE_ENTITIES, length_factor
+from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
 
-KINDS = {
+TOLERANCE_ENTITIES = {
     "POSITION": "position", "SURFACE_PROFILE": "profile", "LINE_PROFILE": "line profile",
     "FLATNESS": "flatness", "STRAIGHTNESS": "straightness", "ROUNDNESS": "roundness",
     "CYLINDRICITY": "cylindricity", "PARALLELISM": "parallelism",
@@ -71,7 +71,7 @@ def read_pmi(part21: Part21) -> Pmi:
         each
         for each in part21.instances.values()
         if "GEOMETRIC_TOLERANCE" in each.names
-        or any(name.removesuffix("_TOLERANCE") in KINDS and name.endswith("_TOLERANCE")
+        or any(name.removesuffix("_TOLERANCE") in TOLERANCE_ENTITIES and name.endswith("_TOLERANCE")
                for name in each.names)
     ]  # fmt: skip
     tolerances = reading.each(reading.tolerance, found)
@@ -105,7 +105,7 @@ class _Reading:
                 values = each.values(
                     "ITEM_IDENTIFIED_REPRESENTATION_USAGE", "GEOMETRIC_ITEM_SPECIFIC_USAGE"
                 )
-                if isinstance(values[2], Reference):
+                if isinstance(values[2], TextReference):
                     self.geometry[values[2].number] += _numbers(values[4])
 
     def each(self, read: Any, instances: Iterable[Instance]) -> list[Any]:
@@ -150,7 +150,7 @@ class _Reading:
                 item = self.part21[number]
                 if item.names & _SETS:
                     self.geometry[own.number].extend(item.references)
-                elif item.names & set(FACES):
+                elif item.names & set(FACE_ENTITIES):
                     faces[number] = None
                 else:
                     others[f"#{number} {' '.join(sorted(item.names))}"] = None
@@ -166,7 +166,7 @@ class _Reading:
 
     # Datums
 
-    def datum(self, instance: Instance) -> Datum:
+    def datum(self, instance: Instance) -> PmiDatum:
         letter = instance.values("SHAPE_ASPECT", "DATUM")[4]
         faces: dict[int, None] = {}
         others: dict[str, None] = {}
@@ -177,17 +177,17 @@ class _Reading:
                 continue
             if "DATUM" in each.names and each is not instance:
                 continue
-            place = self.place(Reference(each.number))
+            place = self.place(TextReference(each.number))
             faces |= dict.fromkeys(place.faces)
             others |= dict.fromkeys(place.others)
-        return Datum(instance.number, letter, Place(tuple(faces), tuple(others)), tuple(targets))
+        return PmiDatum(instance.number, letter, Place(tuple(faces), tuple(others)), tuple(targets))
 
     def target(self, instance: Instance) -> DatumTarget:
         values = instance.values("SHAPE_ASPECT", "DATUM_TARGET", "PLACED_DATUM_TARGET_FEATURE")
-        place = self.place(Reference(instance.number))
+        place = self.place(TextReference(instance.number))
         for each in self.above[instance.number]:
             if "DATUM" not in each.names:
-                more = self.place(Reference(each.number))
+                more = self.place(TextReference(each.number))
                 place = Place((*place.faces, *more.faces), (*place.others, *more.others))
         sizes, at = self.parameters(instance)
         self.used.add(instance.number)
@@ -197,14 +197,14 @@ class _Reading:
 
     def parameters(
         self, target: Instance
-    ) -> tuple[list[Measure], tuple[float, float, float] | None]:
+    ) -> tuple[list[StatedMeasure], tuple[float, float, float] | None]:
         """The sizes of a target and its place: of the representations of its properties."""
         own = {
             each.number
             for each in self.part21.named("PROPERTY_DEFINITION")
             if target.number in _numbers(each.values("PROPERTY_DEFINITION")[2:3])
         }
-        sizes: list[Measure] = []
+        sizes: list[StatedMeasure] = []
         at = None
         for each in self.part21.named("PROPERTY_DEFINITION_REPRESENTATION",
                                       "SHAPE_DEFINITION_REPRESENTATION"):  # fmt: skip
@@ -249,12 +249,12 @@ class _Reading:
             "DATUM_REFERENCE_ELEMENT",
         )[4:6]  # fmt: skip
         signs = tuple(self.datum_modifier(each) for each in (modifiers[0] or ()))
-        if isinstance(base, Record):  # COMMON_DATUM_LIST((…))
+        if isinstance(base, TextRecord):  # COMMON_DATUM_LIST((…))
             elements = [self.compartment(each) for each in base.values[0]]
             letters = tuple(letter for each in elements for letter in each.letters)
             inner = tuple(sign for each in elements for sign in each.modifiers)
             return DatumReference(letters, (*inner, *signs))
-        if isinstance(base, tuple) and not isinstance(base, Reference):
+        if isinstance(base, tuple) and not isinstance(base, TextReference):
             return DatumReference(
                 tuple(letter for each in base for letter in self.compartment(each).letters), signs
             )
@@ -268,11 +268,11 @@ class _Reading:
         return str(self.part21[datum].values("SHAPE_ASPECT", "DATUM")[4])
 
     def datum_modifier(self, value: Any) -> str:
-        if isinstance(value, Reference):
+        if isinstance(value, TextReference):
             instance = self.part21[value]
             self.used.add(instance.number)
             name, values = next(iter(instance.records))
-        elif isinstance(value, Record):
+        elif isinstance(value, TextRecord):
             name, values = value
         else:
             return _sign(value)
@@ -300,7 +300,7 @@ class _Reading:
         deviations, fit = self.deviations(instance, nominal)
         angle = any("ANGULAR" in each for each in instance.names)
         unit = next((each.unit for each in (nominal, lower, upper) if each is not None),
-                    DEGREES if angle else MM)  # fmt: skip
+                    ANGLE_UNIT if angle else LENGTH_UNIT)  # fmt: skip
         known = {id(each) for each in (nominal, lower, upper)}
         notes += [f"{each.name} {each.value:.10g} {each.unit}" for each in measures
                   if id(each) not in known]  # fmt: skip
@@ -316,7 +316,7 @@ class _Reading:
             tuple(notes),
         )
 
-    def values_of(self, dimension: Instance) -> tuple[list[Measure], list[str]]:
+    def values_of(self, dimension: Instance) -> tuple[list[StatedMeasure], list[str]]:
         """The measures of a dimension, and words about it."""
         measures, notes = [], []
         for each in self.part21.named("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
@@ -331,7 +331,7 @@ class _Reading:
                     notes.append(str(item.values(
                         "REPRESENTATION_ITEM", "DESCRIPTIVE_REPRESENTATION_ITEM")[1]))  # fmt: skip
                 elif "COMPOUND_REPRESENTATION_ITEM" in item.names:
-                    waiting += [Reference(number) for number in item.references]
+                    waiting += [TextReference(number) for number in item.references]
                 elif (measure := measure_of(self.part21, item)) is not None:
                     measures.append(measure)
                     notes += self.qualifiers(item)
@@ -351,7 +351,7 @@ class _Reading:
         return found
 
     def deviations(
-        self, dimension: Instance, nominal: Measure | None
+        self, dimension: Instance, nominal: StatedMeasure | None
     ) -> tuple[tuple[float | None, float | None], str]:
         """Limits by the nominal value and its deviations; the class of a fit."""
         for each in self.part21.named("PLUS_MINUS_TOLERANCE"):
@@ -377,8 +377,8 @@ class _Reading:
 
     def tolerance(self, instance: Instance) -> Tolerance:
         own = {record.name: record.values for record in instance.records}
-        kinds = [KINDS[name.removesuffix("_TOLERANCE")] for name in own
-                 if name.removesuffix("_TOLERANCE") in KINDS]  # fmt: skip
+        kinds = [TOLERANCE_ENTITIES[name.removesuffix("_TOLERANCE")] for name in own
+                 if name.removesuffix("_TOLERANCE") in TOLERANCE_ENTITIES]  # fmt: skip
         if len(kinds) != 1:
             raise PretravelError("a tolerance of no kind that is known")
         values = instance.values("GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE")
@@ -418,7 +418,7 @@ class _Reading:
                 notes.append(f"{form} area{second}")
             elif name == "GEOMETRIC_TOLERANCE_WITH_MAXIMUM_TOLERANCE":
                 notes.append(f"at most {self.length(values[0]):.10g} mm")
-            elif name not in _KNOWN and name.removesuffix("_TOLERANCE") not in KINDS:
+            elif name not in _KNOWN and name.removesuffix("_TOLERANCE") not in TOLERANCE_ENTITIES:
                 notes.append(f"{name} (not understood)")
         return signs, displacement, notes
 
@@ -456,17 +456,17 @@ _KNOWN = {"GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE"}
 
 def _sign(value: Any) -> str:
     """A modifier as on a drawing, else in the words of the text."""
-    name = value.name if isinstance(value, Word | Record) else str(value)
-    if isinstance(value, Record) and value.values:
+    name = value.name if isinstance(value, Word | TextRecord) else str(value)
+    if isinstance(value, TextRecord) and value.values:
         name = value.values[0].name
     return "" if name == _NO_MODIFIER else SIGNS.get(name, name.lower().replace("_", " "))
 
 
 def _numbers(values: Any) -> list[int]:
     """Numbers of the instances in a value or in a list of them."""
-    if isinstance(values, Reference):
+    if isinstance(values, TextReference):
         return [values.number]
-    if isinstance(values, Record):
+    if isinstance(values, TextRecord):
         return _numbers(values.values)
     if isinstance(values, tuple) and not isinstance(values, Word):
         return [number for each in values for number in _numbers(each)]

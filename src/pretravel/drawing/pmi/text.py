@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from pretravel.drawing.pmi.drawn import DrawnPmi, FeatureInWork
-from pretravel.drawing.pmi.items import Datum, Place, Pmi, Size, Tolerance
+from pretravel.drawing.pmi.items import Place, Pmi, PmiDatum, Size, Tolerance
 
 _HEAD = """\
 # {title}
-# Read by `pretravel measure points.csv --features` this file: docs/how-to/tolerances.md.
+# Features for `pretravel measure`, as docs/how-to/tolerances.md describes them.
 # Touches of a feature are those whose labels begin with its name and a hyphen: change `select`
 # where yours are called otherwise.
 """
@@ -26,7 +26,7 @@ class ItemLine:
     number : int
         Of its instance.
     what : str
-        Datum A; diameter; position.
+        PmiDatum A; diameter; position.
     limits : str
         Limits or zone, with modifiers. In mm or degrees.
     datums : str
@@ -82,7 +82,7 @@ def item_lines(pmi: Pmi, numbers: dict[int, int], left_out: dict[int, str]) -> l
     return lines
 
 
-def _target_lines(datum: Datum, numbers: dict[int, int]) -> Iterator[ItemLine]:
+def _target_lines(datum: PmiDatum, numbers: dict[int, int]) -> Iterator[ItemLine]:
     for each in datum.targets:
         sizes = ", ".join(f"{one.name} {one.value:.10g} {one.unit}" for one in each.sizes)
         at = "" if each.at is None else f"at {_vector(each.at)}"
