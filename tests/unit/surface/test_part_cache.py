@@ -1,4 +1,4 @@
-"""A part that was read is kept: the same faces and points, and nothing is made of a damaged entry."""
+"""A part that was read is kept, with its points; nothing is made of a damaged entry."""
 
 from __future__ import annotations
 
