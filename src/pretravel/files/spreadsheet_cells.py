@@ -33,6 +33,8 @@ def cell_content(cell: str) -> str:
     >>> cell_content("a;'=1+1")
     'a;=1+1'
     """
+    if _MARK not in cell:
+        return cell
     within = _MARKED_WITHIN.sub(r"\1\2", cell)
     texts = (within.removeprefix(_MARK), within)
     return next((text for text in texts if text != cell and harmless_cell(text) == cell), cell)

@@ -279,6 +279,8 @@ def split_cells(line: str, separator: str) -> list[str]:
         cells = re.findall(r'"(?:[^"]|"")*"|[^\s"]\S*|"\S*', line)
         cells = [c[1:-1] if len(c) > 1 and c[0] == c[-1] == '"' else c for c in cells]
         return _units_joined(cells)
+    if line and '"' not in line:  # as the reader would, in a fraction of its time
+        return [cell_content(cell.strip()) for cell in line.split(separator)]
     try:
         cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     except csv.Error:

@@ -340,8 +340,14 @@ def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> st
     return "," if commas else "." if points else None
 
 
+_ONE_SIGN = re.compile(r"[-+0-9]*[.,]?[0-9]*")
+"""Most numbers: without separators of thousands."""
+
+
 def _refuse_thousands(text: TextTable, cells: Sequence[tuple[str, int]]) -> None:
     for cell, line in cells:
+        if _ONE_SIGN.fullmatch(cell):
+            continue
         signs = re.sub(r"[^.,'’\s]", "", cell)
         if len(signs) > 1 and re.fullmatch(r"[-+−\d.,'’\s]+", cell):
             raise text.file.error(

@@ -137,6 +137,10 @@ class TestSettingsBesideAPart:
 
 
 class TestLimits:
+    @pytest.fixture(autouse=True)
+    def _nothing_was_read_before(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        monkeypatch.setenv("PRETRAVEL_CACHE", str(tmp_path))
+
     def test_memory(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(kernel_process, "MEMORY", KernelLimit(100e6, 0.0))
         with pytest.raises(InputError, match=r"needs more than 0\.1 GB of memory"):

@@ -16,6 +16,7 @@ import zipfile
 import zlib
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -89,8 +90,15 @@ def part_key(path: Path) -> str:
     except (OSError, PackageNotFoundError):
         return ""
     # The name is in the warnings that are kept.
-    words = [_FORMAT, installed_version(), kernel, path.name, content]
+    words = [_FORMAT, installed_version(), _reader(), kernel, path.name, content]
     return hashlib.sha256(json.dumps(words).encode()).hexdigest()[:32]
+
+
+@cache
+def _reader() -> str:
+    """Digest of the programs that read parts, which change within a version while they are made."""
+    programs = sorted(Path(__file__).parents[1].rglob("*.py"))
+    return hashlib.sha256(b"".join(each.read_bytes() for each in programs)).hexdigest()
 
 
 def kept_faces(key: str) -> tuple[tuple[Face, ...], dict[int, str]] | None:
