@@ -1,8 +1,4 @@
-<<<<<<< HEAD
 """A part that was read is kept: the same faces and points; a damaged entry is ignored."""
-=======
-"""A part that was read is kept, with its points; nothing is made of a damaged entry."""
->>>>>>> i59
 
 from __future__ import annotations
 
