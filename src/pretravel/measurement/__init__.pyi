@@ -7,6 +7,7 @@ from .association import associate as associate
 from .association import label_prefix as label_prefix
 from .association import moved_association as moved_association
 from .association import normals_of_feature as normals_of_feature
+from .coarse_touches import with_step_of_touches as with_step_of_touches
 from .comparison import FULL_MAP as FULL_MAP
 from .comparison import UNCORRECTED as UNCORRECTED
 from .comparison import Comparison as Comparison

@@ -40,6 +40,8 @@ from .qualifying import qualified as qualified
 from .qualifying import qualify as qualify
 from .qualifying import qualify_like as qualify_like
 from .quantisation import COARSE_STEP as COARSE_STEP
+from .quantisation import coarse_warnings as coarse_warnings
+from .quantisation import step_of_measured as step_of_measured
 from .reference_fit import Reference as Reference
 from .reference_fit import ReferenceFit as ReferenceFit
 from .reference_fit import Term as Term

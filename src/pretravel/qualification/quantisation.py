@@ -247,6 +247,41 @@ def step_of_touches(
     return max(quantisation_step(positions), by_repeats)
 
 
+def step_of_measured(positions: npt.ArrayLike, normals: npt.ArrayLike) -> float:
+    """The step of touches on a part, which is seen in what they measure. [mm]
+
+    The coordinates across the normal are those of targets, which are round in most programs; and
+    those of a simulation without noise repeat on each face. Neither shows a step.
+
+    Parameters
+    ----------
+    positions, normals : (n, 3) float
+        In the axes in which the machine reports positions. [mm]
+
+    >>> rng = np.random.default_rng(1)
+    >>> grid = np.stack([*np.meshgrid(np.arange(5) * 5.0, np.arange(5) * 5.0), np.zeros((5, 5))])
+    >>> places, up = grid.reshape(3, -1).T + [0, 0, 2.99], np.tile([0.0, 0.0, 1.0], (25, 1))
+    >>> height = rng.normal(0.0, 0.02, (25, 1)) * up
+    >>> step_of_measured(places, up), step_of_measured(places + height, up)
+    (0.0, 0.0)
+    >>> step_of_measured(0.01 * np.round((places + height) / 0.01), up)
+    0.01
+    """
+    place = np.asarray(positions, dtype=np.float64)
+    along = np.argmax(np.abs(np.asarray(normals, dtype=np.float64)), axis=1)
+    measured = [place[along == axis, axis] for axis in range(3) if np.any(along == axis)]
+    step = quantisation_step(place)
+    differences = sum(len(_distinct(values, 0.5 * step + _EXACT)) - 1 for values in measured)
+    if step == 0.0 or differences < _FEWEST_MEASURED:
+        return 0.0
+    gaps = np.concatenate([np.diff(np.sort(values)) for values in measured]) / step
+    return step if np.all(np.abs(gaps - np.round(gaps)) < _WIDEST_ARC) else 0.0
+
+
+_FEWEST_MEASURED = 3
+"""Differences between measured coordinates that show a step."""
+
+
 def kept_by_repeats(step: float, noise: float) -> float:
     """Standard deviation by a step that repeats of a direction do not reduce. [mm]
 

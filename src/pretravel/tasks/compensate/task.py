@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger(__name__)
 _NORMALS_TAKEN = "the touches have no normals: those of the {} are taken, and approaches along them"
 _SURFACE, _NAMED = "surface", 8
+_OTHER_SURFACE = 20.0
+"""Median angle from which the stated normals are those of another surface: a bore whose expected
+centre is off by half the radius of its touches has it. [°]"""
 _DRAWN = 5000
 """Points of a long table that pictures show."""
 
@@ -175,7 +178,18 @@ class Compensate(
             tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
         )
         asked = replace(options, normals_from=self._normals_from(nominal))
+<<<<<<< HEAD
         return self.read_with(asked, progress)
+=======
+        readings = self.read_with(asked, progress)
+        if self.feature == _SURFACE and not readings.normals_taken:
+            raise PretravelError(
+                "the touches state their normals: those of neighbouring touches are not taken; "
+                "leave the feature out",
+                inputs=("feature",),
+            )
+        return readings
+>>>>>>> k51
 
     def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
         """Where touches without normals have theirs from, in the frame of the touches."""
@@ -245,8 +259,11 @@ class Compensate(
             compensation_warnings,
             errors_of_points,
             placed,
+            with_step_of_touches,
         )
         from pretravel.touches import moved
+
+        pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
 
         measured, refitted = self._on_feature(readings, nominal)
         # Without --place, a log states the rotation of its work coordinates.
@@ -274,7 +291,7 @@ class Compensate(
         if in_machine:
             points = placed(points, placement)
         warnings = tuple(compensation_warnings(summary, pretravel_map))
-        warnings += (*refitted, *_error_of_placement(placement, points))
+        warnings += (*coarse, *refitted, *_error_of_placement(placement, points))
         if readings.normals_taken:
             source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
             source = "neighbouring touches (z > 0)" if of_neighbours else source
@@ -301,6 +318,13 @@ class Compensate(
             return touches, ()
         normals = normals_of_feature(str(self.feature), touches.positions, touches.labels)
         apart = np.arccos(np.clip(np.sum(normals * touches.normals, axis=1), -1.0, 1.0)) / DEGREE
+        if np.median(apart) > _OTHER_SURFACE:
+            raise PretravelError(
+                f"the normals of the fitted {self.feature} are {np.median(apart):.0f}° (median) "
+                "off those that the file states: the touches are of another surface. Leave it "
+                "out, or choose the touches of the feature",
+                inputs=("feature",),
+            )
         said = (
             f"the normals are those of the fitted {self.feature}; the file states others, up to "
             f"{apart.max():.2g}° off"

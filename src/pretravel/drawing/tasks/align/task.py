@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -194,7 +194,9 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             Several placements explain the touches, or none does.
         """
         from pretravel.drawing.alignment.alignment import TipCentres, align
+        from pretravel.measurement import with_step_of_touches
 
+        pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
         tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
         extrapolate = self.extrapolate or self.map_file is None
         start, found_from = self._start(tips), "the start"
@@ -212,6 +214,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             free=self._free(),
             extrapolate=extrapolate,
         )
+        readings = replace(readings, warnings=(*readings.warnings, *coarse))
         return AlignedPart(self, readings, alignment, found_from)
 
     def _start(self, tips: TipCentres) -> Placement | None:

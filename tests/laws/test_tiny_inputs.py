@@ -1,0 +1,53 @@
+"""Law of tasks on touches: few and equal readings are evaluated or refused, without a traceback."""
+
+from __future__ import annotations
+
+import shlex
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pretravel.base.errors import PretravelError
+from pretravel.cli.derived import command_of, task_of
+from pretravel.files.map_file import write_map
+from pretravel.task.listed import task_named
+from pretravel.task.task import Task
+from tests.support.example_maps import mean_map
+
+COMMANDS = (
+    "qualify touches.csv --diameter 25 --tip-diameter 6 --kind mean -o made.json",
+    "qualify touches.csv --diameter 25 --tip-diameter 6 -o made.json",
+    "verify touches.csv --map map.json --diameter 25",
+    "compensate touches.csv --map map.json --extrapolate -o points.csv",
+    "compensate touches.csv --map map.json --feature bore --extrapolate -o points.csv",
+    "repeat touches.csv",
+    "measure plain.csv --feature bore --tip-diameter 6",
+    "measure plain.csv --feature plane",
+    "separate touches.csv -o separated.csv",
+)
+
+
+def _parsed(command: str) -> tuple[type[Task], dict[str, Any]]:
+    name, *words = shlex.split(command)
+    return task_named(name), command_of(task_named(name)).make_context(name, words).params
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("distinct", [1, 2, 3])
+@pytest.mark.parametrize("count", [1, 6])
+def test_a_few_distinct_values(command: str, distinct: int, count: int, tmp_path: Path,
+                               monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    """The pole and two points of the equator, each once or six times, to 0.1 mm."""
+    monkeypatch.chdir(tmp_path)
+    normals = np.tile(np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])[:distinct], (count, 1))
+    rows = [f"{15.5 * x:g},{15.5 * y:g},{15.5 * z:g},{x:g},{y:g},{z:g}" for x, y, z in normals]
+    Path("touches.csv").write_text("\n".join(["x_mm,y_mm,z_mm,nx,ny,nz", *rows]) + "\n")
+    plain = [",".join(row.split(",")[:3]) for row in rows]
+    Path("plain.csv").write_text("\n".join(["x_mm,y_mm,z_mm", *plain]) + "\n")
+    write_map(Path("map.json"), mean_map(0.010))
+    with suppress(PretravelError):  # refused by name; any other error is a fault
+        task, values = _parsed(command)
+        task_of(task, values).run()
