@@ -178,9 +178,6 @@ class Compensate(
             tip_diameter=2.0 * pretravel_map.tip_radius, exclude=self.exclude
         )
         asked = replace(options, normals_from=self._normals_from(nominal))
-<<<<<<< HEAD
-        return self.read_with(asked, progress)
-=======
         readings = self.read_with(asked, progress)
         if self.feature == _SURFACE and not readings.normals_taken:
             raise PretravelError(
@@ -189,7 +186,6 @@ class Compensate(
                 inputs=("feature",),
             )
         return readings
->>>>>>> k51
 
     def _normals_from(self, nominal: Surface | Part | None) -> NormalsFrom | None:
         """Where touches without normals have theirs from, in the frame of the touches."""
