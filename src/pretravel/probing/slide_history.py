@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -35,6 +36,11 @@ class SlideHistory:
         Not a number after the trigger, where a seat is open. [N]
     reactions : (k, 6) float
         Of the seats; not numbers after the trigger. [N]
+    penetration : (k, 6) float
+        Approach of rod and ball of each seat, by Hertz's law; zero for rigid seats, not numbers
+        after the trigger. [mm]
+    open_seat : (k,) int
+        Of six the seat that is open; -1 before the trigger, where all are closed.
     triggered : (k,) bool
     trigger_feed : float
         Feed at the trigger, between two steps, or at the end of the search; not a number where
@@ -43,6 +49,9 @@ class SlideHistory:
         Point of first contact. [mm]
     search : str
         ``steps`` or ``golden``.
+    applied : (k,) float
+        On an inclined face the force that was applied or tried, after the trigger too; not numbers
+        where the deflection or the feed is raised. [N]
     """
 
     step: IntArray
@@ -54,10 +63,13 @@ class SlideHistory:
     normal: FloatArray
     force: FloatArray
     reactions: FloatArray
+    penetration: FloatArray
+    open_seat: IntArray
     triggered: BoolArray
     trigger_feed: float
     start: FloatArray
-    search: str = "steps"
+    search: str
+    applied: FloatArray
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -80,6 +92,7 @@ class SlideStep:
     local : LocalGeometry
         Of the surface at the contact, one row.
     triggered : bool
+    applied : float
     """
 
     feed: float
@@ -89,6 +102,7 @@ class SlideStep:
     local: LocalGeometry
     force: float
     triggered: bool
+    applied: float = math.nan
 
 
 def slide_history(
@@ -117,6 +131,9 @@ def slide_history(
     force = np.array([step.force for step in steps])
     # The force of a step is along the normal of the step before.
     direction = np.concatenate([first.normal, normal[:-1]])
+    triggered = np.array([step.triggered for step in steps])
+    reactions = tip.response.reactions(direction @ tip.rotation, force)
+    _, opens = tip.response.force(direction @ tip.rotation)
     return SlideHistory(
         step=np.arange(1, len(steps) + 1),
         feed=np.array([step.feed for step in steps]),
@@ -126,9 +143,13 @@ def slide_history(
         contact=np.concatenate([step.local.point for step in steps]),
         normal=normal,
         force=force,
-        reactions=tip.response.reactions(direction @ tip.rotation, force),
-        triggered=np.array([step.triggered for step in steps]),
+        reactions=reactions,
+        # Johnson, equations 4.26; a seat that carries nothing is not pressed in.
+        penetration=tip.response.seat_coefficient * np.cbrt(np.maximum(reactions, 0.0) ** 2),
+        open_seat=np.where(triggered, opens, -1),
+        triggered=triggered,
         trigger_feed=trigger_feed,
         start=first.point[0],
         search=search,
+        applied=np.array([step.applied for step in steps]),
     )

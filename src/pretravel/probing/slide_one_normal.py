@@ -114,7 +114,8 @@ class _OneNormal:
         spindle = (self.first.point + radius * normal - feed * normal)[0]
         center = spindle + deflection * self.tip.across(normal)[0]
         local = LocalGeometry(center[None] - radius * normal, normal, self.first.curvature)
-        return SlideStep(feed, deflection, spindle, center, local, force, triggered)
+        applied = value if self.by_force else math.nan
+        return SlideStep(feed, deflection, spindle, center, local, force, triggered, applied)
 
     def _loaded(self, value: float, triggered: bool) -> tuple[float, float]:
         """Deflection and force, of which one is given."""

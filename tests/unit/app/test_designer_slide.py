@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import with_file_names
@@ -22,10 +24,12 @@ from pretravel.design.screen.work import (
     start_text,
 )
 from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.materials import material
 from pretravel.probing.slides import SlideSettings, slide
 from pretravel.probing.tip import predicted_tip
 from pretravel.show.chart import PlaneChart, SpaceChart
-from pretravel.show.chart_marks import Dots, SpaceArrow, SpaceLines, SpacePoints
+from pretravel.show.chart_marks import Bars, Dots, SpaceArrow, SpaceLines, SpacePoints
+from pretravel.six_seats import SEAT_NAMES
 from pretravel.surface.specification import face_of
 from pretravel.task.task import command_line
 from pretravel.tasks.slide.report import slide_step_figures, slide_step_view
@@ -87,7 +91,12 @@ def test_numbers_and_picture_of_a_step_are_those_of_the_history() -> None:
         assert listed["tip centre (C)"] == tuple(history.center[row])
         assert listed["spindle (P)"] == tuple(history.spindle[row])
         assert listed["force"] == history.force[row]
-        space, *curves = slide_step_view(history, made.shape, radius, step).charts
+        space, seats, *curves = slide_step_view(history, made.shape, radius, step).charts
+        assert isinstance(seats, PlaneChart)
+        (bars,) = seats.marks
+        assert isinstance(bars, Bars)
+        assert bars.values == pytest.approx(_pressed(history.reactions[row]), rel=1e-9)
+        assert bars.texts == ("closed",) * 6
         assert isinstance(space, SpaceChart)
         assert [type(curve) for curve in curves] == [PlaneChart, PlaneChart]
         lines = {mark.name: mark for mark in space.marks if isinstance(mark, SpaceLines)}
@@ -105,6 +114,37 @@ def test_numbers_and_picture_of_a_step_are_those_of_the_history() -> None:
         for curve, values in zip(curves, (1e3 * history.deflection, history.force), strict=True):
             (ring,) = (mark for mark in curve.marks if isinstance(mark, Dots))
             assert [ring.x[0], ring.y[0]] == pytest.approx([1e3 * history.feed[row], values[row]])
+
+
+def _pressed(reactions: np.ndarray) -> np.ndarray:
+    """Johnson, equations 4.24 to 4.26, in µm: a ball of 3.5 mm and a rod of 2.75 mm radius of one
+    tungsten carbide touch in an ellipse of half-axes a and b; K and E of scipy."""
+    carbide = material("tungsten carbide")
+    modulus = 0.5 * carbide.youngs_modulus / (1.0 - carbide.poissons_ratio**2)
+    along, around = 1.0 / 3.5, 1.0 / 3.5 + 1.0 / 2.75
+
+    def error(ratio: float) -> float:
+        m = 1.0 - ratio**2
+        return (ellipe(m) / ratio**2 - ellipk(m)) / (ellipk(m) - ellipe(m)) - around / along
+
+    m = 1.0 - brentq(error, 0.05, 0.999, xtol=1e-14) ** 2
+    a = np.cbrt(3.0 * reactions * (ellipk(m) - ellipe(m)) / (np.pi * modulus * m * along))
+    return np.asarray(1e3 * 1.5 * reactions * ellipk(m) / (np.pi * a * modulus))
+
+
+def test_after_the_trigger_a_seat_is_open() -> None:
+    """It is the seat that carries least in the last step before; nothing is known of the others."""
+    made = follow_slide(Inputs({}, {})).made
+    history = made.history
+    last = int(np.argmax(history.triggered))
+    opened = SEAT_NAMES[int(np.argmin(history.reactions[last - 1]))]
+    seats = slide_step_view(history, made.shape, made.tip.radius, last + 1).charts[1]
+    assert isinstance(seats, PlaneChart)
+    (bars,) = seats.marks
+    assert isinstance(bars, Bars)
+    assert bars.texts == tuple("open" if n == opened else "not known" for n in SEAT_NAMES)
+    figures = {figure.name: figure.value for figure in slide_step_figures(history, last + 1)}
+    assert figures["open seat"] == opened
 
 
 def test_after_the_trigger_no_force_is_stated() -> None:

@@ -52,6 +52,29 @@ class TestSlide:
             assert np.abs(c - t - 3.0 * n).max() < 1e-9
         assert picture.read_bytes()[:4] == b"\x89PNG"
 
+    def test_the_force_of_every_trial_on_an_inclined_face(self, tmp_path: Path) -> None:
+        """Section 4.2: bounds 0 and 5 N, inner points at 0.382 and 0.618 of what is left."""
+        out = tmp_path / "slide.csv"
+        run("slide", "omp40-2", "--surface", "plane:polar=40", "--at", "0,0", "--process",
+            "inclined", "--search", "golden", "--steps", 12, "-o", out)  # fmt: skip
+        table = rows(out)
+        golden, low, high, trials = (math.sqrt(5.0) - 1.0) / 2.0, 0.0, 5.0, iter(table)
+        for row in trials:
+            inner = high - golden * (high - low), low + golden * (high - low)
+            assert float(row["applied_force_N"]) == pytest.approx(inner[0], rel=1e-9)
+            if row["triggered"] == "1":
+                assert (row["force_N"], row["open_seat"] != "") == ("", True)
+                high = inner[0]
+                continue
+            assert row["open_seat"] == ""
+            low, other = inner[0], next(trials, None)
+            if other is None:
+                break
+            assert float(other["applied_force_N"]) == pytest.approx(inner[1], rel=1e-9)
+            low, high = (low, inner[1]) if other["triggered"] == "1" else (inner[1], high)
+        assert {row["triggered"] for row in table} == {"0", "1"}
+        assert all((row["penetration_A-left_mm"] == "") == (row["force_N"] == "") for row in table)
+
     def test_the_ellipsoid_as_in_the_thesis(self, tmp_path: Path) -> None:
         out = tmp_path / "slide.csv"
         run("slide", "omp40-2", "--surface", "ellipsoid:a=10,b=10,c=6", "--at",

@@ -25,7 +25,16 @@ from pretravel.laboratory.tasks.rig.report import rig_view, trace_view
 from pretravel.laboratory.tasks.separate.report import separation_view
 from pretravel.show.budget_pictures import budget_view
 from pretravel.show.chart import PlaneChart, PolarChart, SpaceChart
-from pretravel.show.chart_marks import Area, Bars, Dots, LineMark, Rule, SpaceLines, SpacePoints
+from pretravel.show.chart_marks import (
+    Area,
+    Bars,
+    Dots,
+    LineMark,
+    Rule,
+    SpaceLines,
+    SpaceMesh,
+    SpacePoints,
+)
 from pretravel.task.standards import STANDARDS
 from pretravel.touches import Touches
 from pretravel.uncertainty.gum import Budget, Component
@@ -62,10 +71,21 @@ def test_a_direction_along_the_axis_leaves_the_plane_a_circle(calibration: RigCa
     across = [d for d in both.directions if d.across]
     assert len(across) == len(both.directions) - 1 == 3
     assert means.y == pytest.approx([1e3 * d.pretravel for d in across])
-    assert isinstance(sphere, PolarChart)
-    (placed,) = sphere.marks
-    assert isinstance(placed, Dots)
-    assert sorted(placed.y) == pytest.approx([0.0, 90.0, 90.0, 90.0])
+    assert isinstance(sphere, SpaceChart)
+    mesh, _, placed = sphere.marks
+    assert isinstance(placed, SpacePoints)
+    assert isinstance(mesh, SpaceMesh)
+    # A point is its pretravel away from the middle, in the direction of its name.
+    cosine, sine = math.cos(math.pi / 3.0), math.sin(math.pi / 3.0)
+    named = {"+Z": (0, 0, 1), "000": (1, 0, 0), "060": (cosine, sine, 0), "090": (0, 1, 0)}
+    for d, point in zip(both.directions, placed.positions, strict=True):
+        (way,) = [way for name, way in named.items() if d.name.endswith(name)]
+        own = [1e3 * t.pretravel for t in both.touches if t.trace.startswith(f"rig_{d.name[-3:]}")]
+        if d.name.endswith("+Z"):
+            own = [1e3 * t.pretravel for t in both.touches[-2:]]
+        assert point == pytest.approx(np.mean(own) * np.array(way), abs=1e-9)
+    mean = np.mean([1e3 * d.pretravel for d in both.directions])
+    assert np.linalg.norm(mesh.vertices, axis=1) == pytest.approx(mean)
     assert isinstance(repeatability, PlaneChart)
     assert repeatability.x.unit == "°"
     assert isinstance(force, PolarChart)

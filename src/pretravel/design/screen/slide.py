@@ -113,8 +113,8 @@ def _show(state: ScreenState, result: SlideOfDesign) -> None:
         for name, icon, by in (("Previous", "chevron_left", -1), ("Next", "chevron_right", 1)):
             ui.button(name, icon=icon, on_click=lambda by=by: step(by)).props("no-caps outline")
     with ui.element("div").classes("charts"):
-        titles = ("The contact on the surface, at this step", "Deflection over the feed",
-                  "Force over the feed")  # fmt: skip
+        titles = ("The contact on the surface, at this step", "The six seats, at this step",
+                  "Deflection over the feed", "Force over the feed")  # fmt: skip
         places = [plot({"data": [], "layout": {}}, title) for title in titles]
     live([state.listen], lambda: key_figures(slide_step_figures(history, now())), now)
     last: list[int] = []

@@ -11,6 +11,7 @@ from pretravel.base import MICROMETRE, BoolArray, FloatArray, PretravelError
 from pretravel.probing import SlideHistory
 from pretravel.show import (
     Axis,
+    Bars,
     Chart,
     Colour,
     Document,
@@ -26,10 +27,12 @@ from pretravel.show import (
     SpaceMark,
     SpaceMesh,
     SpacePoints,
+    Span,
     View,
     decimals,
     value_text,
 )
+from pretravel.six_seats import SEAT_NAMES
 from pretravel.surface import Surface, tangent_basis
 
 
@@ -121,7 +124,11 @@ def slide_view(history: SlideHistory, surface: Surface, title: str = "") -> View
     -------
     View
     """
-    charts: tuple[Chart, ...] = (slide_chart(history, surface), *_curves(history))
+    charts: tuple[Chart, ...] = (
+        slide_chart(history, surface),
+        *([_seats_over_feed(history)] if _any_known(history) else []),
+        *_curves(history),
+    )
     return View(title or "A tip slides", charts)
 
 
@@ -176,7 +183,47 @@ def slide_step_view(history: SlideHistory, surface: Surface, tip_radius: float, 
         line(spindle, center, "deflection", "limit"),
     )
     kept = tuple(mark for mark in chart.marks if not isinstance(mark, SpaceArrow))
-    return View(chart.title, (replace(chart, marks=kept + state), *_curves(history, row)))
+    here_now = replace(chart, marks=kept + state)
+    return View(chart.title, (here_now, _seats_now(history, row), *_curves(history, row)))
+
+
+def _seats_now(history: SlideHistory, row: int) -> PlaneChart:
+    """Status and penetration of the six seats at one step (Rodrigues 2021, Figure 2.8)."""
+    known = ~bool(history.triggered[row])
+    penetration = history.penetration[row] / MICROMETRE if known else np.zeros(6)
+    texts = tuple(_status(history, row, seat) for seat in range(6))
+    bars = Bars(np.arange(6.0), penetration, "penetration", texts=texts)
+    highest = 1.2 * float(np.nanmax(history.penetration / MICROMETRE)) if _any_known(history) else 0
+    seats = Axis("seat", categories=SEAT_NAMES)
+    return PlaneChart("status and penetration of the seats", seats,
+                      Axis("penetration", "µm", 0.0, highest or 1.0), (bars,))  # fmt: skip
+
+
+def _status(history: SlideHistory, row: int, seat: int) -> str:
+    if not history.triggered[row]:
+        return "closed"
+    return "open" if history.open_seat[row] == seat else "not known"
+
+
+def _any_known(history: SlideHistory) -> bool:
+    return bool(np.isfinite(history.penetration).any())
+
+
+_RODS: tuple[Colour, ...] = ("series1", "series2", "series3")
+
+
+def _seats_over_feed(history: SlideHistory) -> PlaneChart:
+    """Penetration of the six seats until the trigger."""
+    order = np.argsort(history.feed)
+    known = order[np.isfinite(history.force[order])]
+    feed = history.feed[known] / MICROMETRE
+    lines = tuple(
+        LineMark(feed, history.penetration[known, seat] / MICROMETRE, name, _RODS[seat // 2],
+                 dashed=bool(seat % 2), marked=True)
+        for seat, name in enumerate(SEAT_NAMES)
+    )  # fmt: skip
+    axis = Axis("feed since first contact", "µm", 0.0)
+    return PlaneChart("penetration of the seats", axis, Axis("penetration", "µm", 0.0), lines)
 
 
 def slide_step_figures(history: SlideHistory, step: int) -> tuple[KeyFigure, ...]:
@@ -206,6 +253,7 @@ def slide_step_figures(history: SlideHistory, step: int) -> tuple[KeyFigure, ...
         KeyFigure("feed", history.feed[row] / MICROMETRE, "µm", decimals(3)),
         KeyFigure("deflection", history.deflection[row] / MICROMETRE, "µm", decimals(3)),
         KeyFigure("force", "a seat is open") if after else force,
+        *_seat_figures(history, row),
         *(
             KeyFigure(name, tuple(place[row].tolist()), "mm", decimals(5))
             for name, place in (
@@ -215,6 +263,17 @@ def slide_step_figures(history: SlideHistory, step: int) -> tuple[KeyFigure, ...
             )
         ),
         KeyFigure("normal", tuple(history.normal[row].tolist()), "", decimals(6)),
+    )  # fmt: skip
+
+
+def _seat_figures(history: SlideHistory, row: int) -> tuple[KeyFigure, ...]:
+    if history.triggered[row]:
+        return (KeyFigure("open seat", SEAT_NAMES[int(history.open_seat[row])]),)
+    pressed = history.penetration[row] / MICROMETRE
+    return (
+        KeyFigure("seats", "all closed"),
+        KeyFigure("penetration", Span(float(pressed.min()), float(pressed.max())), "µm",
+                  remark="of the seats, by Hertz's law"),
     )  # fmt: skip
 
 

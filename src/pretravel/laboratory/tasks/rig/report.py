@@ -37,18 +37,22 @@ from pretravel.show import (
     Rule,
     Scale,
     Section,
+    SpaceChart,
+    SpaceLines,
+    SpaceMesh,
+    SpacePoints,
     Span,
     Symbol,
     Table,
     View,
     budget_picture,
-    chart_by_place,
     decimals,
     interval_lines,
     number_text,
     series,
     significant,
     some_rows,
+    sphere_mesh,
 )
 from pretravel.task import budget_table, budgets_data, expanded_figure
 from pretravel.uncertainty import Budget, coverage_factor
@@ -448,7 +452,7 @@ def rig_view(
     -------
     View
         The directions across the axis over the azimuth, where there are three or more; all of them
-        by their place on the sphere, where some lie out of this plane.
+        in space around a sphere of their mean, where some lie out of this plane.
 
     References
     ----------
@@ -483,16 +487,23 @@ _FEWEST_AROUND = 3
 """Directions across the axis from which on they are drawn around a circle."""
 
 
-def _on_the_sphere(directions: Sequence[DirectionPerformance]) -> PolarChart:
-    """The mean pretravel of all directions, as seen from the spindle."""
+def _on_the_sphere(directions: Sequence[DirectionPerformance]) -> SpaceChart:
+    """The mean pretravel of all directions in space, around a sphere of their mean."""
     values = np.array([d.pretravel for d in directions]) / MICROMETRE
     normals = from_angles(
         np.array([d.polar for d in directions]), np.array([d.azimuth for d in directions])
     )
-    scale = Scale.of("pretravel", "µm", values)
+    mean = float(np.mean(values))
     labels = tuple(f"{d.name}: {d.pretravel / MICROMETRE:.3f} µm" for d in directions)
-    return chart_by_place(normals, values, scale, "pretravel of all directions, from above",
-                          labels=labels)  # fmt: skip
+    marks = (
+        SpaceMesh(*sphere_mesh(np.zeros(3), mean, 19, 36), "mean of all directions", opacity=0.3),
+        SpaceLines(mean * normals, values[:, None] * normals, colour="ink", width=1.5),
+        SpacePoints(values[:, None] * normals, "mean of a direction", values=values, size=8.0,
+                    labels=labels),
+    )  # fmt: skip
+    return SpaceChart("pretravel of all directions, on the sphere", marks, "probe", "µm",
+                      Scale.of("pretravel", "µm", values),
+                      note="A point is as far from the middle as its pretravel.")  # fmt: skip
 
 
 def _forces_around(calibration: RigCalibration, by_direction: Sequence[float]) -> list[Chart]:
