@@ -111,6 +111,26 @@ def test_a_verdict_without_the_machine_stays_words(tmp_path: Path) -> None:
     assert root.findtext(f".//{QIF}InspectionStatusEnum") == "UNKNOWN"
 
 
+def test_results_are_read_as_a_table(tmp_path: Path) -> None:
+    """As written; and in inches, if the unit of the document has 25.4 mm."""
+    path, out = tmp_path / "r.qif", tmp_path / "f.csv"
+    write_qif_results(path, ROWS, part="4711", nominals={("bore1", "diameter"): 20.0})
+    for scale in (1.0, 25.4):
+        text = path.read_text().replace(">0.001000000000000000<", f">{0.001 * scale:.7f}<")
+        (tmp_path / "a.qif").write_text(text)
+        run("convert", tmp_path / "a.qif", "--features", "-o", out)
+        table = rows(out)
+        assert [row["quantity"] for row in table] == [
+            "diameter", "circularity", "user defined linear", "user defined angular"
+        ]  # fmt: skip
+        assert table[0]["feature"] == "bore1 diameter"
+        assert float(table[0]["actual"]) == pytest.approx(scale * 20.0112)
+        assert float(table[0]["nominal"]) == pytest.approx(scale * 20.0)
+        assert float(table[3]["actual"]) == pytest.approx(45.5)
+    told = run("convert", path, "-o", tmp_path / "t.csv", code=2)
+    assert "characteristics can be written" in told
+
+
 def test_measure_writes_both(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     run(

@@ -20,6 +20,7 @@ from pretravel.files.file_format import (
     labels_or_numbers,
 )
 from pretravel.files.logs.plain_labels import plain_labels
+from pretravel.files.logs.qif_characteristics import read_characteristics
 from pretravel.files.logs.qif_document import (
     COMPENSATED,
     NAMESPACE,
@@ -79,7 +80,7 @@ def read_point_sets(source: Source) -> list[PointSet]:
             "the document contains no measured points (QIF 3: Results/MeasurementResultsSet/"
             "MeasurementResults/MeasuredPointSets; QIF 2: MeasurePoint), at most features and "
             "characteristics, from which no touches can be made. Let the system that wrote it "
-            "export its points too"
+            "export its points too; its characteristics can be written as a table"
         )
     return sets
 
@@ -375,7 +376,7 @@ _STATED = (
 QIF = FileFormat(
     name="qif",
     what="QIF 3 MeasuredPointSet, QIF 2 MeasurePoint (.qif)",
-    reads="touches, positions",
+    reads="touches, positions; results of features",
     writes="touches, points",
     needs="plan without normals",
     verified="public files of a CMM in versions 2.0, 2.1 and 3: deviations and features were "
@@ -384,6 +385,7 @@ QIF = FileFormat(
     endings=(".qif",),
     recognises=_is_qif,
     parse=lambda file, _: read_qif(file),
+    parse_features=lambda file, _: read_characteristics(file),
     self_contained=True,
     write_touches=_write_touches,
     write_points=_write_points,

@@ -199,8 +199,9 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
 
     def _previews_results(self, known: FileFormat, options: ReadingOptions) -> bool:
         """Whether results of features are shown: until the settings make touches of the file."""
-        stated = options.radius_taken_off is not None and not self.features
-        return known.parse_features is not None and (known.parse is None or not stated)
+        asks = "radius_taken_off" in known.takes and options.radius_taken_off is None
+        asks |= self.features or known.parse is None
+        return known.parse_features is not None and asks
 
     def _options(self, tip_diameter: float | None, machine: Machine | None) -> ReadingOptions:
         """What is stated about the files."""
