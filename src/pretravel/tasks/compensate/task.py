@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from pretravel.base import PretravelError
 from pretravel.task import (
     PAGES,
     SILENT,
