@@ -25,6 +25,7 @@ FILES = {
     "map": "unit/laboratory/test_rig_map.py",
     "scale": "unit/laboratory/test_rig_scale.py",
     "touches": "unit/laboratory/test_multi_step_touches.py",
+    "designer": "unit/app/test_designer_slide.py",
     "scatter": "unit/measurement/test_touch_scatter.py",
 }
 

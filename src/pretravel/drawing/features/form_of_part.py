@@ -171,7 +171,8 @@ def form_of_part(
         return _by_prior(families)
     basis = np.linalg.qr(jacobian)[0]
     observed = float(np.sum(residuals**2))
-    noise = max(math.sqrt(expected / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
+    # Errors that the feature takes up whole leave nothing, or less by rounding.
+    noise = max(math.sqrt(max(expected, 0.0) / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
     tried = list(families) if count <= _MOST_TOUCHES else []
     spectra = [_Spectrum.of(each.columns, basis, residuals) for each in tried]
     shown = [each.visible >= _VISIBLE for each in spectra]
