@@ -26,6 +26,7 @@ FILES = {
     "scale": "unit/laboratory/test_rig_scale.py",
     "touches": "unit/laboratory/test_multi_step_touches.py",
     "designer": "unit/app/test_designer_slide.py",
+    "trials": "unit/cli/test_slide.py",
     "scatter": "unit/measurement/test_touch_scatter.py",
 }
 
