@@ -78,8 +78,8 @@ def test_an_invalid_setting_of_the_control_holds_its_files_alone(
     field.fill("much")
     step(page, "no valid value")
     assert _pale(page) == {".main-download", "text=The same on the command line and in Python"}
-    # Another control has other fields: what stood in the old one holds nothing.
-    choose_control(page, "Haas (macro programs)")
+    # Another control has other fields: what stood in one that is gone holds nothing.
+    choose_control(page, "Renishaw cycles (vector radii)")
     page.wait_for_function("!document.querySelector('.next-step').innerText.includes('no valid')")
 
 

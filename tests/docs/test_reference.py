@@ -70,9 +70,14 @@ NOT_WRITTEN_HERE = {
     "Trace of a rig": "read alone",
     "Budget of a rig": "read alone",
     "Check of a ruler": "read alone",
+    "Measured trigger forces": "read alone",
     "Results of features": "the print-outs of controls: tests/unit/files",
 }
-ELSEWHERE = {"Touches": {"spindle_deg", "reference", "tip"}, "Faces of a part": {"part"}}
+ELSEWHERE = {
+    "Touches": {"spindle_deg", "reference", "tip", "part", "pass", "orientation"},
+    "Faces of a part": {"part"},
+    "Steps of one touch": {"applied_force_N"},
+}
 """Columns that no command of this test writes."""
 
 

@@ -34,7 +34,7 @@ QUESTIONS = {
     "name of a material": "reference/materials",
     "add a log format": "how-to/add-a-format",
     "accept a new map": "how-to/daily-check",
-    "what does u contain": "explanation/uncertainty",
+    "what does u contain": "explanation/what-u-contains",
     "why is my probe triangular": "explanation/why-late",
     "delete wrong point": "how-to/bad-touches",
     "outlier": "how-to/bad-touches",

@@ -30,7 +30,7 @@ def test_a_command_that_writes_in_place_is_noticed(monkeypatch: pytest.MonkeyPat
                 file.flush()
 
     folder = Folder(BY_NAME["pattern"])
-    monkeypatch.setattr("pretravel.files.csv_table.write_csv_table", in_place)
+    monkeypatch.setattr("pretravel.files.write_csv_table", in_place)
     folder.run()
     folder.new = {name: (folder.path / name).read_bytes() for name in folder.outputs}
     wrong = [folder.disturb("full disk", random.Random(seed)) for seed in range(5)]

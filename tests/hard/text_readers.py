@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from pretravel.base.errors import PretravelError
+from pretravel.base.errors import InputError, PretravelError
 from pretravel.controls.machine import Machine
 from pretravel.drawing.tolerances.features_file import read_features
 from pretravel.drawing.tolerances.plan_features import read_plan_features
@@ -103,7 +104,9 @@ def _readings(name: str, options: ReadingOptions | None) -> Callable[[bytes], ob
             try:
                 known = format_of(file) if stated is None else format_named(stated)
                 if known.parse_features is not None:
-                    known.parse_features(file, options or ReadingOptions())
+                    # A document can have points and no characteristics.
+                    with suppress(InputError):
+                        known.parse_features(file, options or ReadingOptions())
                 if known.parse is not None or known.parse_features is None:
                     read_readings(file, options or ReadingOptions(), file_format=known.name)
             except PretravelError as error:
