@@ -18,6 +18,9 @@ _DEEPEST = 2.0
 """Depth, in the smaller half-axis, above which the shear is highest in any ellipse."""
 
 
+_ROUNDING = 1e-12  # N: the reaction of a seat that opens is zero but for rounding
+
+
 @dataclass(frozen=True, eq=False)
 class ContactStress:
     """The stress of one Hertz contact under several forces.
@@ -86,8 +89,9 @@ def contact_stress(
     [788.4598, 0.0118]
     """
     f = np.asarray(force, dtype=np.float64)
-    if np.any(f < 0.0):
+    if np.any(f < -_ROUNDING):
         raise PretravelError("a Hertz contact carries no tension: the force must not be negative")
+    f = np.maximum(f, 0.0)
     larger, smaller = radii
     ratio = float(ellipticity(larger / smaller))
     area = contact_area(f, larger, smaller, contact_modulus(*bodies))

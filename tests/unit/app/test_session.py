@@ -159,7 +159,7 @@ def test_what_another_computer_saved_stays_beside_what_is_here() -> None:
         theirs.screen("part").settings["lever"] = 70.0
         write_project(path, theirs)
         state.settings["lever"] = 60.0
-        await until(lambda: not session.unsaved and session.path != path)
+        await until(lambda: session.path != path and session.path.exists())
         assert read_project(path).screen("part").settings["lever"] == 70.0
         assert read_project(session.path).screen("part").settings["lever"] == 60.0
         assert f"{path.name} was changed by another workbench" in session.notice

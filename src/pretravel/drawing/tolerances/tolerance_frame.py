@@ -33,6 +33,7 @@ MAXIMUM, LEAST = "M", "L"
 """Material conditions of ISO 2692."""
 ROUNDS = 6
 NO_MOTION = 1e-7  # of distances by a unit motion: less is rounding
+_NO_DIRECTION = 1e-9  # size below which what is left of a unit vector is rounding
 _SMALL_TURN = 1e-7  # rad: a fit that turns the frame by more is repeated from there
 
 
@@ -287,7 +288,9 @@ def _frame_of_direction(
         direction = math.copysign(1.0, cosine) * found.direction
     else:
         flat = own.direction - cosine * found.direction
-        direction = flat / max(float(np.linalg.norm(flat)), 1e-300)
+        size = float(np.linalg.norm(flat))
+        # Along the datum's direction only rounding is left, which has no direction.
+        direction = flat / size if size > _NO_DIRECTION else np.zeros(3)
     if abs(float(direction @ own.direction)) < math.cos(0.5):
         raise PretravelError(
             f"{placed.label} is {math.degrees(math.acos(min(abs(cosine), 1.0))):.0f}° to datum "
