@@ -400,6 +400,43 @@ def results(name: str) -> str:
     return table(head, rows)
 
 
+# Formats
+
+
+def formats(_: str) -> str:
+    """The formats that are read or written."""
+    from pretravel.files.format_registry import FORMATS
+
+    head = ("format", "what it is", "read", "written", "needs", "verified against")
+    listed = [each for each in FORMATS.values() if not each.refusal]
+    return table(head, (
+        (code(f.name), f.what, f.reads, f.writes, f.needs, f.verified) for f in listed
+    ))  # fmt: skip
+
+
+def refused_formats(_: str) -> str:
+    """The formats that are recognised and refused."""
+    from pretravel.files.format_registry import FORMATS
+
+    head = ("format", "what it is", "why it is refused")
+    refused = [each for each in FORMATS.values() if each.refusal]
+    return table(head, ((code(f.name), f.what, f.refusal) for f in refused))
+
+
+def statements(_: str) -> str:
+    """What each format does with lines and columns that change what rows mean."""
+    from pretravel.files.format_registry import FORMATS
+    from pretravel.files.row_statements import statement_rows
+
+    rows = [
+        row
+        for f in FORMATS.values()
+        for row in statement_rows(f.name, (*f.columns, *f.statements), f.other_lines)
+    ]
+    head = table(("format", "statement", "changes", "outcome"), ())
+    return head + "\n".join(rows) + "\n"
+
+
 # The Python interface
 
 
@@ -483,11 +520,14 @@ PARTS: dict[str, Callable[[str], str]] = {
     "commands": commands,
     "changelog": changelog,
     "columns": columns,
+    "formats": formats,
     "gallery": gallery,
     "interface": interface,
     "materials": materials,
     "published": published,
+    "refused-formats": refused_formats,
     "results": results,
+    "statements": statements,
     "toml-keys": toml_keys,
 }
 
