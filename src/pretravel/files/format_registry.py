@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from pretravel.base import Plugins, PretravelError
@@ -9,6 +10,8 @@ from pretravel.files.file_format import FileFormat
 from pretravel.files.source_file import Source, opened
 from pretravel.files.text_table import has_known_header, has_worded_rows, is_table, not_a_table
 
+_HEAD = 1000
+_NUMBERS = re.compile(r"[-+\d.,;\s]*(?:\de[-+]?\d[-+\d.,;\s]*)*", re.IGNORECASE)
 FORMATS: Mapping[str, FileFormat] = Plugins(
     "pretravel.formats",
     own={
@@ -83,6 +86,8 @@ def format_of(source: Source) -> FileFormat:
             return known
     numbered = [(i, line.strip()) for i, line in enumerate(file.lines("a file of readings"), 1)]
     lines = [line for _, line in numbered if line]
+    # Further rows of numbers alone tell nothing about the format of a long table.
+    lines = lines[:_HEAD] + [line for line in lines[_HEAD:] if not _NUMBERS.fullmatch(line)]
     # Logs repeat the lines of programs, which are refused.
     for known in sorted(formats, key=lambda known: bool(known.refusal)):
         if not known.by_shape and known.recognises is not None and known.recognises(lines):

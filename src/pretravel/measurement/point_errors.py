@@ -165,8 +165,9 @@ class PointErrors:
             return None
         directions = self.pretravel_map.probe_directions(self.normals)
         design = self.pretravel_map.basis.design(directions) @ covariance.root
-        parts, sizes, _ = np.linalg.svd(design, full_matrices=False)
-        factors = (parts * sizes).T
+        # Principal components by the small matrix: many touches, few numbers of the map.
+        axes = np.linalg.eigh(design.T @ design)[1][:, ::-1]
+        factors = (design @ axes).T
         own = np.sum(list(self.of_touches.values()), axis=0) * self.closing**2
         total = own + sum(part**2 for part in shared.values()) + np.sum(factors**2, axis=0)
         left = np.flip(np.cumsum(np.flip(factors**2, axis=0), axis=0), axis=0)

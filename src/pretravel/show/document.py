@@ -220,11 +220,11 @@ class Picture:
         return drawn_figure(self.view)
 
     @cached_property
-    def png(self) -> bytes:
-        """The picture as the content of a PNG file; drawn once for a file and a page."""
-        from pretravel.show.style import png_content
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """The picture as an image (`show.style.drawn_pixels`), drawn once for a file and a page."""
+        from pretravel.show.style import drawn_pixels
 
-        return png_content(self.draw())
+        return drawn_pixels(self.draw())
 
     def save(self, path: str | Path) -> None:
         """Write the picture, whole or not at all; a PNG is drawn once for file and page.
@@ -240,13 +240,13 @@ class Picture:
             Another ending.
         """
         from pretravel.base import whole_file
-        from pretravel.show.style import save
+        from pretravel.show.style import png_content, save
 
         if Path(path).suffix.lower() != ".png":
             save(self.draw(), path)
             return
         with whole_file(path) as temporary:
-            temporary.write_bytes(self.png)
+            temporary.write_bytes(png_content(self.pixels))
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pretravel.base import installed_version, whole_file
+from pretravel.show.chart import SpaceChart
 from pretravel.show.chart_plotly import colour_names, plotly_script, plotly_script_gzip
 from pretravel.show.document import Column, Document, KeyFigure, Section, Table
 from pretravel.show.formatting import (
@@ -151,19 +152,16 @@ def contents_text(contents: Sequence[PageContent], *, title: str = "", scripts: 
     if charts:
         with_plotly = _assets(scripts=True, plotly=True)
         text = page.render(values, images=images, assets=with_plotly, still=False)
-        if len(text.encode()) > LARGEST:
-            images = _images(contents, small=True)
-            text = page.render(values, images=images, assets=with_plotly, still=False)
         if len(text.encode()) <= LARGEST:
             return text
     without = _assets(scripts=scripts, plotly=False)
     return page.render(values, images=images, assets=without, still=bool(charts))
 
 
-def _images(contents: Sequence[PageContent], *, small: bool = False) -> dict[str, str]:
+def _images(contents: Sequence[PageContent]) -> dict[str, str]:
     """The addresses of all pictures by their names."""
     return {
-        picture_name(report, index): image_address(picture, small=small)
+        picture_name(report, index): image_address(picture)
         for report, content in enumerate(contents)
         for index, picture in enumerate(content.document.pictures)
     }
@@ -220,15 +218,19 @@ def _shown(index: int, content: PageContent) -> _ShownReport:
 
 
 def _charts(contents: Sequence[PageContent]) -> str:
-    """The figures of all pictures for Plotly, and the colours that they name; empty: none."""
+    """The figures of all pictures for Plotly, and the colours that they name; empty: none.
+
+    Where nothing turns in space there are none: Plotly has four times the size of such a page.
+    """
+    pictures = (picture for content in contents for picture in content.document.pictures)
+    if not any(isinstance(chart, SpaceChart) for picture in pictures for chart in picture.charts):
+        return ""
     figures = {
         picture_name(report, index): made
         for report, content in enumerate(contents)
         for index, picture in enumerate(content.document.pictures)
         if (made := picture_figures(picture))
     }
-    if not figures:
-        return ""
     named = set(re.findall(r'"(@[\w~]+)"', json.dumps(figures)))
     light, dark = (
         {name: colour for name, colour in colour_names(dark=dark).items() if name in named}

@@ -14,6 +14,7 @@ from pretravel.show.as_json import document_values
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.show.document import Document, Picture, Table
 from pretravel.show.plotly_parts import PlotlyFigure
+from pretravel.show.style import png_content
 from pretravel.show.work_record import WorkRecord, inputs_table, settings_table
 
 TEMPLATES = ("page.html", "certificate.html")
@@ -46,16 +47,15 @@ def picture_figures(picture: Picture) -> list[PlotlyFigure]:
     return [plotly_figure(chart) for chart in picture.charts]
 
 
-def image_address(picture: Picture, *, small: bool = False) -> str:
+def image_address(picture: Picture) -> str:
     """The image of a picture as an address that contains it.
 
-    WebP without losses has half the size of PNG; Pillow, which matplotlib needs, can lack it.
+    WebP has a third of the size of PNG, with losses that nobody sees; Pillow, which matplotlib
+    needs, can lack it.
 
     Parameters
     ----------
     picture : Picture
-    small : bool
-        With small losses, a third of that size.
 
     Returns
     -------
@@ -63,14 +63,15 @@ def image_address(picture: Picture, *, small: bool = False) -> str:
     """
     from PIL import Image, features
 
-    kind, content = "png", picture.png
+    kind, content = "png", io.BytesIO()
     if features.check("webp"):
-        smaller = io.BytesIO()
-        with Image.open(io.BytesIO(content)) as image:
-            settings = {"quality": 88} if small else {"lossless": True, "method": 2, "quality": 0}
-            image.convert("RGB").save(smaller, "webp", **settings)
-        kind, content = "webp", smaller.getvalue()
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
+        from PIL import WebPImagePlugin  # noqa: F401  # Pillow would load all of its formats
+
+        kind = "webp"
+        Image.fromarray(picture.pixels).convert("RGB").save(content, kind, quality=88, method=2)
+    else:
+        content.write(png_content(picture.pixels))
+    return f"data:image/{kind};base64,{base64.b64encode(content.getvalue()).decode()}"
 
 
 def packed_values(values: Any) -> str:

@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.base import IntArray, PretravelError, whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+DOTS = 130
+"""Of a picture per inch."""
 _ENDINGS = (".png", ".svg", ".pdf")
 _folder = {"trusted": True}
 """Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads first."""
@@ -49,7 +52,7 @@ def new_figure(
     make = Figure
     if interactive:
         from matplotlib.pyplot import figure as make  # type: ignore[assignment]
-    figure = make(figsize=(width, height), layout="constrained", dpi=130)
+    figure = make(figsize=(width, height), layout="constrained", dpi=DOTS)
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.set(w_pad=0.15, h_pad=0.12)  # type: ignore[call-arg]
@@ -58,20 +61,24 @@ def new_figure(
     return figure
 
 
-def png_content(figure: Figure) -> bytes:
-    """The content of a PNG file of a figure, as ``savefig`` writes it.
+def drawn_pixels(figure: Figure) -> npt.NDArray[np.uint8]:
+    """A figure as an image: (height, width, 4), red, green, blue, opacity.
 
     ``savefig`` draws twice, first only to place the axes; a single drawing places them too.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from PIL import Image
 
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]
+    return np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+
+
+def png_content(pixels: npt.NDArray[np.uint8]) -> bytes:
+    """The content of a PNG file of `drawn_pixels`."""
+    from PIL import Image
+
     content = io.BytesIO()
-    pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-    image = Image.fromarray(pixels)
-    image.save(content, "png", dpi=(figure.dpi, figure.dpi))
+    Image.fromarray(pixels).save(content, "png", dpi=(DOTS, DOTS))
     return content.getvalue()
 
 
@@ -113,7 +120,7 @@ def save(figure: Figure, path: str | Path) -> None:
         )
     with whole_file(path) as temporary:
         if ending == ".png":
-            temporary.write_bytes(png_content(figure))
+            temporary.write_bytes(png_content(drawn_pixels(figure)))
         else:
             figure.savefig(temporary)
 

@@ -92,6 +92,18 @@ class TipCentres:
     def __len__(self) -> int:
         return len(self.positions)
 
+    def __getitem__(self, rows: IntArray) -> TipCentres:
+        """Those of some touches."""
+        labels = self.labels
+        return TipCentres(
+            self.positions[rows],
+            labels=None if labels is None else tuple(labels[row] for row in rows),
+            **{
+                name: None if (values := getattr(self, name)) is None else values[rows]
+                for name in ("approaches", "feeds", "nominal_points", "faces")
+            },
+        )
+
     @classmethod
     def of(cls, touches: Touches, *, stated_approaches: bool = True) -> TipCentres:
         """Those of touches; their normals serve as directions of travel alone."""

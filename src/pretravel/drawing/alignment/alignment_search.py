@@ -23,6 +23,7 @@ _FIRST = 500  # points of the part that the first touch is tried on
 _MOST_TRIPLES = 400_000
 _JUDGES = 14  # touches that judge a triple
 _SUBSET = 60  # touches that improve placements
+_MANY = 200  # touches, of which some judge the starts on the faces
 _KEPT = 600  # placements that are improved
 _STEPS = (0.5, 0.25, 0.12, 0.06, 0.03)  # scales of the robust cost, in spacings
 _LIKELY = 1.0  # excess of the mean robust cost up to which placements are aligned on the faces
@@ -251,7 +252,17 @@ def _aligned(
     *,
     extrapolate: bool,
 ) -> list[Alignment]:
-    """Alignments from the best starts: the best one, and those that fit as well."""
+    """Alignments from the best starts: the best one, and those that fit as well.
+
+    Of many touches some judge the starts, and all of them those that are left.
+    """
+    if len(tips) > _MANY:
+        few = _aligned(
+            tips[_spread(tips.positions, _SUBSET)], part, pretravel_map, starts, locus,
+            extrapolate=extrapolate,
+        )  # fmt: skip
+        kept = [each.placement for each in few]
+        starts = np.array([each.rotation for each in kept]), np.array([each.shift for each in kept])
     corners = part.box[np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).T.reshape(-1, 3), [0, 1, 2]]
     starts_seen: list[Placement] = []
     found: list[Alignment] = []

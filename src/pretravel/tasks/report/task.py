@@ -64,7 +64,7 @@ def _drawn(path: Path, progress: Progress) -> PageContent:
     try:
         with progress.working(f"drawing {path.name}"):
             for picture in content.document.pictures:
-                _ = picture.png, picture_figures(picture)
+                _ = picture.pixels, picture_figures(picture)
     except (ValueError, ArithmeticError, IndexError, TypeError) as error:
         raise InputError("a picture of it cannot be drawn", path=path) from error
     return content

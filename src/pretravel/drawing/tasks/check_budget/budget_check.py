@@ -10,8 +10,14 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import chain
+from multiprocessing import get_context
+from typing import TypeAlias
 
 import numpy as np
 
@@ -40,6 +46,8 @@ _BORE_AT = np.array([40.0, -25.0, 0.0])
 TOO_LARGE = 1.5
 """U that is so many times larger than needed costs touches, and is called too large."""
 _NORMAL = 1.959964
+_WORTH_PROCESSES = 6.0
+"""Simulation from which other processes, which start in about a second, are worth it. [s]"""
 
 
 @dataclass(frozen=True)
@@ -228,44 +236,95 @@ def check_budget(
     >>> [each.name for each in found.coverages], found.refused
     (['points of faces', 'diameter of a bore', 'position of a bore, within one map'], ())
     """
-    generator = np.random.default_rng(rng)
     found = qualification.pretravel_map
-    directions = spread_over_support(found, FACES) @ found.rotation.T
     outward = _around(bore[1]) @ found.rotation.T
-    with_bore = bool(found.supports(-outward).all())
-    errors: dict[str, list[list[float]]] = {}
-    us: dict[str, list[list[float]]] = {}
-    expanded: dict[str, list[list[float]]] = {}
-    refused: list[str] = []
-    for number in range(sets):
-        _LOG.info("set %d of %d", number + 1, sets)
-        truth = replace(
-            found, coefficients=found.coefficients + found.covariance.errors(generator, 1)[0]
-        )
-        try:
-            made = requalify(_on_reference(touches, truth, acting, generator))
-            rows = _of_faces(made, truth, directions, acting, generator)
-            if with_bore:
-                rows |= _of_bore(made, truth, bore[0], outward, acting, generator)
-        except PretravelError as error:
-            refused.append(str(error))
-            continue
-        for name, (off, u, k) in rows.items():
-            errors.setdefault(name, []).append(np.atleast_1d(off).tolist())
-            us.setdefault(name, []).append(np.atleast_1d(u).tolist())
-            expanded.setdefault(name, []).append(np.atleast_1d(k * u).tolist())
-    if not errors:
+    simulated = _SimulatedSet(
+        touches, found, requalify, acting, spread_over_support(found, FACES) @ found.rotation.T,
+        bore[0], outward if found.supports(-outward).all() else None,
+    )  # fmt: skip
+    rows, refused = [], []
+    for made in _all_sets(simulated, np.random.default_rng(rng).spawn(sets)):
+        if isinstance(made, str):
+            refused.append(made)
+        else:
+            rows.append(made)
+    if not rows:
         raise PretravelError(
             f"none of {sets} simulated sets can be qualified. The first one: {refused[0]}"
         )
     return BudgetCheck(
         tuple(
-            Coverage(n, frozen(np.array(errors[n])), frozen(np.array(us[n])),
-                     frozen(np.array(expanded[n])))
-            for n in errors
+            Coverage(
+                name, *(frozen(np.array([np.atleast_1d(row[name][k]) for row in rows]))
+                        for k in range(3)),
+            )
+            for name in rows[0]
         ),
-        frozen(directions), sets - len(refused), tuple(refused), acting,
+        simulated.directions, len(rows), tuple(refused), acting,
     )  # fmt: skip
+
+
+_Rows: TypeAlias = dict[str, tuple[FloatArray, FloatArray, FloatArray]]
+"""Errors, u and U of a set, by the name of the quantity. [mm]"""
+
+
+@dataclass(frozen=True, eq=False)
+class _SimulatedSet:
+    """A qualification and what is measured with it, from random numbers of its own.
+
+    Attributes
+    ----------
+    outward : (n, 3) float or None
+        Directions of the touches in the bore, where the map holds for them.
+    """
+
+    touches: Touches
+    found: PretravelMap
+    requalify: Callable[[Touches], Qualification]
+    acting: ActingErrors
+    directions: FloatArray
+    bore: float
+    outward: FloatArray | None
+
+    def __call__(self, generator: np.random.Generator) -> _Rows | str:
+        """What came out, or why it was refused."""
+        found, acting = self.found, self.acting
+        truth = replace(
+            found, coefficients=found.coefficients + found.covariance.errors(generator, 1)[0]
+        )
+        try:
+            made = self.requalify(_on_reference(self.touches, truth, acting, generator))
+            rows = _of_faces(made, truth, self.directions, acting, generator)
+            if self.outward is not None:
+                rows |= _of_bore(made, truth, self.bore, self.outward, acting, generator)
+        except PretravelError as error:
+            return str(error)
+        return {name: (off, u, k * u) for name, (off, u, k) in rows.items()}
+
+
+def _all_sets(
+    simulated: _SimulatedSet, generators: Sequence[np.random.Generator]
+) -> Iterator[_Rows | str]:
+    """All sets in their order, on all processors where the first one says that it is worth it."""
+    began, count = time.perf_counter(), len(generators)
+    first = simulated(generators[0])
+    left = (time.perf_counter() - began) * (count - 1)
+    if left < _WORTH_PROCESSES or (processors := os.cpu_count() or 1) == 1:
+        rest: Iterable[_Rows | str] = map(simulated, generators[1:])
+        yield from _counted(chain([first], rest), count)
+        return
+    with ProcessPoolExecutor(min(processors, count - 1), get_context("spawn")) as pool:
+        try:
+            yield from _counted(chain([first], pool.map(simulated, generators[1:])), count)
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _counted(sets: Iterable[_Rows | str], count: int) -> Iterator[_Rows | str]:
+    """The same, with a line for the terminal."""
+    for number, made in enumerate(sets, 1):
+        _LOG.info("set %d of %d", number, count)
+        yield made
 
 
 _Row = tuple[FloatArray, FloatArray, float]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -132,10 +133,6 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
             qualification = self.qualified(readings).qualification
         setup = qualification.pretravel_map.provenance.setup
         assert setup is not None
-
-        def again(touches: Touches) -> Qualification:
-            return self.qualified(replace(readings, touches=touches)).qualification
-
         stated = self.true_u_diameter_um
         noise = self.true_noise_um
         acting = ActingErrors(
@@ -149,9 +146,20 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
         bore = (self.bore, self.bore_touches)
         with progress.working(f"simulating {self.sets} qualifications"):
             found = check_budget(
-                used, qualification, again, acting, sets=self.sets, bore=bore, rng=self.seed
+                used,
+                qualification,
+                partial(_qualified, self, readings),
+                acting,
+                sets=self.sets,
+                bore=bore,
+                rng=self.seed,
             )
         return CheckedBudget(self, readings, found)
+
+
+def _qualified(task: CheckBudget, readings: FileReadings, touches: Touches) -> Qualification:
+    """Other touches, qualified with the settings of the task; other processes can call it."""
+    return task.qualified(replace(readings, touches=touches)).qualification
 
 
 @dataclass(frozen=True, eq=False)
