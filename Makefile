@@ -67,6 +67,7 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/codespell docs README.md CONTRIBUTING.md CHANGELOG.md src
+	$(BIN)/python tools/prose.py docs README.md CONTRIBUTING.md CHANGELOG.md src
 
 types: $(STAMP)
 	$(BIN)/mypy

@@ -1,7 +1,8 @@
 """Each tutorial as a folder: its input files, and `run.sh` with its commands.
 
-``python -m docs.example_folders`` makes ``examples/tutorials/`` anew from the pages, which stay the
-one place of the commands. ``cp $EXAMPLES/… NAME`` and ``cat > NAME <<'END'`` of a page become files
+``python -m docs.example_folders`` makes ``examples/tutorials/`` again from the pages, which stay
+the one place of the commands.
+``cp $EXAMPLES/… NAME`` and ``cat > NAME <<'END'`` of a page become files
 of the folder; other ``$EXAMPLES/NAME`` become ``NAME``, a file or folder beside ``run.sh``.
 """
 

@@ -10,12 +10,13 @@ as the meaning of a column, is beside the pages in TOML, and what is missing the
 from __future__ import annotations
 
 import ast
+import csv
 import inspect
 import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
@@ -325,6 +326,117 @@ def csv_files() -> list[dict[str, Any]]:
     return found
 
 
+# Validation
+
+
+@dataclass
+class Published:
+    """A numbered equation, table or figure of a paper, our number beside it, and its tests."""
+
+    paper: str
+    item: str
+    what: str = ""
+    ours: str = ""
+    theirs: str = ""
+    verdict: str = ""
+    command: str = ""
+    tests: tuple[str, ...] = ()
+
+    @property
+    def place(self) -> tuple[int, list[int]]:
+        """Where the item stands in the table: its kind and its first number."""
+        kind, _, numbers = self.item.partition(" ")
+        first = re.match(r"\d+(\.\d+)*", numbers)
+        parts = list(map(int, first[0].split("."))) if first else []
+        return ("Equation", "Table", "Figure", "Section").index(kind.removesuffix("s")), parts
+
+
+def published_rows(paper: str) -> list[Published]:
+    """The rows of a paper, from ``pytest.mark.published`` of the tests, in order.
+
+    One marker of an item states all columns; markers of further tests name the paper and the item.
+    """
+    from tests.validation.test_four_papers import WITHOUT_TEST
+
+    rows = {row.item: row for row in WITHOUT_TEST if row.paper == paper}
+    for path in sorted((HERE.parent / "tests").rglob("test_*.py")):
+        text = path.read_text("utf-8")
+        if "mark.published(" not in text:
+            continue
+        for name, arguments, columns in _published_markers(ast.parse(text)):
+            if arguments[0] != paper:
+                continue
+            row = rows.setdefault(arguments[1], Published(*arguments))
+            row.tests += (f"{path.stem}: `{name}`",)
+            for column, value in columns.items():
+                if getattr(row, column):
+                    raise ValueError(f"{paper}, {row.item}: two tests state '{column}'")
+                setattr(row, column, value)
+    return sorted(rows.values(), key=lambda row: row.place)
+
+
+def _published_markers(tree: ast.Module) -> Iterator[tuple[str, list[str], dict[str, str]]]:
+    for node in ast.walk(tree):
+        for call in node.decorator_list if isinstance(node, ast.FunctionDef) else ():
+            if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.published":
+                columns = {k.arg or "": ast.literal_eval(k.value) for k in call.keywords}
+                yield node.name, [ast.literal_eval(each) for each in call.args], columns
+
+
+def published(paper: str) -> str:
+    """The rows of a paper as a table."""
+    head = ("item", "what it is", "ours", "theirs", "test or command", "verdict")
+    return table(head, (
+        (row.item, row.what, row.ours, row.theirs,
+         ", ".join([*row.tests, *filter(None, (code(row.command),))]), row.verdict)
+        for row in published_rows(paper)
+    ))  # fmt: skip
+
+
+def results(name: str) -> str:
+    """A table of results that a script of benchmarks printed, kept in docs/results."""
+    with (HERE / "results" / f"{name}.csv").open(encoding="utf-8", newline="") as stream:
+        head, *rows = csv.reader(stream)
+    return table(head, rows)
+
+
+# Formats
+
+
+def formats(_: str) -> str:
+    """The formats that are read or written."""
+    from pretravel.files.format_registry import FORMATS
+
+    head = ("format", "what it is", "read", "written", "needs", "verified against")
+    listed = [each for each in FORMATS.values() if not each.refusal]
+    return table(head, (
+        (code(f.name), f.what, f.reads, f.writes, f.needs, f.verified) for f in listed
+    ))  # fmt: skip
+
+
+def refused_formats(_: str) -> str:
+    """The formats that are recognised and refused."""
+    from pretravel.files.format_registry import FORMATS
+
+    head = ("format", "what it is", "why it is refused")
+    refused = [each for each in FORMATS.values() if each.refusal]
+    return table(head, ((code(f.name), f.what, f.refusal) for f in refused))
+
+
+def statements(_: str) -> str:
+    """What each format does with lines and columns that change what rows mean."""
+    from pretravel.files.format_registry import FORMATS
+    from pretravel.files.row_statements import statement_rows
+
+    rows = [
+        row
+        for f in FORMATS.values()
+        for row in statement_rows(f.name, (*f.columns, *f.statements), f.other_lines)
+    ]
+    head = table(("format", "statement", "changes", "outcome"), ())
+    return head + "\n".join(rows) + "\n"
+
+
 # The Python interface
 
 
@@ -408,9 +520,14 @@ PARTS: dict[str, Callable[[str], str]] = {
     "commands": commands,
     "changelog": changelog,
     "columns": columns,
+    "formats": formats,
     "gallery": gallery,
     "interface": interface,
     "materials": materials,
+    "published": published,
+    "refused-formats": refused_formats,
+    "results": results,
+    "statements": statements,
     "toml-keys": toml_keys,
 }
 

@@ -3,7 +3,7 @@
 An open firmware corrects a bore or a boss with the deviation of the diameter by angle, measured in
 a ring: two touches on opposite walls give one number. Lobes of odd order, three above all, are
 equal and opposite on these walls: the diameter does not see them. Half of the 72 directions make
-each correction, the other half judge it, and the reverse; the centring is taken off. The readings
+each correction, the other half test it, and the reverse; the centring is subtracted. The readings
 are from a published picture.
 """
 

@@ -76,7 +76,7 @@ def test_faults_are_said_as_the_library_says_them(screen: Any) -> None:
     screen.wait_for_selector("text=a.txt, line 2: 'bad' is no number")
     assert "/tmp" not in screen.inner_text("main")
     drop(screen, "a.txt", b"flaw\n")
-    screen.wait_for_selector("text=this is a flaw of pretravel")
+    screen.wait_for_selector("text=this is an internal error of pretravel")
     assert "Traceback" not in screen.inner_text("main")
 
 
@@ -239,7 +239,7 @@ def test_a_result_is_downloaded_and_its_command_copied(screen: Any) -> None:
     screen.get_by_role("button", name="Refused").click()
     screen.wait_for_selector("[role=alert] >> text=no.txt: nothing to write")
     screen.get_by_role("button", name="Flawed").click()
-    screen.wait_for_selector("[role=alert] >> text=this is a flaw of pretravel")
+    screen.wait_for_selector("[role=alert] >> text=this is an internal error of pretravel")
     screen.context.grant_permissions(["clipboard-read", "clipboard-write"])
     screen.get_by_text("The same on the command line").click()
     screen.get_by_role("button", name="Copy: Command line").click()

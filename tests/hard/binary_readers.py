@@ -152,7 +152,7 @@ def _kept_model() -> tuple[bytes, ...]:
 
 def _read_kept_model(path: Path) -> object:
     def made_anew() -> ReducedModel:
-        raise PretravelError("made anew")
+        raise PretravelError("recomputed")
 
     path.chmod(0o600)
     with warnings.catch_warnings():

@@ -387,7 +387,7 @@ class TestManyPoints:
     )
     def test_a_label_at_the_end_occurs_twice(self, name: str, line: Callable[[int], str]) -> None:
         text = "".join(line(number) for number in [*range(MANY), MANY - 1])
-        # Results of Fusion are tip centres, from which no radius was taken off.
+        # Results of Fusion are tip centres, from which no radius was subtracted.
         taken_off = None if name == "fusion" else 0.0
         options = ReadingOptions(units="mm", radius_taken_off=taken_off)
         with no_longer_than(HANG), pytest.raises(InputError, match="occurs twice"):

@@ -157,6 +157,7 @@ def test_likelihood_is_closer_than_squares_and_never_negative() -> None:
     assert np.mean(errors["reml"]) < 0.9 * np.mean(errors["least-squares"])
 
 
+@pytest.mark.published("Nafi and Mayer 2011", "Equations 6 to 8")
 def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
     """Equation 5 neglects that 2n - 1 numbers were estimated from the n x n readings. With equal
     variances its sums are (n - 1)² / n² of the true values; least squares here takes the
@@ -180,6 +181,7 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
     assert np.mean(ours) == pytest.approx(1.0, abs=4 * standard_error / factor)
 
 
+@pytest.mark.published("Nafi and Mayer 2011", "Equations 6 to 8")
 @pytest.mark.parametrize(
     ("count", "of_mean", "of_variation"), [(24, 0.9184, 0.8785), (8, 0.7656, 0.6563)]
 )
@@ -232,6 +234,14 @@ def _example_table() -> np.ndarray:
     return table
 
 
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equation 5",
+    what="their difference",
+    ours="Σ r² + 2 Σ r p: −14.0 to 30.8 µm² in the example",
+    theirs="taken for Σ r²",
+    verdict="differs: not the residuals' sum; no degrees of freedom",
+    command="pretravel separate … --method paper",
+)  # fmt: skip
 def test_equation_5_is_not_the_sum_of_squared_residuals_of_a_direction() -> None:
     """Total less explained sum of squares of one direction is Σr² + 2 Σ r·p; over all of them
     together the second sum vanishes. In the example it makes sums of squares negative."""
@@ -249,6 +259,27 @@ def test_equation_5_is_not_the_sum_of_squared_residuals_of_a_direction() -> None
     assert probe.min() < 0.0
 
 
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equations 3, 4",
+    what="sums of squares of a direction",
+    ours="−",
+    theirs="the same",
+    verdict="agrees (`--method paper`)",
+)  # fmt: skip
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equations 6 to 8",
+    what="variances in the sums",
+    ours="the same; exact with `least-squares`",
+    theirs="the same",
+    verdict="agrees; low: the mean by (n − 1)²/n², variations by (n − 1)(n − 2)/n²",
+)  # fmt: skip
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equation 9",
+    what="A x = b",
+    ours="rank 47 of 48",
+    theirs="rank 2 n − 1",
+    verdict="agrees",
+)  # fmt: skip
 def test_method_paper_is_equations_3_to_9_as_printed() -> None:
     """Against the 48 equations 7 and 8 of the example, solved in numpy; ranges of 1.87 and
     0.93 µm², with squared residuals 0.41 and 0.71 µm² (after their degrees of freedom)."""
@@ -283,6 +314,13 @@ def test_method_paper_states_how_much_it_scatters() -> None:
     assert np.sqrt(np.mean(np.square(u))) == pytest.approx(scatter, rel=0.1)
 
 
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equation 10",
+    what="absolute variances by a repeated pair",
+    ours="sums of pairs are absolute without it",
+    theirs="absolute by it",
+    verdict="differs: machine and probe alone are never told",
+)  # fmt: skip
 def test_equation_10_as_printed() -> None:
     """With the method of the paper, the pair that was repeated has the variance of its repeats,
     u sqrt(2/9) of it; other pairs differ from it by the relative variances."""
@@ -298,6 +336,13 @@ def test_equation_10_as_printed() -> None:
     assert told.pair_variance(7, 2)[0] == pytest.approx(variance + relative, abs=1e-12)
 
 
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equation 2",
+    what="E = P δ",
+    ours="rank 47 of 48, condition 9.69",
+    theirs="rank deficient by 1, about 10",
+    verdict="agrees",
+)  # fmt: skip
 def test_condition_number_of_equation_2() -> None:
     """The paper: about 10, with the last machine error removed. 576 equations in numpy. The
     design of the package, whose machine errors add up to zero instead, has 1: all errors are
@@ -369,6 +414,7 @@ def test_too_few_readings_for_variances() -> None:
         separate(MultiStepReadings(i, j, np.array([0.0, 1e-3, 1e-3, 2.1e-3])))
 
 
+@pytest.mark.published("Nafi and Mayer 2011", "Equation 10")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_repeated_pair_pulls_its_variance(method: Method) -> None:
     """The role of equation 10: 10 000 repeats of one pair fix that pair's variance."""
@@ -394,6 +440,13 @@ def test_example_readings() -> None:
     assert low < 0.74 * UM2 < high
 
 
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Figures 1, 2, 6",
+    what="machine, sequence, set-up",
+    ours="`pretravel separation-plan`",
+    theirs="photographs",
+    verdict="not software",
+)  # fmt: skip
 def test_plan_reaches_what_it_promises() -> None:
     """With simulated readings of the assumed variance, u of the errors is as planned."""
     plan = plan_separation(12, 0.5 * UM2, u_error=0.25 * UM)

@@ -23,6 +23,34 @@ from pretravel.uncertainty.covariance import Covariance
 from tests.support.statics_by_hand import direction, first_contact_force
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Table 2.1",
+    what="materials",
+    ours="catalogue",
+    theirs="the same",
+    verdict="agrees (inputs)",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Tables 3.1, 3.2",
+    what="parameters of the probe",
+    ours="catalogue",
+    theirs="the same",
+    verdict="agrees (inputs)",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Table 4.12",
+    what="baseline of section 4.6",
+    ours="catalogue",
+    theirs="the same",
+    verdict="agrees (inputs)",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Table 4.13",
+    what="moduli, 686 and 413 GPa",
+    ours="the same",
+    theirs="the same",
+    verdict="agrees (inputs)",
+)  # fmt: skip
 def test_tables_2_1_3_1_3_2_4_12_and_4_13_are_the_catalogue() -> None:
     """Inputs: preload, stylus, seats, materials and their moduli in GPa."""
     for name, length in (("omp40-2", 50.0), ("omp40-2-100mm", 100.0)):
@@ -40,6 +68,13 @@ def test_tables_2_1_3_1_3_2_4_12_and_4_13_are_the_catalogue() -> None:
         assert material(name).youngs_modulus == pytest.approx(1e3 * gigapascal)
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 2.1",
+    what="latched radius of a gauge ball",
+    ours="r_G + r_ST − r; ring r_G − r_ST + r",
+    theirs="r_G + r_ST + r",
+    verdict="differs: sign",
+)  # fmt: skip
 def test_equation_2_1_measured_radius() -> None:
     """Of a ball that is touched from outside the latched radius is r_G + r_ST - r, since the
     spindle goes on towards the ball; the thesis prints + r. In a ring it is r_G - r_ST + r."""
@@ -56,6 +91,20 @@ def test_equation_2_1_measured_radius() -> None:
     assert inside == pytest.approx(gauge - tip + pretravel)
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 3.1",
+    what="sensing distance is the largest deflection",
+    ours="the deflection at the trigger",
+    theirs="the same",
+    verdict="agrees",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 3.2",
+    what="d_s = d_f / cos θ, θ from the vertical",
+    ours="the same to 1e-9; 1/sin of the normal's polar angle",
+    theirs="the same",
+    verdict="agrees",
+)  # fmt: skip
 def test_equations_3_1_and_3_2() -> None:
     """The sensing distance is the largest deflection before the trigger; on a plane at tilt θ from
     the vertical it is the feed over cos θ."""
@@ -68,6 +117,13 @@ def test_equations_3_1_and_3_2() -> None:
     assert np.all(np.diff(history.deflection) > 0.0)
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 3.3, 3.4",
+    what="azimuth and polar angle of a normal",
+    ours="the same, in four quarters",
+    theirs="arctan of the ratio",
+    verdict="agrees",
+)  # fmt: skip
 def test_equations_3_3_and_3_4() -> None:
     """Azimuth and polar angle of a normal, in all four quarters (3.3 has two of them)."""
     normals = np.array([direction(polar, azimuth) for polar, azimuth in
@@ -78,6 +134,13 @@ def test_equations_3_3_and_3_4() -> None:
     assert np.tan(azimuth) == pytest.approx(normals[:, 1] / normals[:, 0])
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 3.8, 3.9",
+    what="normal of z = f(x, y), and across the axis",
+    ours="the same to 1e-9",
+    theirs="the same",
+    verdict="agrees",
+)  # fmt: skip
 def test_equations_3_8_and_3_9() -> None:
     """Of z = f(x, y) the normal is (-f_x, -f_y, 1), by differences; across the axis two of them."""
 
@@ -95,6 +158,14 @@ def test_equations_3_8_and_3_9() -> None:
     assert normal[0] / normal[1] == pytest.approx(expected[0] / expected[1])
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Figures 4.1 to 4.6",
+    what="golden-section search for the trigger",
+    ours="closed form, within 1e-7 N of the search; `slide --search golden` has the force of"
+    " every trial",
+    theirs="forty steps of it",
+    verdict="agrees (differs: no search)",
+)  # fmt: skip
 def test_section_4_2_golden_section_search() -> None:
     """Figures 4.1 to 4.6 search the force between 0 and 5 N, interval times 0.618 a step, for the
     first seat that opens; here the force is a closed form. Forty steps end within 1e-7 N of it."""

@@ -44,6 +44,13 @@ def _ball(center: np.ndarray, radius: float, u: float, v: float) -> np.ndarray:
     return center + radius * np.array([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)])
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 3.18",
+    what="distance of surface and ball",
+    ours="with the ball's centre",
+    theirs="without it",
+    verdict="differs: centre left out",
+)  # fmt: skip
 def test_equation_3_18_leaves_out_the_centre_of_the_ball() -> None:
     """At a point that both surfaces share the distance must be zero: as printed it is the distance
     of the ball's centre from the origin."""
@@ -54,6 +61,27 @@ def test_equation_3_18_leaves_out_the_centre_of_the_ball() -> None:
     assert np.linalg.norm(common - _ball(center, 3.0, *angles)) == pytest.approx(0.0)
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 3.20 to 3.22",
+    what="3.19 written out",
+    ours="− V t, − r cos u sin v",
+    theirs="+ V t, + r cos u sin v",
+    verdict="differs: signs",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 4.4 to 4.6",
+    what="3.20 to 3.22 for it",
+    ours="− V t, − r cos u sin v",
+    theirs="+",
+    verdict="differs: signs",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 4.15 to 4.17",
+    what="3.20 to 3.22 for it",
+    ours="− V t, − r cos u sin v",
+    theirs="+",
+    verdict="differs: signs",
+)  # fmt: skip
 def test_equations_3_20_to_3_22_lose_a_sign() -> None:
     """x - S_kx + V t + r cos u sin v: subtracting all of 3.17 gives - V t - r cos u sin v. At a
     common point the printed left sides are twice these terms, not zero."""
@@ -75,6 +103,13 @@ def test_equations_3_20_to_3_22_lose_a_sign() -> None:
     assert right == pytest.approx(np.zeros(3), abs=1e-12)
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 3.27",
+    what="part of the normal across the axis",
+    ours="n − (k·n) k",
+    theirs="n − k·n",
+    verdict="differs: no projection",
+)  # fmt: skip
 def test_equation_3_27_is_no_projection() -> None:
     """n less the number k·n (taken off every component) is not perpendicular to k; n less
     (k·n) k is."""
@@ -93,6 +128,20 @@ def _derivatives(u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
     return du, dv
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 3.31",
+    what="outward normal by components",
+    ours="two products each",
+    theirs="one product each",
+    verdict="differs: no cross product",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 3.33 to 3.35",
+    what="3.30 written out with 3.31",
+    ours="as 3.31",
+    theirs="as 3.31",
+    verdict="differs: follow 3.31",
+)  # fmt: skip
 def test_equation_3_31_is_no_general_cross_product() -> None:
     """One product for each component, where a cross product has two. It holds where x depends on
     u alone and y on v alone; 3.33 to 3.35 follow it."""
@@ -104,6 +153,34 @@ def test_equation_3_31_is_no_general_cross_product() -> None:
     assert np.degrees(np.arccos(abs(along))) > 1.0
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 4.14",
+    what="ellipsoid",
+    ours="the same",
+    theirs="the same",
+    verdict="agrees",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 4.18",
+    what="its normal",
+    ours="b c, a c, a b: 26.7° at v = 40°",
+    theirs="a², b², c²: 66.8°",
+    verdict="differs: holds for a ball",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 4.20 to 4.22",
+    what="3.30 with 4.18",
+    ours="with the true normal",
+    theirs="with 4.18",
+    verdict="differs: follow 4.18",
+)  # fmt: skip
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 4.25, 4.26",
+    what="direction of the deflection",
+    ours="(b cos u, a sin u), normalised",
+    theirs="(cos u, sin u)",
+    verdict="differs: only for a = b",
+)  # fmt: skip
 def test_equation_4_18_holds_for_a_ball_and_4_26_for_equal_half_axes() -> None:
     """The cross product of 4.14 has b·c, a·c and a·b, not a², b² and c². The true normal at
     v = 40° of a = 10, c = 6 mm is 26.7° from the axis; that of 4.18 is 66.8°."""
@@ -136,6 +213,13 @@ def test_equation_4_18_holds_for_a_ball_and_4_26_for_equal_half_axes() -> None:
     assert polar == pytest.approx([26.7, 66.8], abs=0.05)
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equation 4.7",
+    what="its normal",
+    ours="2.93 and 17.07",
+    theirs="2.92 and 17.05; 0.04° off",
+    verdict="agrees, rounded",
+)  # fmt: skip
 def test_equation_4_7_is_rounded() -> None:
     """4.7 printed to two digits, for a = 20, b = 10: 2.92 and 17.05 should read 2.93 and 17.07.
     Its direction is within 0.04° of the cross product of 4.3 with 0.1464 in its first row."""
@@ -155,6 +239,13 @@ def test_equation_4_7_is_rounded() -> None:
     assert np.degrees(np.arccos(cosine)) < 0.04
 
 
+@pytest.mark.published(
+    "Rodrigues 2021", "Equations 3.23 to 3.26",
+    what="normals by cross products",
+    ours="outward S_u × S_v on the convex surface, S_v × S_u on the ellipsoid",
+    theirs="S_v × S_u",
+    verdict="differs: inward on the convex surface",
+)  # fmt: skip
 def test_equations_3_23_and_3_25_have_the_sign_of_the_ellipsoid() -> None:
     """S_u x S_v points into the ellipsoid of 4.14, as 3.23 says, and out of the convex surface of
     4.1: there 3.25 is the inward normal. Equation 4.7, "by 3.25", is 3.23's product. Outward is
@@ -169,6 +260,7 @@ def test_equations_3_23_and_3_25_have_the_sign_of_the_ellipsoid() -> None:
     assert np.cross(bowl_v, bowl_u)[2] < 0.0 < np.cross(bowl_u, bowl_v)[2]
 
 
+@pytest.mark.published("Rodrigues 2021", "Section 4.5.4")
 def test_section_5_1_the_probe_slides_more_on_the_ellipsoid() -> None:
     """ "The probe slides more in case of the inclined surface": in all rows of Table 4.11 it slides
     less, by 30 % and more after the first. The 27.7 % "between the sensing distances" are spindle

@@ -51,7 +51,7 @@ class Job:
     after : tuple of Job
         Jobs of the screen whose results it uses: it waits for them, and is stale with them.
     automatic : bool
-        Whether it starts by itself when its inputs change; else with a button.
+        Whether it starts automatically when its inputs change; else with a button.
     own_process : bool
         Whether it runs in a process that Cancel kills: for work above a second. With files above
         `LARGE` every job does.
@@ -172,7 +172,7 @@ class Work:
         return any(work.outdated or work._done is None for work in self._before)
 
     async def finished(self) -> Finished:
-        """The result of the inputs as they are now; waits for a run that was begun or will be.
+        """The result of the inputs as they are now; waits for a run that was started or will be.
 
         Raises
         ------
@@ -474,7 +474,7 @@ class OneLine(logging.Filter):
 def flaw_message(details: str = "") -> str:
     """Print the exception that is being handled in the terminal; what the page says instead."""
     sys.stderr.write(f"{printable(details or traceback.format_exc())}\n")
-    return "this is a flaw of pretravel; please report it with what the terminal shows"
+    return "this is an internal error of pretravel; please report it with what the terminal shows"
 
 
 def _on_disk(

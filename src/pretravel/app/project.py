@@ -67,7 +67,7 @@ def check_file_name(name: str) -> None:
     if refused or len(name.encode(errors="replace")) > 150:
         raise PretravelError(
             f"the file name {name!r} cannot be used: give the file a name of at most 150 bytes "
-            'without folders, without the signs / \\ : * ? " < > | and without a hyphen before it'
+            'without folders, without any of / \\ : * ? " < > | and without a hyphen before it'
         )
 
 
@@ -142,7 +142,7 @@ def _plain(name: str, value: SettingValue) -> SettingValue:
         raise PretravelError(f"the setting {name[:60]!r} cannot be stored: {given}") from error
     if len(text) > _MOST_SIGNS:
         raise PretravelError(
-            f"the setting {name[:60]!r} has {len(text)} signs, more than {_MOST_SIGNS}: "
+            f"the setting {name[:60]!r} has {len(text)} characters, more than {_MOST_SIGNS}: "
             "give large data as a file"
         )
     plain = json.loads(text)[name]

@@ -26,7 +26,7 @@ async def project_page() -> None:
         with panel("This project"):
             session = SESSION.current
             text("p", session.project.name, "strong")
-            note(f"It is saved by itself, in {session.path}")
+            note(f"It is saved automatically, in {session.path}")
             link = text("a", "Download as one file", "button-link")
             link.props["href"] = address_in("/project/download")
             link.props["download"] = True

@@ -303,7 +303,7 @@ class Sessions:
         address : str
             Of this server, for others that want the same project.
         say : callable
-            Takes a warning: the last project cannot be read, and a new one is begun.
+            Takes a warning: the last project cannot be read, and a new one is started.
 
         Raises
         ------
@@ -323,7 +323,7 @@ class Sessions:
         try:
             last = [_read(file) for file in newest]
         except PretravelError as error:
-            say(f"Warning: {error}. A new project is begun; the file stays as it is")
+            say(f"Warning: {error}. A new project is started; the file stays as it is")
             last = []
         if last:
             self._use(*last[0])

@@ -195,7 +195,7 @@ def _without_settings(state: ScreenState) -> None:
     with panel():
         warning(
             "This screen cannot be shown with the settings of this project: they are damaged, or "
-            "this is a flaw of pretravel, which the terminal shows. The files stay."
+            "this is an internal error of pretravel, which the terminal shows. The files stay."
         )
         ui.button(
             "Begin this screen with empty settings", icon="restart_alt", on_click=clear
@@ -221,7 +221,7 @@ HELP = {
     "A screen": "Choose a job on the left. Drop your files, or choose them with the keyboard (Tab, "
     "then Enter), and fill in the fields. Results follow at once; long work shows its progress and "
     "can be cancelled.",
-    "The project": "Everything that you drop or type is one project. It is saved by itself: a "
+    "The project": "Everything that you drop or type is one project. It is saved automatically: a "
     "reload or a new start shows it again. Which project a tab shows stands in its address: "
     "another tab or browser can show another one, and tabs of one project share it. A new project "
     "takes the name of its first file, and the one before stays in the list.",

@@ -93,7 +93,7 @@ NOISE = QuantityRange(0.0, 10.0, "mm")
 PRETRAVEL = QuantityRange(-1e3, 1e3, "mm")
 FEED = QuantityRange(1e-9, 1e6, "mm/min")
 FEED_OR_NONE = QuantityRange(0.0, 1e6, "mm/min")
-"""Zero where the delay travel was taken off."""
+"""Zero where the delay travel was subtracted."""
 DELAY = QuantityRange(0.0, 10.0, "s")
 MEASURED_DELAY = QuantityRange(-10.0, 10.0, "s")
 """Negative by errors of the touches."""

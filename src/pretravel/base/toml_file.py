@@ -42,7 +42,7 @@ _MOST_BYTES = 4
 _LONGEST_STATEMENT = 300
 """Lines of one statement, after which the lines of keys are no longer sought."""
 _QUOTED = 60
-"""Most signs of a value that a message quotes."""
+"""Most characters of a value that a message quotes."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def parse_toml(text: str, path: str | Path = "") -> TomlDocument:
 def _refuse_size(content: str | bytes, path: str | Path) -> None:
     most = _MOST_SIGNS * (_MOST_BYTES if isinstance(content, bytes) else 1)
     if len(content) > most:
-        raise InputError(f"files of this kind have at most {_MOST_SIGNS} signs", path=path)
+        raise InputError(f"files of this kind have at most {_MOST_SIGNS} characters", path=path)
 
 
 def _refuse_long_lines(text: str, path: str | Path) -> None:
@@ -143,7 +143,7 @@ def _refuse_long_lines(text: str, path: str | Path) -> None:
     for number, row in enumerate(text.split("\n"), start=1):
         if len(row) > _LONGEST_LINE:
             raise InputError(
-                f"the line has {len(row)} signs; lines of this kind of file have at most "
+                f"the line has {len(row)} characters; lines of this kind of file have at most "
                 f"{_LONGEST_LINE}",
                 path=path,
                 line=number,
@@ -497,7 +497,7 @@ def _text(value: Any) -> str:
 def _lines_of_keys(text: str) -> dict[KeyPath, int]:
     """The line of each table and key; of a value over several lines, the first.
 
-    A statement of TOML is complete as soon as it is valid TOML by itself.
+    A statement of TOML is complete as soon as it is valid TOML.
     """
     lines: dict[KeyPath, int] = {}
     lists: dict[KeyPath, int] = {}

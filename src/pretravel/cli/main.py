@@ -170,7 +170,7 @@ def run() -> None:
     except ModuleNotFoundError as error:
         _fail(f"the Python package '{error.name}' is missing: pip install {error.name}")
     except Exception:
-        _fail(f"{traceback.format_exc()}\nthis is a flaw of pretravel; please report it")
+        _fail(f"{traceback.format_exc()}\nthis is an internal error of pretravel; please report it")
 
 
 def _show_warning(

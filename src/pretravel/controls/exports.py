@@ -135,7 +135,7 @@ class ExportedFiles:
         Statements about the texts, for the user.
     warnings : tuple of str
     form : Lookup, optional
-        What the control evaluates, where it takes off more than a table of radii.
+        What the control evaluates, where it subtracts more than a table of radii.
     """
 
     texts: Mapping[str, str]
@@ -177,7 +177,7 @@ class Control:
 def correction_on_control(
     pretravel_map: PretravelMap, to: str, settings: ExportSettings
 ) -> tuple[str, Callable[[FloatArray], FloatArray]]:
-    """The pretravel that a control will take off, by its own formula or interpolation.
+    """The pretravel that a control will subtract, by its own formula or interpolation.
 
     Parameters
     ----------
@@ -451,7 +451,7 @@ TO_HEIDENHAIN = Control(
     _heidenhain,
     "Heidenhain (table, not verified)",
     same_steps(
-        "Nobody has compared this table with one of a control: its columns are a template.",
+        "This table has not been compared with one of a control: its columns are a template.",
         "Compare it with a table that your control wrote before you use it.",
     ),
     options=frozenset({"template", "azimuth"}),

@@ -120,7 +120,7 @@ def comment(text: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """A sentence of ours for a comment: without brackets and signs that a control would read.
+    """A sentence of ours for a comment: without brackets and characters that a control would read.
 
     >>> sentence("limits: the file has no [limits]; 5 %")
     'limits: the file has no [limits], 5 _'

@@ -267,7 +267,7 @@ def _checked_labels(targets: Targets) -> tuple[str, ...]:
         ):
             raise PretravelError(
                 f"target {row + 1}: its label '{name}' cannot stand in a program; a label has up "
-                "to 40 letters, digits and signs of -_."
+                "to 40 letters, digits and the characters -_."
             )
     if len(set(names)) < len(names):
         twice = Counter(names).most_common(1)[0][0]

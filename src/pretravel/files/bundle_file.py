@@ -1,6 +1,6 @@
 """A bundle: touches, map and machine of somebody in one file, without names, dates and numbers.
 
-Every part is read and written anew, so that only what pretravel understands is in it: comments,
+Every part is read and rewritten, so that only what pretravel understands is in it: comments,
 names of files and times of other programs stay behind.
 """
 

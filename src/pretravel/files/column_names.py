@@ -246,7 +246,7 @@ def _plain(text: str) -> str:
 
 @cache
 def _known() -> dict[str, tuple[str, int]]:
-    """Role and rank of each known name, written without blanks and signs."""
+    """Role and rank of each known name, written without blanks and punctuation."""
     known: dict[str, tuple[str, int]] = {}
     for axis, letter in zip("xyz", "ijk", strict=True):
         known[axis] = (axis, 1)

@@ -226,7 +226,7 @@ def _cells(file: SourceFile, line: str, number: int) -> list[str]:
         return [cell_content(cell.strip()) for cell in next(csv.reader([line]))]
     except csv.Error as error:
         raise file.error(
-            f"the cells cannot be told apart ({error}): is a quote that opens a cell not closed?",
+            f"the cells cannot be separated ({error}): is a quote that opens a cell not closed?",
             number,
         ) from None
 

@@ -86,7 +86,7 @@ def _moments(path: Path) -> list[datetime]:
         if moment is None and _moment(year, day, month, time) is not None:
             raise InputError(
                 f"the date {day}-{month}-{year} in its name has the month before the day, which "
-                "other names cannot be told from: rename the files, year first, such as "
+                "other names cannot be distinguished from: rename the files, year first, such as "
                 f"{year}-{day}-{month}",
                 path=path,
             )

@@ -51,7 +51,7 @@ class ReadingOptions:
     offset : (3,) float or None
         Origin of the work coordinates in the machine's coordinates, for grbl logs. [mm]
     radius_taken_off : float or None
-        Radius that a DMIS file's points have had taken off; 0 where they are tip centres. [mm]
+        Radius that a DMIS file has subtracted from its points; 0 for tip centres. [mm]
     rotation : float or None
         Rotation of the work coordinates about the machine's z axis, for files of positions. [rad]
     columns : mapping of str to str, or None

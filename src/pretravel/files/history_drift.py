@@ -25,7 +25,7 @@ def drift_of_history(entries: Sequence[Entry]) -> ProbeDrift:
     Parameters
     ----------
     entries : sequence of Entry
-        Those that found a change are left out: a changed probe is qualified anew.
+        Those that found a change are left out: a changed probe is qualified again.
 
     Returns
     -------

@@ -47,7 +47,7 @@ _COMPENSATED = b"u_um"
 _SMALLEST_RADIUS = 0.15
 """Of a tip; deviations of parts are smaller. [mm]"""
 _ALIKE, _MOST = 0.2, 0.8
-"""Share of the median within which most distances lie, of a radius that was not taken off."""
+"""Share of the median within which most distances lie, of a radius that was not subtracted."""
 _HEAD = 4000  # bytes in which it must stand
 
 

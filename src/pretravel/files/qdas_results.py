@@ -88,7 +88,7 @@ def _text(text: str) -> str:
         ) from None
     if not text.isprintable():
         raise PretravelError(
-            f"{text!r}: a Q-DAS file cannot carry signs of control; use another name",
+            f"{text!r}: a Q-DAS file cannot carry control characters; use another name",
             inputs=("output",),
         )
     return text

@@ -198,7 +198,7 @@ def _printable(text: str) -> str:
     text = " ".join(text.split())
     if not text.isprintable():
         raise PretravelError(
-            f"{text!r}: an XML file cannot carry signs of control; use another name",
+            f"{text!r}: an XML file cannot carry control characters; use another name",
             inputs=("output",),
         )
     return text

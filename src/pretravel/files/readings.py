@@ -174,7 +174,7 @@ def _refuse_one_radius_of_several_tips(
     if len(tips) > 1:
         raise file.error(
             f"the points are of {len(tips)} tips ({', '.join(tips)}), and one radius was stated as "
-            "taken off them: choose one tip, and state its radius",
+            "subtracted from them: choose one tip, and state its radius",
             inputs=("tip", "radius_taken_off"),
         )
 
@@ -284,8 +284,9 @@ def without_touches(file: SourceFile, known: FileFormat) -> InputError:
         return file.error(known.refusal)
     if known.parse_features is not None:
         return file.error(
-            "a print-out contains sizes and positions of features, with the tip's radius taken "
-            "off: it contains no touches to compensate. pretravel convert makes a table of it"
+            "a print-out contains sizes and positions of features, with the tip's radius "
+            "subtracted: it contains no touches to compensate. pretravel convert makes "
+            "a table of it"
         )
     return file.error(f"{known.name} files contain no readings")
 

@@ -356,7 +356,7 @@ def _between_passes(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
         step = float(np.median(steps)) / MICROMETRE
         told.append(
             f"each place was touched twice: the {second} touches lie {abs(step):.0f} µm from the "
-            f"{first} ones ({step:+.0f} µm), which is feed × delay; they are judged apart"
+            f"{first} ones ({step:+.0f} µm), which is feed × delay; they are evaluated separately"
         )
     return tuple(told)
 

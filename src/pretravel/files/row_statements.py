@@ -12,7 +12,7 @@ from pretravel.files.source_file import SourceFile, shortened
 StatementMeaning: TypeAlias = Literal[
     "nothing", "tip", "frame", "unit", "radius", "part", "pass", "orientation"
 ]
-"""What a statement changes for the rows after it; radius: what was taken off the points."""
+"""What a statement changes for the rows after it; radius: what was subtracted from the points."""
 StatementOutcome: TypeAlias = Literal["harmless", "carried", "refused"]
 _SHOWN = 3
 """Most unknown lines that a warning quotes."""
@@ -180,7 +180,7 @@ class StatedRows:
 CHANGES: dict[str, str] = {
     "frame": "the coordinates",
     "unit": "the unit",
-    "radius": "what was taken off the points",
+    "radius": "what was subtracted from the points",
     "tip": "the tip",
     "part": "the part or the series",
     "pass": "the feed",

@@ -18,7 +18,7 @@ LARGEST_FILE = 1_000_000_000
 MOST_LINES = 5_000_000
 """More lines are not read: a line takes up to 500 bytes of memory."""
 _QUOTED = 60
-"""Most signs of a file's text that a message quotes."""
+"""Most characters of a file's text that a message quotes."""
 
 
 @dataclass(frozen=True)

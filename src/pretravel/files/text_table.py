@@ -188,7 +188,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
 
 
 def _is_rule(line: str) -> bool:
-    """Whether a line is drawn below a header: of strokes that have three signs or more."""
+    """Whether a line is drawn below a header: of strokes that have three characters or more."""
     if not _RULE_SIGNS.fullmatch(line):
         return False
     strokes = _DRAWN.findall(line)
@@ -357,8 +357,8 @@ def _refuse_spreadsheet_errors(file: SourceFile, comments: list[Record]) -> None
     for number, line in comments:
         if _SPREADSHEET_ERROR.match(line):
             raise file.error(
-                f"'{line[:30]}' begins with an error of the spreadsheet, not with a value: mend it "
-                "there, or delete the line",
+                f"'{line[:30]}' begins with an error of the spreadsheet, not with a value: correct "
+                "it there, or delete the line",
                 number,
             )
 
@@ -642,7 +642,7 @@ def _cells_of_width(
     raise file.error(
         f"{count} values, but {expected}"
         + (
-            "; are there decimal commas? They cannot be told from the separators: save the table "
+            "; are there decimal commas? They look like the separators: save the table "
             "with semicolons"
             if decimal
             else "; correct the line, or exclude it"

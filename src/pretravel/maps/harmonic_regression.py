@@ -13,7 +13,7 @@ likelihood):
 - directions scatter by more than their repeats do: hysteresis, the step of a scale.
 
 The centre of the reference and the mean have no prior. Touches determine amplitudes and scatter
-badly. The posterior is therefore averaged over them, and its uncertainty contains their doubt.
+badly. The posterior is therefore averaged over them, and its uncertainty contains theirs.
 """
 
 from __future__ import annotations

@@ -98,8 +98,8 @@ class PretravelMap(ShownInNotebooks, WithPlot, WithDataset):
     touched : TouchedMeans, optional
         What was observed in the nodes of `support`, where the map was fitted to touches there.
     machine : MachineTerms, optional
-        Scale, squareness and backlash that were taken off the touches of the map, and that
-        compensation takes off others. Their errors add to the uncertainties beside `covariance`.
+        Scale, squareness and backlash that were subtracted from the touches of the map, and that
+        compensation subtracts from others. Their errors add to `covariance`.
 
     Raises
     ------

@@ -35,7 +35,7 @@ def orientation_of(touches: Touches) -> float | None:
         raise PretravelError(
             f"{touches.where(int(other[0]))} was made at spindle {angles[other[0]]:g}°, the first "
             f"touch at {first:g}°: the lobes of a probe turn with the spindle, and a map is that "
-            "of one orientation. Qualify each orientation by itself, or average both with "
+            "of one orientation. Qualify each orientation separately, or average both with "
             "pretravel reversal"
         )
     return round(first, 6)

@@ -78,7 +78,7 @@ def gross_points(
 
     Notes
     -----
-    The shift and turn of a part that lies elsewhere are taken off first (least absolute
+    The shift and turn of a part that lies elsewhere are subtracted first (least absolute
     deviations). A side of the part that lies off its nominal is none of this: its points have
     neighbours with the same deviation.
 

@@ -99,7 +99,7 @@ class PointErrors:
         return self.pretravel_map.delay is not None or bool(self.delay_along_approach.any())
 
     def covariance(self, u_map: FloatArray) -> FloatArray:
-        """Covariance of each point by itself.
+        """Covariance of each point alone.
 
         Parameters
         ----------

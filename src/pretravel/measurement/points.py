@@ -49,7 +49,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
         one direction only. None: it is not known which part of `covariance` is common. [mm]
     uncompensated : (n, 3) float or None
         Tip centres less the tip radius along the normals of the touches: what a control reports
-        that takes off the radius alone. [mm]
+        that subtracts the radius alone. [mm]
 
     Notes
     -----

@@ -47,7 +47,7 @@ class ReversedPairs:
         Along the normals: reading at the first orientation less that at the other, halved. [mm]
     amplitudes, u : (3,) float
         Of the lobes of `ORDERS`, and their standard uncertainty; not numbers where too few
-        directions were touched, and of a lobe that they do not tell apart from one before. [mm]
+        directions were touched, and of a lobe that they do not distinguish from one before. [mm]
     runout : (2,) float
         Along x and y, together with the lobe of order one of the pretravel: a tip beside the axis
         and such a lobe are the same. [mm]
@@ -55,7 +55,7 @@ class ReversedPairs:
         Standard deviation of a single touch. [mm]
     dof : float
     together : tuple of tuple of int
-        Higher orders that the directions do not tell apart from each of `ORDERS`: their usual size
+        Higher orders that the directions do not distinguish from each of `ORDERS`: their usual size
         is in u.
     """
 
@@ -75,7 +75,7 @@ class ReversedPairs:
 
     @property
     def factor(self) -> float:
-        """K of U; the doubt about the noise is in u."""
+        """K of U; the uncertainty of the noise is in u."""
         return 2.0 if math.isfinite(self.noise) else math.nan
 
     @property
@@ -226,7 +226,7 @@ def _lobes(
 ) -> tuple[FloatArray, FloatArray, float, float]:
     """Cosines and sines of `_ALL` (2 k,), their covariance, noise of a touch, and its dof.
 
-    Orders that are told apart are free; of higher ones the size is known in advance, relative to
+    Orders that are distinguished are free; of higher ones the size is known in advance, relative to
     all lobes beyond the run-out. The noise is averaged over (a normal prior of its logarithm).
     """
     columns = _columns(azimuth, _ALL)

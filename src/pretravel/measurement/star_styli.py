@@ -40,8 +40,8 @@ class StarTip:
     covariance : (3, 3) float
         Of the centre together with this map: by the noise of the touches. [mm²]
     alone : (3, 3) float
-        Of the centre alone, as a place: with the doubt of the convention that parts it from the
-        map. [mm²]
+        Of the centre alone, as a place: with the uncertainty of the convention that
+        separates it from the map. [mm²]
     """
 
     name: str
@@ -98,7 +98,7 @@ class StarStylus:
         """Of an offset, or of two, (3, 3): the centre of the first tip is in all. [mm²]
 
         Along the axis of a tip a sphere shows the sum of the offset and the pretravel there: the
-        offset as a place contains the doubt how they part, points do not.
+        offset as a place contains the uncertainty of this separation, points do not.
 
         Parameters
         ----------

@@ -120,7 +120,7 @@ class InspectionRegion:
         check_numbers(self, margin=DISTANCE, max_polar=ANGLE)
         if not np.any(checked_values(self.axis, "the axis", REAL)):
             raise PretravelError(
-                "the axis (0, 0, 0) has no direction: state that of the probe, up to the spindle",
+                "the axis (0, 0, 0) has no direction: state the one towards the spindle",
                 inputs=("axis",),
             )
         for name, wanted in (("u", self.u), ("v", self.v)):

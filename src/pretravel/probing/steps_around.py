@@ -1,4 +1,4 @@
-"""Touches around a bore or boss at steps with which 2 to 12 lobes are told from its size."""
+"""Touches around a bore or boss at steps that separate 2 to 12 lobes from its size."""
 
 from __future__ import annotations
 

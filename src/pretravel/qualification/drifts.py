@@ -74,7 +74,7 @@ class QuantityCourse:
     course : Course
     start : float
         Value that the limit counts from: zero, that of the map, or after a jump the state of the
-        first day, since the map is made anew then.
+        first day, since the map is recomputed then.
     due : DueDate or None
         None where it is not known by how much the quantity changes the map.
     """

@@ -24,7 +24,7 @@ from pretravel.qualification.qualification import KindScore, PreparedTouches, Qu
 _LOG = logging.getLogger(__name__)
 FOLDS = 5
 FEW_DIRECTIONS = 15
-"""With fewer directions each is left out by itself."""
+"""With fewer directions each is left out alone."""
 MOST_COMPARED = 2000
 """Directions, drawn at random, with which kinds are compared where there are many more."""
 _SHUFFLE = 12  # seed: the same touches are always left out together

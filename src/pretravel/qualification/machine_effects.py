@@ -1,8 +1,8 @@
 """The part of touches that the machine causes: what is subtracted, and what scatter it leaves.
 
 The step of the latch, a drift of the reference and a memory of the push before are estimated from
-the touches themselves. Drift and memory are subtracted; their doubt, and what cannot be subtracted
-on a part, is scatter that repeats do not reduce.
+the touches themselves. Drift and memory are subtracted; their uncertainty, and what cannot be
+subtracted on a part, is scatter that repeats do not reduce.
 """
 
 from __future__ import annotations

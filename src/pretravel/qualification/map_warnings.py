@@ -24,7 +24,7 @@ FEWEST_TO_SEE_LOBES = 8
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 _FEWEST_COPIES = 5
-"""Repeats from which copies are told from chance."""
+"""Repeats from which copies are distinguished from chance."""
 _COARSE = 0.1 * MICROMETRE
 
 

@@ -79,7 +79,7 @@ def outlier_factor(count: int, dof: float = math.inf) -> float:
     Parameters
     ----------
     count : int
-        Of the errors that are judged together.
+        Of the errors that are tested together.
     dof : float
         Degrees of freedom of Student's distribution, that of the errors.
 

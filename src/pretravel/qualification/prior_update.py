@@ -161,9 +161,9 @@ def update_map(
     A map is linear, so the update is that of Bayes in closed form: prior are the coefficients
     with their covariance and that of the drift; the position of the reference has none. Beside the
     drift that is assumed there are larger changes (`possible_drifts`); the result is the average
-    over them, each with its probability after the touches, so that u contains their doubt. A turn
-    about the axis by more than some degrees is not linear in the map: where something has changed,
-    the probe's frame turns with it (`PretravelMap.rotation`). The map
+    over them, each with its probability after the touches, so that u contains their uncertainty.
+    A turn about the axis by more than some degrees is not linear in the map: where something
+    has changed, the probe's frame turns with it (`PretravelMap.rotation`). The map
     stays in the convention that separated it from the centre. Contact normals depend on the
     centre, which is therefore iterated.
 
@@ -602,7 +602,7 @@ def _refusal(
     return beginning + (
         f"the probe has changed, by up to {abs(changes[largest]) / MICROMETRE:.1f} µm "
         f"({describe(observation.directions[largest])}). An old map does not help here: qualify "
-        "anew, with about 75 touches (25 directions three times), and look for the cause (stylus "
+        "again, with about 75 touches (25 directions three times), and look for the cause (stylus "
         "loose or exchanged, another spring force, a collision, dirt)"
     )
 
@@ -635,12 +635,12 @@ def _warnings(
         found.append(
             "the probe has changed by more than its usual drift (probability "
             f"{sum(changed.values()):.2f}), most likely in {what}: u of the map contains what "
-            "these touches do not determine of that. Touch more directions, or qualify anew"
+            "these touches do not determine of that. Touch more directions, or qualify again"
         )
     elif p_value < DOUBTFUL_FIT:
         found.append(
             f"the touches fit the old map badly (probability {p_value:.2g}): the probe may have "
-            "changed by more than its usual drift. Touch more directions, or qualify anew"
+            "changed by more than its usual drift. Touch more directions, or qualify again"
         )
     beyond = len(posterior.innovations) - len(posterior.shift)
     if beyond < FEWEST_TO_TEST:
@@ -663,7 +663,7 @@ def _warnings(
 
 
 def _feed_warnings(touches: Touches, old: PretravelMap) -> list[str]:
-    consequence = "the same touches count twice. Touch the reference anew"
+    consequence = "the same touches count twice. Touch the reference again"
     found = own_touches_warnings(touches, old, consequence)
     if old.delay is not None or old.feed is None:
         return found

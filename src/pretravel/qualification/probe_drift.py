@@ -311,7 +311,7 @@ def _refuse_unusable(pretravel_map: PretravelMap) -> None:
     if not pretravel_map.basis.follows_probe:
         raise PretravelError(
             f"a map of kind {pretravel_map.kind} does not follow the probe closely enough to be "
-            "updated by a few touches; qualify anew, with kind harmonic or physical"
+            "updated by a few touches; qualify again, with kind harmonic or physical"
         )
 
 
@@ -349,7 +349,7 @@ def _gauge(
         return np.zeros_like(shift), np.zeros_like(shift.T), False
     free = np.column_stack([np.ones(len(components)), components])
     least_squares = (np.linalg.pinv(free) @ design)[1:]
-    # In units in which all functions are of one size, so that small and zero can be told apart.
+    # In units in which all functions are of one size, so that small and zero can be distinguished.
     size = np.sqrt(np.mean(design**2, axis=0))
     size[size == 0.0] = 1.0
     eigenvalues, vectors = np.linalg.eigh(pretravel_map.covariance.matrix * np.outer(size, size))

@@ -177,7 +177,7 @@ def qualified(
 def with_machine(
     found: Qualification, touches: Touches, machine: MachineTerms | None, *, outside: bool
 ) -> Qualification:
-    """A qualification whose map contains the errors of the machine that were taken off before.
+    """A qualification whose map contains the errors of the machine that were subtracted before.
 
     Parameters
     ----------

@@ -180,7 +180,7 @@ class ReferenceFit:
     sizes : tuple of Term
         That were not known, and the squareness of blocks.
     pairs : tuple of Term
-        Pretravel of opposite directions together, with backlash where it is not told apart.
+        Pretravel of opposite directions together, with backlash where it is not distinguished.
     directions : (g, 3) float
         Contact normals with a pretravel of their own.
     pretravel : tuple of Term

@@ -299,8 +299,8 @@ def course_of(series: TimeSeries) -> Course:
     so that its distribution is half that of chi-square.
 
     No interval of a slope from five to ten days is right for both, errors of the days that are
-    independent and a random walk: the days do not tell them apart, and with a walk the slope is two
-    to four times less certain. The one that is stated, `Course.allowed`, is that of independent
+    independent and a random walk: the days do not distinguish them, and with a walk the slope is
+    two to four times less certain. The one that is stated, `Course.allowed`, is that of independent
     errors, unless a walk explains the values three hundred times as well; that of a walk is
     `Course.walking`.
 

@@ -182,7 +182,7 @@ def between_predecessors(
     Analysis of variance: touches within predecessors within directions. The estimate of the
     variance is unbiased before negative ones are set to zero. The test exchanges the touches of
     each direction at random: it holds its level for noise of any distribution. A drift, or feeds
-    that differ, must be taken off before.
+    that differ, must be subtracted before.
 
     >>> seen = between_predecessors([0.1, 0.2, 0.3, 0.4], [0, 0, 1, 1], range(4))
     >>> seen.p_value, seen.warning[:36]

@@ -170,7 +170,7 @@ def _refuse_count(count: int, axes: int, candidates: int) -> None:
     if count > candidates // 2:
         raise PretravelError(
             f"{count} touches are more than a choice of directions can help; plan at most "
-            f"{candidates // 2}, or qualify anew",
+            f"{candidates // 2}, or qualify again",
             inputs=("count",),
         )
 

@@ -494,7 +494,7 @@ def _exchange_test(deviation: FloatArray, dof: FloatArray, functions: FloatArray
     span = left[:, singular > 1e-6 * np.sqrt(np.sum(dof))]
     if span.shape[1] == 0:
         return float("nan")
-    # The mean for each number of repeats is taken off: pairs have another mean than triples.
+    # The mean for each number of repeats is subtracted: pairs have another mean than triples.
     level = np.zeros_like(deviation)
     drawn = np.tile(np.arange(len(dof)), (_PERMUTATIONS + 1, 1))
     generator = np.random.default_rng(0)

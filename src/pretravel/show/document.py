@@ -275,7 +275,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a report decides, in a word.
+    """The decision of a report as a level and a word.
 
     Attributes
     ----------

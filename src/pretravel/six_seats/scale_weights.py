@@ -3,7 +3,7 @@
 How asymmetric is the probe, how large is the part of pretravel that a six-seat probe does not
 represent, how much do directions scatter that repeats do not reduce? Touches determine these scales
 badly, so none of them is chosen: the results for all of them are averaged, each with its
-probability (Bayesian model averaging). The uncertainty then contains the doubt between them.
+probability (Bayesian model averaging). The uncertainty then contains the differences between them.
 """
 
 from __future__ import annotations

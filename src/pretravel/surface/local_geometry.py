@@ -31,7 +31,7 @@ class LocalGeometry:
         part is convex. [1/mm]
     along_parameters : (n, 2, 3) float or None
         Derivatives by u and by v, where a displacement on the surface follows from them; None
-        where the surface finds its parameters after a displacement by itself.
+        where the surface finds its parameters after a displacement itself.
     """
 
     point: FloatArray

@@ -415,7 +415,7 @@ def refuse_several(touches: Touches, *, but: Collection[str] = ()) -> None:
         if name in but or name not in _ONE_EACH or len(set(words)) < 2:
             continue
         if name == "pass" and touches.feeds is not None:
-            continue  # the feeds tell them apart, and the signal delay takes them into account
+            continue  # the feeds distinguish them, and the signal delay takes them into account
         what, reason, inputs = _ONE_EACH[name]
         counts = Counter(words)
         named = [

@@ -62,7 +62,7 @@ class TestVerify:
         assert stop.value.code == 2
         shown = capsys.readouterr().err
         assert "KeyError: 'not foreseen'" in shown
-        assert "a flaw of pretravel; please report it" in shown
+        assert "an internal error of pretravel; please report it" in shown
 
 
 class TestWhoReadsTheOutput:

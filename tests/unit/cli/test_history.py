@@ -69,7 +69,7 @@ def test_a_jump_begins_the_trend_anew(tmp_path: Path) -> None:
     logs, table = month(tmp_path / "logs", 14, jump=(8, 0.005)), tmp_path / "h.csv"
     told, _ = both_outputs("history", logs, *SPHERE, "--limit", 3, "-o", table, "--verbose")
     assert told.startswith("since the jump or new map of 2026-03-09: no drift is detected")
-    assert "jump: the trend begins anew" in told
+    assert "jump: the trend starts again" in told
     assert [row["series"] for row in rows(table)] == 8 * ["1"] + 6 * ["2"]
 
 

@@ -40,7 +40,7 @@ def test_block_of_the_example(tmp_path: Path) -> None:
     )
     assert out.startswith("8 of 9 terms of the machine are determined")
     assert "backlash of z" in out
-    assert "cannot be told from pretravel of +z" in " ".join(out.split())
+    assert "cannot be distinguished from pretravel of +z" in " ".join(out.split())
     found = {row["term"]: row for row in rows(tmp_path / "terms.csv")}
     for name, truth in TRUTH.items():
         assert abs(float(found[name]["value"]) - truth) < float(found[name]["expanded_uncertainty"])

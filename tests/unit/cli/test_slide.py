@@ -52,6 +52,7 @@ class TestSlide:
             assert np.abs(c - t - 3.0 * n).max() < 1e-9
         assert picture.read_bytes()[:4] == b"\x89PNG"
 
+    @pytest.mark.published("Rodrigues 2021", "Figures 4.1 to 4.6")
     def test_the_force_of_every_trial_on_an_inclined_face(self, tmp_path: Path) -> None:
         """Section 4.2: bounds 0 and 5 N, inner points at 0.382 and 0.618 of what is left."""
         out = tmp_path / "slide.csv"

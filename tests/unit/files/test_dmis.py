@@ -36,7 +36,7 @@ class TestDmis:
     @pytest.mark.parametrize(
         ("text", "taken_off", "words"),
         [
-            (DMIS_OUTPUT, None, "give the radius taken off"),
+            (DMIS_OUTPUT, None, "give the subtracted radius"),
             (DMIS_OUTPUT, -1.0, "a radius in mm, or 0"),
             (DMIS_OUTPUT.replace("UNITS/MM, ANGDEC\n", ""), 0.0, "no UNITS"),
             (DMIS_OUTPUT.replace("UNITS/MM", "UNITS/FEET"), 0.0, "MM and INCH are read"),

@@ -63,7 +63,7 @@ class TestPcDmis:
 
     def test_what_the_text_does_not_state(self, tmp_path: Path) -> None:
         path = written(tmp_path, PC_DMIS_ROUTINE)
-        with pytest.raises(InputError, match="give the radius taken off"):
+        with pytest.raises(InputError, match="give the subtracted radius"):
             read_pc_dmis(path, None, "mm")
         with pytest.raises(InputError, match="give the units"):
             read_pc_dmis(path, 3.0)

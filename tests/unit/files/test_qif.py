@@ -97,7 +97,7 @@ class TestQif:
         for old, new, words in (
             ("<Point>2 0 3", "<Point>2 0", "MeasurePoint 8: Point '2 0' is not 3"),
             ("<Compensated>false</Compensated>", "", "MeasurePoint 8: it does not state"),
-            ("<Compensated>false", "<Compensated>true", "taken off point 8"),
+            ("<Compensated>false", "<Compensated>true", "subtracted from point 8"),
             ("<ProbeRadius>", "<Transform>1</Transform><ProbeRadius>", "contains Transform"),
             ("MeasurePoint", "Gauge", "contains no measured points"),
             ("0 0 1", "0 0 2", "MeasurePoint 8: normal 1 has length 2"),
@@ -182,7 +182,7 @@ class TestQif:
             ("/qif3", "/qif1", "QIF 3 and 2 are read"),
             ('count="2"', 'count="3"', "its count asks for 9"),
             ("0 0 3 10", "0 0 NaN 10", "'NaN' is not a finite"),
-            ("<Compensated>false", "<Compensated>true", "already taken off"),
+            ("<Compensated>false", "<Compensated>true", "already subtracted"),
             ("<Compensated>false</Compensated>", "", "does not state whether"),
             ("<Normals>0 0 1", "<Normals>0 0 2", "normal 1 has length 2"),
             ("<Points>0 0 3 10 0 3</Points>", "<BinaryPoints/>", "binary forms are not"),

@@ -287,7 +287,7 @@ def test_nearly_all_touches_can_be_spent_but_one() -> None:
 @pytest.mark.parametrize("case", CASES)
 def test_a_misfit_is_the_probability_of_larger_residuals(case: str) -> None:
     """Fisher's test of the mean touches about the best six-seat probe without a correction, against
-    the repeats; the error of the reference's radius is common to all. Nothing is told from less
+    the repeats; the error of the reference's radius is common to all. Nothing follows from less
     than ten degrees of freedom among the repeats."""
     fit, problem = _fitted(case), SixSeatProblem(_observed(case))
     repeats = Scatter(0.15 * UM, 10.0)

@@ -54,6 +54,14 @@ def _touches(
                    spindle=spindle[order])  # fmt: skip
 
 
+@pytest.mark.published(
+    "Nafi and Mayer 2011", "Equation 1",
+    what="reading is machine less probe",
+    ours="the same; from touches of each setup",
+    theirs="the same",
+    verdict="agrees; mean and first harmonic are in the circles",
+    command="pretravel separate touches.csv",
+)  # fmt: skip
 @pytest.mark.parametrize("ring", [False, True])
 @pytest.mark.parametrize("first", [0.0, 0.2])
 def test_errors_of_machine_and_probe_come_back(ring: bool, first: float) -> None:

@@ -61,6 +61,28 @@ def _some(trace: RigTrace, kept: slice | np.ndarray) -> RigTrace:
 
 
 class TestEvents:
+    @pytest.mark.published(
+        "Ren 2020", "Equation 2",
+        what="pretravel r1 − r0",
+        ours="4.000 µm of an ideal rod, as by hand",
+        theirs="the same",
+        verdict="agrees",
+        command="pretravel rig",
+    )  # fmt: skip
+    @pytest.mark.published(
+        "Ren 2020", "Equation 3",
+        what="hysteresis r3 − r0",
+        ours="0.400 µm of an ideal rod, as by hand",
+        theirs="the same",
+        verdict="agrees",
+    )  # fmt: skip
+    @pytest.mark.published(
+        "Ren 2020", "Figure 4",
+        what="sequence of signals",
+        ours="r0 to r3 of an ideal rod, as by hand; with noise within u",
+        theirs="drawing",
+        verdict="agrees",
+    )  # fmt: skip
     def test_every_field(self) -> None:
         touch = rig_touch(_trace())
         assert touch.trace == "rig_030_1"
@@ -80,6 +102,7 @@ class TestEvents:
         assert touch.tip_compression == pytest.approx(-0.05 * UM, abs=1e-9)
         assert touch.u_pretravel == pytest.approx(math.sqrt(2.0) * U_EDGE, rel=1e-6)
 
+    @pytest.mark.published("Ren 2020", "Figure 4")
     @pytest.mark.parametrize(("rate", "speed"), [(1000.0, 0.05), (5000.0, 0.5)])
     def test_uncertainty_is_that_of_sampling(self, rate: float, speed: float) -> None:
         """An edge lies anywhere in a sample: a rectangle of 0.05 µm, 14 nm, or of twice as much.
@@ -217,6 +240,7 @@ class TestEvents:
         assert touch.notes == (f"{words}unts",)
         assert touch.r3 == pytest.approx(20.45 * UM, abs=1e-9)
 
+    @pytest.mark.published("Ren 2020", "Figure 4")
     def test_bounces_of_the_contact(self) -> None:
         made = rig_touch(_trace(contact=_high(CONTACT, slice(303, 305))))
         assert made.notes == ("the contact signal bounced; its first edge counts",)
@@ -311,6 +335,13 @@ class TestTraces:
         with pytest.raises(PretravelError, match=r"at sample 9 \(0\.007 s after 0\.007 s\)"):
             replace(made, time=still)
 
+    @pytest.mark.published(
+        "Ren 2020", "Equation 16",
+        what="length at 20 °C",
+        ours="L₀ (1 + α ΔT)",
+        theirs="L₀ (1 − α ΔT)",
+        verdict="differs: sign; 0.04 nm on 5 µm",
+    )  # fmt: skip
     def test_a_cold_ruler(self) -> None:
         """At 17 °C 12 ppm / K: 36 ppm less."""
         found = at_reference_temperature(_trace(), 17.0, 12e-6)

@@ -193,6 +193,7 @@ def test_rig_with_an_axis_writes_a_map(tmp_path: Path) -> None:
     assert polar == pytest.approx([90.0, 90.0, 90.0, 0.0])
 
 
+@pytest.mark.published("Ren 2020", "Figure 8")
 def test_force_of_each_touch_from_a_description(tmp_path: Path) -> None:
     """Equation 12 of the description in numpy: a rod's travel is L_c + L_p + L_k; the force that
     the column states gives the pretravel back. Along the axis it has no such equation."""

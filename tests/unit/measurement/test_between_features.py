@@ -131,7 +131,7 @@ def test_axes_that_cross_have_an_angle_and_no_distance() -> None:
 def test_every_relation_is_as_uncertain_as_it_moves_with_the_points(
     kind: str, degrees: float, name: str
 ) -> None:
-    """Each point of both features moved by 1 µm along its normal, its feature found anew: the
+    """Each point of both features moved by 1 µm along its normal, its feature found again: the
     changes of the relation, with the points' own errors and those that both features share."""
     rng = np.random.default_rng(5)
     positions, normals = features()[kind]

@@ -204,7 +204,7 @@ def _noisy(kind: str, seed: int, count: int = 9) -> FloatArray:
     [pytest.param(*each, marks=pytest.mark.slow if each[1] == "torus" else ()) for each in EXTREME],
 )
 def test_response_is_that_of_moved_points(criterion: str, kind: str, seed: int) -> None:
-    """Each point moved by 20 pm along the normal, the feature found anew: the stated change.
+    """Each point moved by 20 pm along the normal, the feature found again: the stated change.
 
     The features are found to some fm; the contacts do not change by so small a movement. The
     points that carry, and two others.

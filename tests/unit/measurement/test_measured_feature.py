@@ -77,7 +77,7 @@ class TestCircleInClosedForm:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_feature_is_as_uncertain_as_it_moves_with_its_points(kind: str) -> None:
-    """Each point moved by 1 µm along its normal, the feature found anew: the changes of every
+    """Each point moved by 1 µm along its normal, the feature found again: the changes of every
     quantity, with the errors of the points by themselves and those in common."""
     positions, normals = features()[kind]
     rng = np.random.default_rng(4)
@@ -289,7 +289,7 @@ def test_a_bore_touched_with_a_known_probe() -> None:
     bore = measure_feature(points, "bore")
     diameter = bore.quantity("diameter")
     assert diameter.value == pytest.approx(20.0, abs=1e-9)
-    # The tip of the radius alone is taken off: the bore seems larger by 2 x 12 µm.
+    # The tip of the radius alone is subtracted: the bore seems larger by 2 x 12 µm.
     assert diameter.uncompensated == pytest.approx(20.024, abs=1e-9)
     # Map (0.1 µm) and tip radius (0.2 µm) in full, repeatability averaged over 12.
     assert diameter.u == pytest.approx(2.0 * np.sqrt(1e-8 + 4e-8 + 9e-8 / 12), rel=1e-6)

@@ -51,7 +51,7 @@ def test_the_touches_of_a_map_are_known_after_it_was_stored(tmp_path: Path) -> N
     assert found.startswith(
         "all 25 touches are touches that the map was made from, to the last digit"
     )
-    # New touches in a file of the same name are others: `today.csv` is written anew every day.
+    # New touches in a file of the same name are others: `today.csv` is rewritten every day.
     assert own_touches_warnings(replace(_touches(2), source="a.csv"), stored, "why.") == []
 
 

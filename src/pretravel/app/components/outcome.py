@@ -33,7 +33,7 @@ def outcome(
     missing : str
         What to do while files are missing.
     button : str
-        Text of the button of a job that does not start by itself.
+        Text of the button of a job that does not start automatically.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def result_place(
     empty: Callable[[], object] | None = None,
     says_warnings: bool = True,
 ) -> None:
-    """A place for a result, pale where it is not that of the page; one of several of a job.
+    """A place for a result, greyed out where it is not that of the page; one of several of a job.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def _mark(place: Element, *works: Work) -> None:
 
 @contextmanager
 def belonging_to(*works: Work) -> Iterator[None]:
-    """A place for what shows results of works: it is pale where one of them is not of the page."""
+    """A place for what shows results of works: greyed out where one is not of the page."""
     place = ui.element("div").classes("live")
     with place:
         yield
@@ -133,7 +133,7 @@ def belonging_to(*works: Work) -> Iterator[None]:
 def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | None = None) -> None:
     """A place for buttons of a result, there with the first one, that stays while others come.
 
-    What `outcome` shows is made anew for each result; a click on a button in it that has just been
+    What `outcome` shows is recomputed for each result; a click on a button in it that has just been
     replaced would be lost, as after a typed value: the click itself ends the typing.
 
     Parameters
@@ -142,7 +142,7 @@ def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | N
     build : callable
         Makes the buttons (`downloads.result_button`, `page_button`).
     key : callable
-        Takes the result; the buttons are made anew when what it returns has changed.
+        Takes the result; the buttons are recomputed when what it returns has changed.
     """
 
     def filled() -> tuple[object, ...]:

@@ -2,7 +2,7 @@
 
 The name of a cached model is a digest of everything that its numbers depend on, so it is never
 used for another geometry. The file contains digests of its content: a damaged or foreign file is
-detected, reported and made anew. A folder or a file that another user can write to is not used.
+detected, reported and recomputed. A folder or a file that another user can write to is not used.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def reduced_model(
     Warns
     -----
     UserWarning
-        A cached file was damaged or foreign and has been made anew; the cache cannot
+        A cached file was damaged or foreign and has been recomputed; the cache cannot
         be written, or other users can write to it: it is then not used, which is said once.
     """
     check_solver(solver)  # also where the model comes from the cache
@@ -294,7 +294,7 @@ def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedMode
     doubt = mistrust(path)
     if doubt:
         warnings.warn(
-            f"the cached model {path} is not used, because {doubt}; it is made anew", stacklevel=4
+            f"the cached model {path} is not used, because {doubt}; it is recomputed", stacklevel=4
         )
         return None
     try:
@@ -317,7 +317,7 @@ def _read(path: Path, key: str, make: Callable[[], ReducedModel]) -> ReducedMode
             raise ValueError("its arrays have other shapes")
     except _UNREADABLE as error:
         warnings.warn(
-            f"the cached model {path} is damaged or foreign ({error}); it is made anew",
+            f"the cached model {path} is damaged or foreign ({error}); it is recomputed",
             stacklevel=4,
         )
         return None
@@ -361,7 +361,7 @@ def _read_field(
             symmetry = ThreefoldSymmetry(frozen(arrays["motions"]), frozen(arrays["interface"]))
     except _UNREADABLE as error:
         warnings.warn(
-            f"the mesh of the cached model {path} is damaged ({error}); it is made anew",
+            f"the mesh of the cached model {path} is damaged ({error}); it is recomputed",
             stacklevel=4,
         )
         return make().load_field()

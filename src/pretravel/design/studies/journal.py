@@ -45,7 +45,7 @@ class Journal:
     digest : str
         Of the study; see `pretravel.design.studies.run.digest_of`.
     anew : bool
-        Whether what it contains is removed, also where it belongs to another study.
+        Whether its content is removed, also where it belongs to another study.
 
     Raises
     ------
@@ -89,7 +89,7 @@ class Journal:
         elif found.startswith(_NAME):
             raise PretravelError(
                 f"{self.path} holds results of another study, or of another version of this one; "
-                "write to another output, or begin anew",
+                "write to another output, or start again",
                 inputs=("restart",),
             )
         else:
@@ -129,7 +129,7 @@ class Journal:
 
     def _damaged(self) -> InputError:
         return InputError(
-            "this is no journal of a study, or a damaged one; begin anew",
+            "this is no journal of a study, or a damaged one; start again",
             path=self.path,
             inputs=("restart",),
         )

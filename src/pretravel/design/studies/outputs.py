@@ -232,7 +232,7 @@ def _corrections(case: Case, trigger: Trigger, directions: Directions) -> dict[s
 
 
 _TESTED = 400
-"""Directions in which a calibration is judged."""
+"""Directions in which a calibration is evaluated."""
 
 
 def _calibration(case: Case, trigger: Trigger, directions: Directions) -> dict[str, float]:

@@ -284,7 +284,7 @@ def points_in_part(alignment: Alignment) -> Points:
 
 
 def radius_alone(tip_radius: float) -> PretravelMap:
-    """A map without pretravel: the tip's radius is taken off, and nothing is known of its errors.
+    """A map without pretravel: the tip's radius is subtracted, and nothing is known of its errors.
 
     Parameters
     ----------
@@ -382,7 +382,7 @@ def align(
     -----
     With a small shift s and turn w of the part about c, the distance of a point from its face
     changes by -n · s - ((q - c) × n) · w, where q is the nearest point of the face and n the
-    normal there. Its nearest point and normal are found anew in each step.
+    normal there. Its nearest point and normal are found again in each step.
     """
     unknown = sorted(set(free) - set(MOTIONS))
     if unknown or not free:

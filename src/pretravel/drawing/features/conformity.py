@@ -113,7 +113,7 @@ class Conformity:
         return _quantile(self.dof, self.required)
 
     def with_value(self, value: float, u: float) -> Conformity:
-        """The same decision, with a value from which what noise adds was taken off. [mm]"""
+        """The same decision, with a value from which the effect of noise was subtracted. [mm]"""
         less = self.value - value
         return replace(
             self,

@@ -64,7 +64,7 @@ class FormOfPart:
     families : tuple of (f, n) float
         The shapes that were tried.
     weights, rough_variances, smooth_variances : (c,) float
-        Probabilities, and the sizes that they are of. Few residuals tell them apart poorly. [mm²]
+        Probabilities, and the sizes that they are of. Few residuals distinguish them poorly. [mm²]
     family : (c,) int
         Of `families`.
     hidden : tuple of str
@@ -177,7 +177,7 @@ def form_of_part(
     spectra = [_Spectrum.of(each.columns, basis, residuals) for each in tried]
     shown = [each.visible >= _VISIBLE for each in spectra]
     hidden = tuple(each.name for each, is_in in zip(tried, shown, strict=True) if not is_in)
-    # One that fills the residuals is not told from roughness.
+    # One that fills the residuals is not distinguished from roughness.
     shown = [
         is_in and len(each.variances) <= _MOST_FILLED * dof
         for is_in, each in zip(shown, spectra, strict=True)

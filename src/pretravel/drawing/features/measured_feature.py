@@ -351,7 +351,7 @@ def measure_feature(
         gaussian, minimum-zone, inscribed, circumscribed or tangent, as of `associate_by`. The
         uncertainty of an extreme feature is that of the points on which it rests; it contains no
         form of the part, where the points state their uncertainty. Noise makes an extreme feature
-        larger or smaller on average, which is not taken off. The form of a minimum zone is its
+        larger or smaller on average, which is not subtracted. The form of a minimum zone is its
         width, with its own interval; of all others it is that of least squares.
 
     Returns

@@ -1,8 +1,8 @@
 """Tip centres of a CMM without any compensation, one a line with its feature; reading.
 
 A line is ``127;117;0 no compensation;1;59.9957;157.9280;148.2766;;0.0000``: number of the point,
-number of the feature, name of the feature and what was taken off, a column that is not read, and x,
-y, z. The plan states the feature's normal (join by feature).
+number of the feature, name of the feature and the subtracted radius, a column that is not read,
+and x, y, z. The plan states the feature's normal (join by feature).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def read_cmm_centres(source: Source, units: str | None = None) -> FilePositions:
     Raises
     ------
     InputError
-        The units are missing; a line is another one, or states that something was taken off; a
+        The units are missing; a line is another one, or states that a radius was subtracted; a
         number of a point occurs twice. The message contains the line.
 
     >>> from pretravel.files.source_file import SourceFile
@@ -61,7 +61,7 @@ def read_cmm_centres(source: Source, units: str | None = None) -> FilePositions:
             )
         if head[4] is None:
             raise file.error(
-                "the point was compensated: what was taken off it is not known, and tip centres "
+                "the point was compensated: the subtracted radius is not known, and tip centres "
                 "(no compensation) are needed",
                 number,
             )

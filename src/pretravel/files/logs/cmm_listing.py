@@ -445,7 +445,7 @@ CMM_LISTING = FileFormat(
     name="cmm-listing",
     what="listing of a CMM: CIRCLE CR4 CART MCS MM …, results, PtNo X Y Z DX DY DZ DEV",
     reads="touches; results of features",
-    needs="radius taken off; bores",
+    needs="subtracted radius; bores",
     takes=("radius_taken_off", "bores"),
     verified="one public listing of planes and circles: the deviations of its points follow from "
     "the stated features within their last digit",

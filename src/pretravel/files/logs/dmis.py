@@ -153,13 +153,13 @@ def checked_radius_taken_off(file: SourceFile, what: str, radius: float | None) 
     """
     if radius is None:
         raise file.error(
-            f"{what} does not state whether the tip's radius was taken off its points; give "
-            "the radius taken off: 0 for tip centres, or the radius in mm",
+            f"{what} does not state whether the tip's radius was subtracted from its points; give "
+            "the subtracted radius: 0 for tip centres, or the radius in mm",
             inputs=("radius_taken_off",),
         )
     if not 0.0 <= radius < 1000.0:
         raise file.error(
-            f"the radius taken off is {radius:g}; a radius in mm, or 0, is needed",
+            f"the subtracted radius is {radius:g}; a radius in mm, or 0, is needed",
             inputs=("radius_taken_off",),
         )
     return radius
@@ -338,7 +338,7 @@ DMIS = FileFormat(
     name="dmis",
     what="DMIS: FA(…)=FEAT/POINT,CART,… (.dmo)",
     reads="touches",
-    needs="radius taken off",
+    needs="subtracted radius",
     takes=("radius_taken_off",),
     verified="public files of two systems: their form",
     recognises=lambda lines: any(_MEASURED.match(line) for line in lines),

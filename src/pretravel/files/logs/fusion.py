@@ -327,7 +327,7 @@ def write_fusion(
     centers, normals, nominal_points : (n, 3) float
         [mm]
     labels : tuple of str
-        Written as comments, in plain signs: the format numbers its points.
+        Written as comments, in plain characters: the format numbers its points.
     tip_radius : float
         [mm]
 

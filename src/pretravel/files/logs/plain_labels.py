@@ -8,7 +8,7 @@ _OTHER_SIGNS = re.compile(r"[^A-Za-z0-9 _.-]")
 
 
 def plain_name(text: str) -> str:
-    r"""Return a text of one line with the signs A-Z a-z 0-9 space _ . - alone; others become _.
+    r"""Return a text of one line with the characters A-Z a-z 0-9 space _ . -; others become _.
 
     A line end in a label would begin a line of its own in the file, which a control could execute.
 
@@ -19,7 +19,7 @@ def plain_name(text: str) -> str:
 
 
 def plain_labels(labels: tuple[str, ...]) -> tuple[str, ...]:
-    r"""Return labels with plain signs alone, each of them once, none empty.
+    r"""Return labels of plain characters, each of them once, none empty.
 
     >>> plain_labels(("a\nb", "a_b", ""))
     ('a_b', 'a_b_2', '3')

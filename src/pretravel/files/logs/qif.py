@@ -108,8 +108,8 @@ def read_qif(source: Source) -> FileReadings | FilePositions:
         if any(point_set.compensated):
             label = point_set.labels[point_set.compensated.index(True)]
             raise file.error(
-                f"the probe radius was already taken off point {label} (Compensated true); tip "
-                "centres are needed. In Python, pretravel.files.logs.qif.read_point_sets reads "
+                f"the probe radius was already subtracted from point {label} (Compensated true); "
+                "tip centres are needed. In Python, pretravel.files.logs.qif.read_point_sets reads "
                 "such points"
             )
     points = np.concatenate([s.points for s in sets])
@@ -205,7 +205,7 @@ class _SetElement:
         )
 
     def _count(self) -> int:
-        """Read the number of points; a file cannot have more of them than signs."""
+        """Read the number of points; a file cannot have more of them than characters."""
         stated = self.element.get("count", "")
         if not re.fullmatch("[0-9]{1,12}", stated.strip()):
             raise self.error("it does not state its count") from None
@@ -291,7 +291,7 @@ def write_qif(
         Tip centres, or surface points. [mm]
     normals : (n, 3) float
     labels : tuple of str
-        Written as a comment, in plain signs without spaces.
+        Written as a comment, in plain characters without spaces.
     compensated : bool
         Whether they are surface points.
     tip_radius : float or None

@@ -20,7 +20,7 @@ UNIT_NAMES = {"mm": 1.0, "millimeter": 1.0, "millimetre": 1.0, "inch": INCH, "in
               "m": METRE, "meter": METRE, "metre": METRE}  # fmt: skip
 
 COMPENSATED = {"true": True, "1": True, "false": False, "0": False}
-"""Words that state whether a probe radius was taken off."""
+"""Words that state whether a probe radius was subtracted."""
 _MOST_TAGS = 5_000_000
 """A tag takes up to 220 bytes of memory."""
 _ROUNDED = 5e-3
@@ -36,7 +36,7 @@ class PointSet:
     points : (n, 3) float
         Tip centres, or surface points where they are compensated. [mm]
     compensated : (n,) bool
-        Whether the probe radius was taken off.
+        Whether the probe radius was subtracted.
     normals : (n, 3) float or None
     radii : (n,) float or None
         Effective radii of the probe. [mm]

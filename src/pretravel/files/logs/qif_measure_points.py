@@ -102,7 +102,7 @@ class _MeasurePoint:
         return None if text is None else float(self._numbers("ProbeRadius", text, 1)[0])
 
     def compensated(self) -> bool:
-        """Return whether the probe radius was taken off."""
+        """Return whether the probe radius was subtracted."""
         word = (self._text("Compensated") or "").strip()
         if word not in COMPENSATED:
             raise self.error("it does not state whether it is compensated (Compensated)")

@@ -67,10 +67,10 @@ PC_DMIS_REPORT = FileFormat(
     name="pcdmis-report",
     what="report of dimensions of PC-DMIS: AX NOMINAL … MEAS DEV",
     recognises=_any(r"^AX\s+(?:NOMINAL|MEAS)\b.*\b(?:MEAS|DEV|NOMINAL)\b"),
-    refusal="this is a report of PC-DMIS: dimensions of features, with the tip's radius taken off. "
-    "It has no vectors, so that no touches can be made of it. Save the measurement routine as "
-    "text instead, with THEO/ and ACTL/ of its points and with its hits (format pcdmis), or export "
-    "x, y, z, i, j, k of the points as CSV",
+    refusal="this is a report of PC-DMIS: dimensions of features, with the tip's radius "
+    "subtracted. It has no vectors, so that no touches can be made of it. Save the measurement "
+    "routine as text instead, with THEO/ and ACTL/ of its points and its hits (format pcdmis), "
+    "or export x, y, z, i, j, k of the points as CSV",
 )
 
 _CALYPSO_COLUMNS = {"idsymbol", "type", "geotype", "characteristic", "uppertol", "featureid"}
@@ -142,9 +142,9 @@ FEATURE_LIST = FileFormat(
     what="list of features or of their results: a diameter, a form, Nominal … Actual … Dev",
     recognises=_is_feature_list,
     refusal="this is a list of features (centres, diameters, forms) or of their results, as the "
-    "software of CMMs writes them, with the tip's radius taken off: a row is no touch, and nothing "
-    "is left to compensate. Let the software write the points that it measured, as tip centres "
-    "with their normals, one row for each touch",
+    "software of CMMs writes them, with the tip's radius subtracted: a row is no touch, and "
+    "nothing is left to compensate. Let the software write the points that it measured, as tip "
+    "centres with their normals, one row for each touch",
 )
 
 LISTING = FileFormat(
@@ -167,7 +167,7 @@ CALYPSO = FileFormat(
     what="tables of Calypso: chr.txt, fet.txt, hdr.txt",
     recognises=lambda lines: _is_calypso(lines[0]),
     refusal="this is a table of Calypso: characteristics and features, with the tip's radius "
-    "taken off. It has no touches. Let Calypso write the points of the elements, as tip centres "
+    "subtracted. It has no touches. Let Calypso write the points of the elements, as tip centres "
     "with their normals, and convert these from CSV",
 )
 
@@ -180,7 +180,7 @@ HEIDENHAIN_LOG = FileFormat(
         head=40,
     ),
     refusal="this is the log of a measuring cycle: sizes and positions of a feature, with the "
-    "tip's radius taken off. It has no touches. Probe the points one by one (TCH PROBE 3 or 444) "
+    "tip's radius subtracted. It has no touches. Probe the points one by one (TCH PROBE 3 or 444) "
     "and write each measured position with FN 16: F-PRINT as a row of a table",
 )
 

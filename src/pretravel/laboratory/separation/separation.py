@@ -456,10 +456,10 @@ def _notes(
             "zero; all else the readings determine"
         )
     of_variances = (
-        "the variances' matrix lacks one rank too: variances of pairs are absolute, but no "
-        "reading determines which part is the machine's and which the probe's, and no repeat "
-        "does. Of the shares without a negative variance, the ones nearest to half each on average "
-        "are stated"
+        "the matrix of the variances is rank deficient by one: variances of pairs are absolute, "
+        "but neither readings nor repeats separate the share of the machine from the share of "
+        "the probe. The stated shares have no negative variance and are nearest to half each on "
+        "average"
     )
     notes = [of_errors, of_variances + _movable_words(shares, variances)]
     if shares.negative:

@@ -201,7 +201,7 @@ def literal_variances(
 
 
 def _check_rank(design: MultiStepDesign, matrix: FloatArray) -> None:
-    """The variances' matrix lacks one rank always, more where directions have few readings."""
+    """The matrix of the variances is rank deficient by one, by more where readings are few."""
     rank = int(np.linalg.matrix_rank(matrix, tol=1e-9 * float(np.linalg.norm(matrix, 2))))
     if rank >= design.size - 1:
         return
@@ -240,8 +240,8 @@ def restricted_likelihood_variances(
     """Variances from the equations of the restricted likelihood; none is negative.
 
     The noise has Student's distribution; its degrees of freedom are not known. The variances are
-    the mean over `TAILS` with their probabilities, and the covariance contains the doubt. With
-    normal noise they are those of the normal likelihood.
+    the mean over `TAILS` with their probabilities, and the covariance contains the uncertainty.
+    With normal noise they are those of the normal likelihood.
 
     The weights, 1 / variance², are taken from variances shrunk towards their means. With weights
     from the estimates themselves, which scatter, the equations reduce single pairs to zero and

@@ -29,7 +29,7 @@ ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""
 
 UNCHECKED, COMPARED = "unchecked", "compared"
-"""The status of a definition that nobody compared with the text of its standard; and of one that a
+"""The status of a definition that was not compared with the text of its standard; and of one that a
 laboratory states to have compared."""
 FORM_OF_REFERENCE = "form error of the reference"
 DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"

@@ -162,7 +162,7 @@ def averaged_map(
     coefficients : (k,) float
         [mm]
     covariance : Covariance
-        Of each map by itself, weighted, and of the differences between the maps. [mm²]
+        Of each map alone, weighted, and of the differences between the maps. [mm²]
 
     Raises
     ------

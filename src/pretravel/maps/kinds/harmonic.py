@@ -182,9 +182,10 @@ def _with_pretravel_at_pole(
 
 def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touched: bool) -> str:
     gauge = (
-        f"a centre that makes pretravel {axial_pretravel / MICROMETRE:g} µm along the axis "
-        f"(assumed, u {U_AXIAL_PRETRAVEL / MICROMETRE:g} µm: touches on a sphere do not determine "
-        "it; in u of the centre, not of the map) and has no first harmonic across"
+        f"a centre for which pretravel along the axis is {axial_pretravel / MICROMETRE:g} µm "
+        f"(assumed, because touches on a sphere do not determine this value; its u of "
+        f"{U_AXIAL_PRETRAVEL / MICROMETRE:g} µm is in u of the centre) and which leaves no first "
+        "harmonic across the axis"
     )
     if not touched:
         return gauge + (

@@ -34,7 +34,7 @@ def whole_shape(file: Path) -> tuple[Any, dict[Any, str]]:
     ------
     RuntimeError
         From the kernel: a file that it cannot read. A kernel without the tree of products; a tree
-        in which the first root lies elsewhere than by itself.
+        in which the first root lies elsewhere than alone.
     """
     from netgen.occ import Compound, OCCGeometry
 

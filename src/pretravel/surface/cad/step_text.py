@@ -1,4 +1,4 @@
-"""The text of STEP files, mended where the CAD kernel would crash."""
+"""The text of STEP files, corrected where the CAD kernel would crash."""
 
 from __future__ import annotations
 

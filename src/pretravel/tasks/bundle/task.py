@@ -28,7 +28,7 @@ Left out: {left_out}.
 class Bundle(TouchFilesWithFeed, OfOneTip):
     """Make one file to send: touches, map, machine and versions, without names and dates.
 
-    Each part is read and written anew. What is in the file is printed, and is plain text in it:
+    Each part is read and rewritten. What is in the file is printed, and is plain text in it:
     look before you send it. See "Call for data" in the documentation.
     """
 

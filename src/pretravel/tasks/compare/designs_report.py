@@ -41,7 +41,7 @@ from pretravel.tasks.predict import by_level, polar_axis, values_of
 
 A: Colour = "series8"
 B: Colour = "series5"
-"""Colours of the two designs; neither of them is better by itself."""
+"""Colours of the two designs; neither of them is better as such."""
 
 
 def design_comparison_document(

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pretravel.touches import Touches
 
 _WIDTH = 80
-"""Of the lines of a text. [signs]"""
+"""Of the lines of a text. [characters]"""
 
 
 def _formats() -> list[str]:
@@ -382,7 +382,7 @@ def _losses(touches: Touches, output: Path) -> list[str]:
     if touches.spindle is not None:
         lost.append("orientations of the spindle")
     if touches.labels is not None and plain_labels(touches.labels) != touches.labels:
-        lost.append("signs of labels other than letters, digits, space, _ . -")
+        lost.append("characters of labels other than letters, digits, space, _ . -")
     if not lost:
         return []
     ending = output.suffix.lower()

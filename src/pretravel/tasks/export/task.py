@@ -106,8 +106,8 @@ CONTROL_FORM = Field(
 )
 
 _WITHOUT_MACHINE = (
-    "scale, squareness and backlash of the machine were taken off the map, and these files do not "
-    "take them off: measure with the machine's own compensation of them, or compensate with "
+    "scale, squareness and backlash of the machine are subtracted in the map, and these files do "
+    "not subtract them: measure with the machine's own compensation of them, or compensate with "
     "pretravel"
 )
 

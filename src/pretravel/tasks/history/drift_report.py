@@ -249,7 +249,7 @@ def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
     return tuple(found)
 
 
-_BREAK = {False: "jump: the trend begins anew", True: "this day alone lies apart"}
+_BREAK = {False: "jump: the trend starts again", True: "this day alone lies apart"}
 
 
 def _courses_table(

@@ -144,7 +144,7 @@ def _figure(term: Term) -> KeyFigure:
     more = f"; {more}" if more else ""
     if not term.determined:
         others = ", ".join(term.told_from)
-        why = f"; cannot be told from {others}" if others else "; nothing touched shows it"
+        why = f"; cannot be distinguished from {others}" if others else "; nothing touched shows it"
         return KeyFigure(title, f"not determined{why}{more}")
     u = term.expanded / unit
     digits = Digits(_digits(u).count)
@@ -169,13 +169,13 @@ def _directions_table(fit: ReferenceFit) -> Table:
             Column.of("U", [t.expanded / MICROMETRE if t.determined else math.nan
                             for t in fit.pretravel], "µm", decimals(2)),
             Column.of("remark", [
-                "" if t.determined else f"not told from {', '.join(t.told_from[:2])}"
+                "" if t.determined else f"not distinguished from {', '.join(t.told_from[:2])}"
                 for t in fit.pretravel
             ]),
         ),
         "Pretravel by the outward normal of the surface:",
-        "A direction alone is told from the place of the reference where opposite directions and "
-        "the backlash of their axis are known.",
+        "A direction alone is distinguished from the place of the reference where opposite "
+        "directions and the backlash of their axis are known.",
         detail=True,
         certificate=True,
     )  # fmt: skip

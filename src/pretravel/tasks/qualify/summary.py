@@ -40,7 +40,7 @@ def _is_hidden(result: Qualification) -> bool:
 
 
 def judgement(result: Qualification) -> Judgement:
-    """Whether the probe is good, in a word.
+    """Whether the probe is good.
 
     Parameters
     ----------

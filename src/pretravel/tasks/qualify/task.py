@@ -212,7 +212,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         if self.diameter is None and not self.unknown_size:
             raise PretravelError(
                 "the diameter of the reference is not stated; a block is stated with the distance "
-                "of its faces, and a reference whose size nobody knows gives the shape of the map",
+                "of its faces, and a reference of unknown size gives the shape of the map",
                 inputs=("diameter", "block", "unknown_size"),
             )
         return self.diameter
@@ -314,8 +314,8 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         assert diameter is not None  # without an old map alone it can be unknown
         if self.pin and old.machine is not None:
             raise PretravelError(
-                f"{prior} contains terms of the machine, which are taken off touches on a sphere "
-                "or in a ring, not on a pin: touch one of these, or qualify anew",
+                f"{prior} contains terms of the machine, which are subtracted from touches on a "
+                "sphere or in a ring, not on a pin: touch one of these, or qualify again",
                 inputs=("pin", "prior"),
             )
         readings = self.read(progress)

@@ -74,7 +74,7 @@ def repeat_document(
     figures = (*_figures(worst, lines), KeyFigure("what to do", _advice(worst)))
     notes = [f"Values are positions along {along}."] if along else []
     if single:
-        notes.append(f"{single} touches are of points with fewer than five touches: not judged.")
+        notes.append(f"{single} touches are of points with fewer than five touches: not evaluated.")
     if len(series) > 1:
         notes.append(f"The figures are those of {name}, whose next touch is the least certain.")
     return Document(
@@ -193,7 +193,7 @@ def _advice(judged: RepeatSeries) -> str:
     """What to do, the most useful first."""
     words = []
     if judged.first.apart:
-        words.append("throw the first touch away, each time that a point is touched anew")
+        words.append("throw the first touch away, each time that a point is touched again")
     if judged.jumps:
         words.append("find the reason of the jump: lost steps, a loose mount, something knocked")
     if judged.drifts:

@@ -145,7 +145,7 @@ def _together(orders: Sequence[int]) -> str:
         return ""
     named = ", ".join(str(order) for order in orders[:3])
     return (
-        f"with those of {named}, which these directions do not tell apart: their usual size is in "
+        f"with those of {named}, which these directions do not distinguish: their usual size is in "
         "u (an odd number of equal steps, 13 or 15, separates more)"
     )
 

@@ -82,7 +82,7 @@ class RunStudy(Reported):
     ] = None
     restart: Annotated[
         bool,
-        Field(help="Begin anew, also where an earlier run was interrupted.", only=("output",)),
+        Field(help="Start again, also where an earlier run was interrupted.", only=("output",)),
     ] = False
     quantity: ShownQuantity = "pretravel"
     page: Annotated[Path | None, PAGE] = None

@@ -56,7 +56,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         str | None,
         Field(
             help="Map from qualify or predict: .json, or a .csv table; or a probe (catalogue name "
-            "or .toml). Without it the tip's radius alone is taken off.",
+            "or .toml). Without it the tip's radius alone is subtracted.",
             option="--map",
             label="Map",
             reads=existing,
@@ -253,7 +253,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         more = "\n  …" if len(found) > _MOST_LISTED else ""
         raise PretravelError(
             f"{len(found)} placements explain the touches: the part is symmetric, or the touches "
-            f"are too few to tell them apart. State the right one as the start:\n{listed}{more}",
+            f"are too few to distinguish them. State the right one as the start:\n{listed}{more}",
             inputs=("start",),
         )
 

@@ -1,4 +1,4 @@
-"""Is a budget honest? A qualification of one's own, simulated many times against the truth."""
+"""Coverage of U: a qualification, simulated many times against the truth."""
 
 import lazy_loader
 

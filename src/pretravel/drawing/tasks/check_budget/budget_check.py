@@ -1,4 +1,4 @@
-"""Is a budget honest? A user's own set-up, simulated many times, against what its U states.
+"""Coverage of U: a user's own set-up, simulated many times, against what its U states.
 
 The truth of each set is a probe drawn from the map and its uncertainty. It touches the reference as
 the user did; the touches are qualified with his settings; then faces and a bore whose places are

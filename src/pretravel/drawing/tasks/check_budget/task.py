@@ -1,4 +1,4 @@
-"""Is a budget honest? A qualification of one's own, simulated many times against the truth."""
+"""Coverage of U: a qualification, simulated many times against the truth."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pretravel.touches import Touches
 
 _WORDS = {
-    "honest": "U is honest: it contains the error as often as it states",
+    "honest": "U is right: it contains the error as often as it states",
     "too small": "U is too small: it contains the error less often than it states",
     "too large": "U is larger than needed: it costs touches and good parts",
 }
@@ -47,7 +47,7 @@ _NOT_SIMULATED = dict.fromkeys(("prior", "block", "reference", "tip"), ())
 
 
 class CheckBudget(Qualify, without=_NOT_SIMULATED):
-    """Is U honest? Simulate your own qualification many times and count.
+    """Check the coverage of U by simulation: repeat your own qualification many times and count.
 
     The probe of each set is drawn from the map of your touches and its uncertainty. It repeats your
     touches, with your settings, and then touches faces and a bore whose places are known. What acts
@@ -189,7 +189,7 @@ class CheckedBudget(Result):
 
         found, acting = self.check, self.check.acting
         report = Document(
-            title=f"{self.task.touches_name}: is U honest?",
+            title=f"{self.task.touches_name}: coverage of U",
             verdict=_WORDS[found.verdict],
             judgement=Judgement(_LEVELS[found.verdict], found.verdict.capitalize()),
             figures=(
@@ -335,4 +335,4 @@ def _view(found: BudgetCheck) -> View:
             Dots(u[some], error[some], points.name, "series1"),
         ),
     )
-    return View("Is U honest?", (shares, scatter), 2)
+    return View("Coverage of U", (shares, scatter), 2)

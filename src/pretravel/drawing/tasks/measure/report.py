@@ -600,8 +600,8 @@ def _conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table
             ),
         ),
         title="Conformity",
-        explanation="It is decided that a value is inside the tolerance where it is so by at least "
-        "the guard band, and outside where it is so by more than the rejection band. P: the "
+        explanation="A value conforms where it is inside the tolerance by at least the guard "
+        "band, and does not conform where it is outside by more than the rejection band. P: the "
         "probability that the true value is inside.",
     )
 
@@ -693,7 +693,7 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "the noise of the points moves an extreme feature to one side. On a perfect surface it "
         f"makes a range {amount}: a zone is too wide by about this, an inscribed diameter too "
         "small and a circumscribed one too large by up to this, a tangent plane or line too far "
-        "outside by up to half of it. This is not taken off, and not in u"
+        "outside by up to half of it. This is not subtracted, and not in u"
     )
     return [on_points, one_sided, _FORM_BESIDE]
 
@@ -733,7 +733,7 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
         warnings.append(
             "the points state no uncertainty: u follows from their scatter about the feature "
             "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
-            "and of the machine; form and noise are not told apart. No tolerance is decided"
+            "and of the machine; form and noise are not distinguished. No tolerance is decided"
         )
     elif not all(feature.errors.correlation_known for feature in features):
         warnings.append(

@@ -302,7 +302,7 @@ class Measure(LaboratoryReport):
         points, notes = points_and_notes(self.points, options)
         if self.tip_diameter is not None and points.state_uncertainty:
             raise PretravelError(
-                f"{self.points}: the points are compensated: the tip's radius was taken off",
+                f"{self.points}: the points are compensated: the tip's radius was subtracted",
                 inputs=("tip_diameter",),
             )
         with progress.working(f"measuring the features of {len(points)} points"):
@@ -809,12 +809,12 @@ def _taken_for(tip_diameter: float | None) -> str:
     """What points of another origin were taken for."""
     if tip_diameter is None:
         return (
-            "the points were taken as points of the surface, and nothing was taken off: if they "
+            "the points were taken as points of the surface, and nothing was subtracted: if they "
             "are tip centres, state the tip's diameter"
         )
     return (
         f"the points were taken as tip centres: the radius of the tip, {0.5 * tip_diameter:g} mm, "
-        "was taken off, and no pretravel"
+        "was subtracted, and no pretravel"
     )
 
 

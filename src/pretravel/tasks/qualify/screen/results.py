@@ -204,7 +204,7 @@ def _file_text(content: str) -> None:
     shown = content[:_LONGEST_TEXT]
     text("pre", shown, "file-text").props('tabindex="0"')
     if len(shown) < len(content):
-        note(f"The first {len(shown)} of {len(content)} signs.")
+        note(f"The first {len(shown)} of {len(content)} characters.")
 
 
 def _part(state: ScreenState) -> None:
