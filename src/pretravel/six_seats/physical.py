@@ -6,6 +6,7 @@ Its basis is `pretravel.six_seats.six_seat_basis.SixSeatBasis`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
@@ -278,25 +279,16 @@ def _most_evident(problem: SixSeatProblem, usual: PriorScales, repeats: Scatter)
     order = order[evidence[order] > evidence.max() - _BEHIND]
     kept = different(problem, found.x[order])
     count = _SETTLED if repeats.dof >= WELL_KNOWN_NOISE else _SETTLED_WITHOUT_NOISE
-    settled = [
-        _settled_mode(problem, found.x[place], tried[place], repeats)
-        for place in order[kept[:count]]
-    ]
+    chosen = order[kept[:count]]
+    settled = _settled_modes(problem, found.x[chosen], [tried[place] for place in chosen], repeats)
     first = max(settled, key=lambda mode: mode.evidence)
     best = first.weighted.scales[0]
     places = np.vstack([first.x, beside(problem, best, first.x)])
     around = modes(problem, [best] * len(places), places, _STEPS, _NEARLY)
     if around.cost.min() <= around.cost[0] - _NEARLY:
-        nearer = _settled_mode(problem, around.x[around.cost.argmin()], best, repeats)
-        settled = [nearer, *(mode for mode in settled if mode is not first)]
+        nearer = _settled_modes(problem, around.x[[around.cost.argmin()]], [best], repeats)
+        settled = [*nearer, *(mode for mode in settled if mode is not first)]
     return _evident(problem, settled)
-
-
-def _settled_mode(
-    problem: SixSeatProblem, x: FloatArray, scales: PriorScales, repeats: Scatter
-) -> _Mode:
-    x, weighted = _settled(problem, x, scales, repeats)
-    return _Mode(x, weighted, _reached_evidence(problem, x, weighted))
 
 
 def _settled(
@@ -307,13 +299,42 @@ def _settled(
     rounds: int = _ROUNDS,
 ) -> tuple[FloatArray, WeightedScales]:
     """Mode and scales by turns: each determines the other."""
+    found, weighted = _settled_together(problem, x[None], [scales], repeats, rounds)
+    return found[0], weighted[0]
+
+
+def _settled_modes(
+    problem: SixSeatProblem, x: FloatArray, scales: Sequence[PriorScales], repeats: Scatter
+) -> list[_Mode]:
+    """Several modes (s, u), each with the scales that it is sought with, settled."""
+    found, weighted = _settled_together(problem, x, scales, repeats, _ROUNDS)
+    return [
+        _Mode(own, scales, _reached_evidence(problem, own, scales))
+        for own, scales in zip(found, weighted, strict=True)
+    ]
+
+
+def _settled_together(
+    problem: SixSeatProblem,
+    x: FloatArray,
+    scales: Sequence[PriorScales],
+    repeats: Scatter,
+    rounds: int,
+) -> tuple[FloatArray, list[WeightedScales]]:
+    """Several modes, those that still move in one search."""
+    x, now = x.copy(), list(scales)
+    weighted: dict[int, WeightedScales] = {}
+    going = list(range(len(x)))
     for _ in range(rounds):
-        x, _ = most_probable(problem, scales, x)
-        weighted = weighted_scales(problem, x, repeats)
-        if weighted.scales[0] == scales:
+        x[going] = modes(problem, [now[place] for place in going], x[going]).x
+        for place in going:
+            weighted[place] = weighted_scales(problem, x[place], repeats)
+        going = [place for place in going if weighted[place].scales[0] != now[place]]
+        for place in going:
+            now[place] = weighted[place].scales[0]
+        if not going:
             break
-        scales = weighted.scales[0]
-    return x, weighted
+    return x, [weighted[place] for place in range(len(x))]
 
 
 def _reached_evidence(problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales) -> float:
