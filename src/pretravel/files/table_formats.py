@@ -27,8 +27,10 @@ def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> N
 
 
 _COLUMNS = (
-    RowStatement("columns tip, stylus, sensor, probe, tool …", "", "tip", "carried"),
+    RowStatement("columns tip, stylus, sensor, probe, tool, T (numbers) …", "", "tip", "carried"),
     RowStatement("columns part, planid, partnb, serial, set, series …", "", "part", "carried"),
+    RowStatement("columns run, cycle, operation that count no rows", "", "part", "carried"),
+    RowStatement("columns WCS, work offset, frame that change", "", "frame", "refused"),
     RowStatement("column pass", "", "pass", "carried"),
     RowStatement("columns orientation, head angle", "", "orientation", "carried"),
     RowStatement("columns A, B, C that move", "", "frame", "refused"),
