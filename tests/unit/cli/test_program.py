@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,3 +51,38 @@ class TestCommands:
         feed = read_machine(mill).measuring_feed
         write_map(tmp_path / "map.json", replace(mean_map(0.010), feed=feed))
         assert "states no feed" not in both_outputs(*given)[1]
+
+
+class TestAxis:
+    C = ("--axis", "C", "--diameter", 25, "--center", "60,0,0", "--about", "0,0,0")
+    A = ("--axis", "A", "--diameter", 25, "--center", "0,30,-20", "--about", "0,0,-60")
+
+    def _program(self, tmp_path: Path, *words: object, code: int = 0) -> str:
+        mill, out = tmp_path / "mill.toml", tmp_path / "a.ngc"
+        mill.write_text(run("machine"))
+        said = run("program", "axis", mill, *words, "-o", out, code=code)
+        return said if code else out.read_text()
+
+    def test_the_sphere_turns_against_the_angle(self, tmp_path: Path) -> None:
+        """60 mm from C, at 0, 90 and 180 degrees: +X, -Y, -X; with the angle at 90: +Y."""
+        stated = (*self.C, "--angles", "0,90,180", "--polar", "0")
+        text = self._program(tmp_path, *stated)
+        places = re.findall(r"touch,(at\d+)_s1,.*?,50,([-\d.]+),([-\d.]+),12.5,#5070", text)
+        assert places == [("at0", "60", "0"), ("at90", "0", "-60"), ("at180", "-60", "0")]
+        assert "\nG1 C90 F1000\n" in text
+        # The turn is at the safe height: after the way up, before the way across.
+        before, after = text.split("\nG1 C90 F1000\n")
+        assert re.findall(r"o<pretravel_move> call (.*)", before)[-1].startswith("[60] [0] [50]")
+        assert re.findall(r"o<pretravel_move> call (.*)", after)[0].startswith("[0] [-60] [50]")
+        text = self._program(tmp_path, *stated, "--sense", "with")
+        assert re.search(r"touch,at90_s1,.*,50,0,60,12.5,#5070", text)
+
+    def test_what_cannot_be_planned(self, tmp_path: Path) -> None:
+        assert "needs 3" in self._program(tmp_path, *self.C, "--angles", "0,90", code=2)
+        twice = self._program(tmp_path, *self.C, "--angles", "0,90,180,0", code=2)
+        assert "occurs twice" in twice
+        # 50 mm from A: at -56 degrees the sphere is above the axis, at z = -10; a tip is 3 mm.
+        swung = self._program(tmp_path, *self.A, "--angles", "0,-90,-180", code=2)
+        assert "while A turns, the sphere comes up" in swung or "comes up to the tip" in swung
+        shank = self._program(tmp_path, *self.A, "--angles", "0,20,40", "--shank", 5, code=2)
+        assert "shank" in shank
