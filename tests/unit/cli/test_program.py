@@ -81,8 +81,10 @@ class TestAxis:
         assert "needs 3" in self._program(tmp_path, *self.C, "--angles", "0,90", code=2)
         twice = self._program(tmp_path, *self.C, "--angles", "0,90,180,0", code=2)
         assert "occurs twice" in twice
-        # 50 mm from A: at -56 degrees the sphere is above the axis, at z = -10; a tip is 3 mm.
-        swung = self._program(tmp_path, *self.A, "--angles", "0,-90,-180", code=2)
-        assert "while A turns, the sphere comes up" in swung or "comes up to the tip" in swung
+        # 98.5 mm from A at an elevation of 23.96 degrees: its top is 38.5 mm high 66.04 further.
+        high = ("--axis", "A", "--diameter", 25, "--center", "0,90,-20", "--about", "0,0,-60")
+        swung = self._program(tmp_path, *high, "--angles=0,-130,-150", code=2)
+        assert "comes up to the tip at -66 degrees" in swung
+        assert "must be at 54.98" in swung  # 38.488 + 12.5 + 3 + 1
         shank = self._program(tmp_path, *self.A, "--angles", "0,20,40", "--shank", 5, code=2)
         assert "shank" in shank
