@@ -97,6 +97,8 @@ machine
 machine --tools tool.tbl --tool 1
 program sphere mill.toml --diameter 24.9987 -o p.ngc
 program sphere mill.toml --diameter 24.9987 --pattern iso10360-5 --spindle 0 -o p.ngc
+program axis mill.toml --axis C --angles 0,90,180 --diameter 24.9987 --center 30,0,0 --about 0,0,0 -o p.ngc
+program axis mill.toml --axis A --angles=-20,0,20 --diameter 24.9987 --center 0,0,0 --about 0,0,-50 -o p.ngc
 program part mill.toml plan.csv -o p.ngc
 program mdi -o e
 probes

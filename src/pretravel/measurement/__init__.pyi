@@ -40,7 +40,9 @@ from .points_summary import TouchSummary as TouchSummary
 from .reversal import ORDERS as ORDERS
 from .reversal import ReversedPairs as ReversedPairs
 from .reversal import reversed_touches as reversed_touches
+from .rotary_axes import AXIS_LETTERS as AXIS_LETTERS
 from .rotary_axes import RotaryAxis as RotaryAxis
+from .rotary_axes import check_axis_angles as check_axis_angles
 from .rotary_axes import rotary_axis as rotary_axis
 from .selection import named_feature as named_feature
 from .selection import points_at as points_at

@@ -4,6 +4,7 @@ from .budget_pictures import budget_picture as budget_picture
 from .chart import Axis as Axis
 from .chart import Chart as Chart
 from .chart import FrameName as FrameName
+from .chart import Moment as Moment
 from .chart import PlaneChart as PlaneChart
 from .chart import PolarChart as PolarChart
 from .chart import Scale as Scale

@@ -38,6 +38,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "export": "tasks.export:Export",
         "machine": "tasks.machine:MachineFile",
         "program sphere": "tasks.program:ProgramSphere",
+        "program axis": "tasks.program:ProgramAxis",
         "program part": "tasks.program:ProgramPart",
         "program mdi": "tasks.program:ProgramMdi",
     },
