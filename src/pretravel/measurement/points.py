@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base import (
     MICROMETRE,
     FloatArray,
+    IntArray,
     Placement,
     ShownInNotebooks,
     WithDataFrame,
@@ -50,6 +51,8 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     uncompensated : (n, 3) float or None
         Tip centres less the tip radius along the normals of the touches: what a control reports
         that takes off the radius alone. [mm]
+    face : (n,) int or None
+        Numbers of the faces of the part on which the points lie, as `pretravel faces` lists them.
 
     Notes
     -----
@@ -65,6 +68,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     labels: tuple[str, ...]
     shared: Mapping[str, FloatArray] | None = None
     uncompensated: FloatArray | None = None
+    face: IntArray | None = None
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -154,6 +158,8 @@ def joined_points(parts: Sequence[Points]) -> Points:
         values = [getattr(part, name) for part in parts]
         return None if any(v is None for v in values) else frozen(np.concatenate(values))
 
+    faces = [part.face for part in parts if part.face is not None]
+
     causes = [None if part.shared is None else tuple(part.shared) for part in parts]
     shared = None
     if first.shared is not None and len(set(causes)) == 1:
@@ -171,4 +177,5 @@ def joined_points(parts: Sequence[Points]) -> Points:
         labels=tuple(label for part in parts for label in part.labels),
         shared=shared,
         uncompensated=together("uncompensated"),
+        face=np.concatenate(faces) if len(faces) == len(parts) else None,
     )

@@ -41,7 +41,36 @@ def points_at(points: Points, rows: npt.ArrayLike) -> Points:
         labels=tuple(points.labels[row] for row in index.tolist()),
         shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
         uncompensated=None if plain is None else frozen(plain[index]),
+        face=None if points.face is None else points.face[index],
     )
+
+
+def points_on_faces(points: Points, faces: Sequence[int]) -> Points:
+    """The points on some faces of the part.
+
+    Parameters
+    ----------
+    points : Points
+        With their faces.
+    faces : sequence of int
+        Numbers, as `pretravel faces` lists them.
+
+    Returns
+    -------
+    Points
+        None where no point is on these faces.
+
+    Raises
+    ------
+    PretravelError
+        The points do not state their faces.
+    """
+    if points.face is None:
+        raise PretravelError(
+            "the points do not state the faces on which they lie (column face): take the points "
+            "that pretravel align --points writes, or choose them by label with select"
+        )
+    return points_at(points, np.flatnonzero(np.isin(points.face, np.asarray(faces))))
 
 
 def _matches(label: str, pattern: str) -> bool:

@@ -573,8 +573,8 @@ def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str,
         Settings that are stated, or the stored values of a form.
 
     >>> from pretravel.drawing.tasks.measure import Measure
-    >>> unused(Measure, "nominal", {"features": "drawing.toml"})
-    ('not used with features: the file states it for each feature', ('features',))
+    >>> unused(Measure, "nominal", {"drawing": "drawing.toml"})
+    ('not used with drawing: the file states it for each feature', ('drawing',))
     >>> unused(Measure, "nominal", {})
     ('', ())
     """

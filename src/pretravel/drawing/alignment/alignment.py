@@ -268,7 +268,13 @@ def points_in_part(alignment: Alignment) -> Points:
             for k, move in enumerate(moves)
         }
         shared = {**shared, **along}
-    return replace(part_points, covariance=frozen(covariance), shared=shared)
+    numbers = np.array([face.number for face in alignment.part.faces], dtype=np.int64)
+    return replace(
+        part_points,
+        covariance=frozen(covariance),
+        shared=shared,
+        face=numbers[alignment.feet.face],
+    )
 
 
 def radius_alone(tip_radius: float) -> PretravelMap:

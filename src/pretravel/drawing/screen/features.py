@@ -70,7 +70,7 @@ def features_tab(state: ScreenState, result: PartResult) -> None:
         file_drop(
             state, "drawing", "Instead: all features and tolerances of the drawing",
             endings=(".toml", ".qif", ".dmi"),
-            hint="A table [[feature]] for each, as for pretravel measure --features; or a plan",
+            hint="A table [[feature]] for each, as for pretravel measure --drawing; or a plan",
         )  # fmt: skip
     built: list[bool] = []
 

@@ -216,7 +216,7 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     given = FEATURE_FORM.given(inputs.settings)
     if drawing is not None:
         given = {name: given[name] for name in _OF_DRAWING if name in given}
-        given |= {"features": drawing, "part": inputs.optional_file("part")}
+        given |= {"drawing": drawing, "part": inputs.optional_file("part")}
     return _measured(result, Measure(points=Path("points.csv"), output=_FEATURES, **given))
 
 
@@ -263,11 +263,14 @@ def _measured(
     with temporary_folder() as folder:
         result.write_points(folder / "points.csv")
         points = read_points(folder / "points.csv")
+    if result.part is not None and result.face is not None:
+        numbers = np.array([face.number for face in result.part.faces], dtype=np.int64)
+        points = replace(points, face=numbers[result.face])
     if rows is not None:
         points = replace(points_at(points, rows), labels=(label,) * len(rows))
         found = replace(task, select=(label,)).measured(points)
     else:
-        found = task.measured(points)
+        found = task.measured(points, part=result.part if task.part is not None else None)
     same = with_file_names(task) if rows is None or task.select else None
     return PartFeatures(found, found.document(), same)
 

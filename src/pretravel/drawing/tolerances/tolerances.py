@@ -108,6 +108,8 @@ class Together:
     u_machine : float
         Standard uncertainty of a length by other causes than the probe. [mm]
     remarks : tuple of str
+    tolerance : str
+        With its datums, as of `GeometricTolerance.name`; empty for a distance or an angle.
     """
 
     labels: tuple[str, ...]
@@ -115,6 +117,30 @@ class Together:
     conformity: Conformity
     u_machine: float
     remarks: tuple[str, ...] = ()
+    tolerance: str = ""
+
+    @property
+    def name(self) -> str:
+        return ", ".join(self.labels)
+
+
+@dataclass(frozen=True)
+class OpenTolerance:
+    """A tolerance of a drawing that was not decided, since something was not measured.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    characteristic : str
+    limits : pair of float
+        [mm, or degrees of an angle]
+    reason : str
+    """
+
+    labels: tuple[str, ...]
+    characteristic: str
+    limits: tuple[float, float]
+    reason: str
 
     @property
     def name(self) -> str:
