@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.base import (
     MICROMETRE,
@@ -80,6 +81,29 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    def __getitem__(self, rows: npt.ArrayLike) -> Points:
+        """Some of the points: by numbers of rows, or by a mask.
+
+        >>> points = Points.plain(np.eye(3), ("a", "b", "c"))
+        >>> points[points.positions[:, 0] < 0.5].labels
+        ('b', 'c')
+        """
+        chosen = np.atleast_1d(np.asarray(rows))
+        index = np.arange(len(self))[chosen]
+        shared, plain = self.shared, self.uncompensated
+        return replace(
+            self,
+            positions=frozen(self.positions[index]),
+            normals=frozen(self.normals[index]),
+            pretravel=frozen(self.pretravel[index]),
+            covariance=frozen(self.covariance[index]),
+            deviation=None if self.deviation is None else frozen(self.deviation[index]),
+            labels=tuple(self.labels[row] for row in index.tolist()),
+            shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
+            uncompensated=None if plain is None else frozen(plain[index]),
+            face=None if self.face is None else self.face[index],
+        )
 
     @classmethod
     def plain(cls, positions: FloatArray, labels: tuple[str, ...]) -> Points:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from re import fullmatch
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import PretravelError, frozen
+from pretravel.base import PretravelError
 from pretravel.measurement.association import ASSOCIATIONS, label_prefix
 from pretravel.measurement.points import Points
 
@@ -29,20 +28,7 @@ def points_at(points: Points, rows: npt.ArrayLike) -> Points:
     -------
     Points
     """
-    index = np.asarray(rows, dtype=np.int64)
-    shared, plain = points.shared, points.uncompensated
-    return replace(
-        points,
-        positions=frozen(points.positions[index]),
-        normals=frozen(points.normals[index]),
-        pretravel=frozen(points.pretravel[index]),
-        covariance=frozen(points.covariance[index]),
-        deviation=None if points.deviation is None else frozen(points.deviation[index]),
-        labels=tuple(points.labels[row] for row in index.tolist()),
-        shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
-        uncompensated=None if plain is None else frozen(plain[index]),
-        face=None if points.face is None else points.face[index],
-    )
+    return points[np.asarray(rows, dtype=np.int64)]
 
 
 def points_on_faces(points: Points, faces: Sequence[int]) -> Points:

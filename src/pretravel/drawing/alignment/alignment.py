@@ -234,6 +234,11 @@ class Alignment:
         return replace(self.placement, errors=errors)
 
     @property
+    def in_part(self) -> Points:
+        """The compensated points in the frame of the part, with the numbers of their faces."""
+        return points_in_part(self)
+
+    @property
     def undetermined_motions(self) -> tuple[str, ...]:
         """What the touches do not determine, in words, in the frame of the part."""
         return tuple(_words_of_motions(self.undetermined, self.part.size))

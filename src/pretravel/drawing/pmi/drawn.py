@@ -101,7 +101,7 @@ class DrawnPmi:
 
     @property
     def drawing(self) -> Drawing:
-        """As `read_features` gives it."""
+        """As `read_drawing` gives it."""
         return Drawing(tuple(each.drawn for each in self.features), self.patterns, self.between)
 
 

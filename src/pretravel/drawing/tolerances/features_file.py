@@ -210,7 +210,7 @@ _STRUCTURE.table(GeometricTolerance, zone="tolerance_mm")
 _STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm")
 
 
-def read_features(path: str | Path) -> Drawing:
+def read_drawing(path: str | Path) -> Drawing:
     r"""Read the features of a drawing: one table ``[[feature]]`` for each.
 
     Tables ``[[feature.geometric]]`` are tolerances to datums, ``[[pattern]]`` positions of several
@@ -234,7 +234,7 @@ def read_features(path: str | Path) -> Drawing:
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "features.toml"
     >>> text = '[[feature]]\nkind = "bore"\nselect = "bore1*"\nnominal_mm = 20.0\n'
-    >>> read_features(path.write_text(text) and path).feature[0].nominal
+    >>> read_drawing(path.write_text(text) and path).feature[0].nominal
     20.0
     """
     document = read_toml(path, "file of features")

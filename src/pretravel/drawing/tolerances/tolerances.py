@@ -81,6 +81,11 @@ class InspectedFeature:
         """All that is stated of the feature, with what its tolerances to datums ask."""
         return (*self.feature.stated, *(each.quantity for each in self.geometric))
 
+    def __getitem__(self, name: str) -> Quantity:
+        """A quantity by its name: ``bore["diameter"]``, ``bore["position to A|B|C"]``."""
+        found = next((each.quantity for each in self.geometric if each.quantity.name == name), None)
+        return self.feature[name] if found is None else found
+
     def with_geometric(self, results: Sequence[GeometricResult]) -> InspectedFeature:
         """With the results of its tolerances to datums."""
         decided = [decided_if_known(each.conformity, self.feature) for each in results]

@@ -30,6 +30,7 @@ from pretravel.task import (
 if TYPE_CHECKING:
     from pretravel.drawing.features.between_features import FeatureRelation
     from pretravel.drawing.features.measured_feature import MeasuredFeature
+    from pretravel.drawing.tasks.measure.lines import ToleranceLine
     from pretravel.drawing.tolerances.features_file import Drawing
     from pretravel.drawing.tolerances.tolerances import (
         FeatureTolerances,
@@ -347,6 +348,8 @@ class Measure(LaboratoryReport):
         for row in drawing.feature:
             name = row.name
             try:
+                limits = None if row.tolerance is None else tolerance(row.tolerance)
+                from_nominal = limits is not None and not limits.are_limits
                 tasks[name] = replace(
                     self,
                     feature=row.kind,
@@ -356,8 +359,8 @@ class Measure(LaboratoryReport):
                     association=cast("Criterion", row.association or self.association),
                     axis=None if row.axis is None else unit_vector(_typed(row.axis)),
                     at=None if row.at is None else vector(_typed(row.at)),
-                    size_tolerance=None if row.tolerance is None else tolerance(row.tolerance),
-                    nominal=None if row.tolerance is None else row.nominal,
+                    size_tolerance=limits,
+                    nominal=row.nominal if from_nominal else None,
                     position_tolerance=row.position_tolerance,
                     form_tolerance=row.form_tolerance,
                     form_association=cast(
@@ -371,14 +374,14 @@ class Measure(LaboratoryReport):
 
     def read_drawing(self) -> tuple[Drawing | None, tuple[str, ...]]:
         """What the file of features states, None without one; and what of a plan was left out."""
-        from pretravel.drawing.tolerances.features_file import read_features
+        from pretravel.drawing.tolerances.features_file import read_drawing
         from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 
         if self.drawing is None:
             return None, ()
         if self.drawing.suffix.lower() in PLAN_ENDINGS:
             return read_plan_features(self.drawing)
-        return read_features(self.drawing), ()
+        return read_drawing(self.drawing), ()
 
     def tolerances(self) -> FeatureTolerances:
         """The tolerances of each feature.
@@ -603,6 +606,27 @@ class MeasuredFeatures(Result):
     left_out: tuple[str, ...] = ()
     nominals: Mapping[tuple[str, str], float] = field(default_factory=dict)
     open: tuple[OpenTolerance, ...] = ()
+
+    @property
+    def lines(self) -> list[ToleranceLine]:
+        """One for each tolerance: what fails, what cannot be decided, the others."""
+        from pretravel.drawing.tasks.measure.lines import tolerance_lines
+
+        return tolerance_lines(self.features, self.together, self.open)
+
+    def __getitem__(self, label: str) -> InspectedFeature:
+        """A feature by its label.
+
+        Raises
+        ------
+        PretravelError
+            No feature is called so.
+        """
+        for each in self.features:
+            if each.feature.label == label:
+                return each
+        known = ", ".join(each.feature.label for each in self.features)
+        raise PretravelError(f"no feature is called '{label}'; there are {known}")
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
