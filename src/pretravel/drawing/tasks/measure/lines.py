@@ -26,12 +26,12 @@ from pretravel.drawing.tolerances.tolerances import (
 from pretravel.show import Column, Table, number_text, significant
 
 SYMBOLS = {
-    "position": "⌖", "flatness": "⏥", "roundness": "○", "cylindricity": "⌭", "straightness": "⏤",
-    "profile": "⌓", "perpendicularity": "⟂", "parallelism": "∥", "angularity": "∠",
-    "run-out": "↗", "total run-out": "⌰", "coaxiality": "◎", "concentricity": "◎",
-    "symmetry": "⌯", "diameter": "⌀", "angle": "∠", "width": "↔", "distance": "↔",
+    "position": "⊕", "flatness": "▱", "roundness": "○", "cylindricity": "/○/", "straightness": "―",
+    "profile": "◠", "perpendicularity": "⊥", "parallelism": "∥", "angularity": "∠",
+    "run-out": "↗", "total run-out": "↗↗", "coaxiality": "◎", "concentricity": "◎",
+    "symmetry": "≡", "diameter": "⌀", "angle": "∠", "width": "↔", "distance": "↔",
 }  # fmt: skip
-"""Of characteristics, as ISO 1101 draws them."""
+"""Of characteristics, like those of ISO 1101, in signs that usual fonts have."""
 Level = Literal["bad", "caution", "good"]
 LEVELS: dict[ConformityVerdict, Level] = {
     ConformityVerdict.DOES_NOT_CONFORM: "bad",
@@ -39,7 +39,7 @@ LEVELS: dict[ConformityVerdict, Level] = {
     ConformityVerdict.CONFORMS: "good",
 }
 """The worst first."""
-_SIGNS = {"bad": "✖", "caution": "?", "good": "✔"}
+SIGNS = {"bad": "✖", "caution": "?", "good": "✔"}
 NOT_MEASURED = "not measured"
 _SHOWN = 4  # names in a sentence
 
@@ -258,7 +258,7 @@ def lines_table(lines: Sequence[ToleranceLine]) -> Table:
             Column.of("value", [line.value_text for line in lines]),
             Column.of("U", [line.u_text for line in lines]),
             Column.of("k", [line.k_text for line in lines]),
-            Column.of("verdict", [f"{_SIGNS[line.level]} {line.words}" for line in lines]),
+            Column.of("verdict", [f"{SIGNS[line.level]} {line.words}" for line in lines]),
         ),
         title=LINES,
         levels=tuple(line.level for line in lines),

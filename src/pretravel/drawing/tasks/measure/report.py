@@ -38,7 +38,7 @@ from pretravel.drawing.tasks.measure.lines import (
     lines_table,
     tolerance_lines,
 )
-from pretravel.drawing.tasks.measure.picture import features_view
+from pretravel.drawing.tasks.measure.picture import features_view, verdicts_view
 from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     OpenTolerance,
@@ -61,6 +61,7 @@ from pretravel.show import (
     signed_decimals,
     value_text,
 )
+from pretravel.surface import Part
 from pretravel.uncertainty import COVERAGE_FACTOR
 
 _MOST_COVARIANCES = 50  # features
@@ -80,6 +81,7 @@ _FORM_BESIDE = (
     "least squares; others may exist where the form is large"
 )
 _BETWEEN = "Between features"
+_RULE = "decisions by the default rule of"
 _COMMON = (
     "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
     "those of normals, axes or lines. Errors that both features have in common are in u as far as "
@@ -87,12 +89,13 @@ _COMMON = (
 )
 
 
-def features_document(
+def features_document(  # noqa: PLR0913
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
     together: Sequence[Together] = (),
     *,
     left_open: Sequence[OpenTolerance] = (),
+    part: Part | None = None,
     points_name: str = "",
     statements: LaboratoryStatements | None = None,
     warnings: Sequence[str] = (),
@@ -108,6 +111,8 @@ def features_document(
         Decisions about several of them.
     left_open : sequence of OpenTolerance
         Tolerances whose features were not measured.
+    part : Part or None
+        That is drawn with its verdicts.
     points_name : str
         Of the file with the points.
     statements : LaboratoryStatements or None
@@ -139,6 +144,16 @@ def features_document(
         tables=tuple(tables),
         sections=tuple(_budget_section(each) for each in features),
         pictures=(
+            *(
+                [
+                    Picture(
+                        "Deviations of the touched faces, and the verdicts",
+                        lambda: verdicts_view(part, features, lines, title),
+                    )
+                ]
+                if part is not None and any(m.points.face is not None for m in measured)
+                else []
+            ),
             Picture(
                 "Residuals before and after compensation",
                 lambda: features_view(features, title),
@@ -676,7 +691,7 @@ def _notes(
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
-            "decisions by the default rule of ISO 14253-1:2017: proven with a probability of "
+            f"{_RULE} ISO 14253-1:2017: proven with a probability of "
             f"{100 * first.required:g} %, at one limit {first.coverage:.3f} u. "
             + comparison_sentence("ISO 14253-1", statements)
         )
@@ -829,3 +844,24 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
         "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
         "angles in minutes.",
     )  # fmt: skip
+
+
+def short_report(document: Document) -> Document:
+    """The report on one or two pages: the tolerances, the part, and the rule of the decisions.
+
+    Parameters
+    ----------
+    document : Document
+        The whole report.
+    """
+    rule = [note for note in document.notes if note.startswith(_RULE)]
+    asked = "all quantities, budgets, settings and hashes of files: the .html page, or --annex"
+    return replace(
+        document,
+        tables=tuple(table for table in document.tables if table.title == LINES),
+        sections=(),
+        pictures=document.pictures[:1],
+        notes=(*rule, asked),
+        budgets=(),
+        data=(),
+    )

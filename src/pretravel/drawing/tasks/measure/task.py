@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         Together,
     )
     from pretravel.measurement import Points
-    from pretravel.show import Document, Table
+    from pretravel.show import Document, Table, WorkRecord
     from pretravel.surface import Part
 
 
@@ -280,6 +280,14 @@ class Measure(LaboratoryReport):
             hint="Empty: none; 2000 takes seconds",
         ),
     ] = None
+    annex: Annotated[
+        bool,
+        Field(
+            help="Print all quantities, budgets, settings and hashes on a .pdf, too; it has one or "
+            "two pages without them.",
+            label="All quantities, budgets and settings on the PDF",
+        ),
+    ] = False
     residuals: Annotated[
         Path | None,
         Field(
@@ -513,7 +521,8 @@ class Measure(LaboratoryReport):
             for row in drawing.feature if row.name in drawn.reasons and not row.has_tolerances
         ]  # fmt: skip
         result = _result(self, inspected, together, tuple(drawn.open))
-        return replace(result, left_out=(*wanted.left_out, *said), nominals=nominals)
+        left_out = (*wanted.left_out, *said)
+        return replace(result, left_out=left_out, nominals=nominals, part=part)
 
 
 def _faces_words(faces: Sequence[int]) -> str:
@@ -596,6 +605,7 @@ class MeasuredFeatures(Result):
         Nominal values that were stated. [mm or degrees]
     open : tuple of OpenTolerance
         Tolerances of the drawing whose features were not measured.
+    part : Part or None
     """
 
     task: Measure
@@ -606,6 +616,7 @@ class MeasuredFeatures(Result):
     left_out: tuple[str, ...] = ()
     nominals: Mapping[tuple[str, str], float] = field(default_factory=dict)
     open: tuple[OpenTolerance, ...] = ()
+    part: Part | None = None
 
     @property
     def lines(self) -> list[ToleranceLine]:
@@ -654,6 +665,7 @@ class MeasuredFeatures(Result):
             self.relations,
             self.together,
             left_open=self.open,
+            part=self.part,
             points_name=task.points.name,
             statements=statements,
             warnings=warnings,
@@ -683,6 +695,18 @@ class MeasuredFeatures(Result):
         brief = features_summary(report, self.features, self.relations)
         by_trials = [table for table in report.tables if table.title == TRIALS]
         return replace(brief, tables=(*brief.tables, *by_trials))
+
+    def write_report(self, path: Path, record: WorkRecord | None = None) -> None:
+        """Write the report; a PDF has one or two pages where nothing more is asked for."""
+        task = self.task
+        whole = task.annex or task.lab is not None or not self.lines
+        if path.suffix.lower() != ".pdf" or whole:
+            super().write_report(path, record)
+            return
+        from pretravel.drawing.tasks.measure.report import short_report
+        from pretravel.show import write_report
+
+        write_report(path, short_report(self.document()), template=self.template)
 
     def write(self, output: str, path: Path) -> None:
         """Write the features, quantities as columns or for statistics; or the residuals."""
