@@ -15,10 +15,11 @@ import pretravel
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure.lines import LEVELS
 from pretravel.measurement.points import Points
+from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
-from tests.unit.cli.conftest import run
 
 MODEL = EXAMPLES / "bracket_pmi.step"
+TOUCHES = EXAMPLES / "bracket_touches.csv"
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_three_commands_to_the_lines(folder: Path) -> None:
 def test_faces_of_points(points: Points) -> None:
     """What the labels say of the same touches; plane3 is face 3, bore1 face 12, boss face 13."""
     labels = [row.partition(",")[0]
-              for row in (EXAMPLES / "bracket_touches.csv").read_text().splitlines()[1:]]  # fmt: skip
+              for row in TOUCHES.read_text().splitlines()[1:]]  # fmt: skip
     assert points.face is not None
     of_label = {"plane3": 3, "plane16": 16, "bore1": 12, "bore2": 14, "boss": 13}
     for label, face in zip(labels, points.face.tolist(), strict=True):
@@ -89,8 +90,8 @@ def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None
     result = pretravel.measure_drawing(points, pretravel.Drawing(rows), part=part)
     assert result.exit_code == 3
     assert [line.words for line in result.lines] == [
-        "not measured: face5: no touch is on face 5",
         "not measured: no touch is on face 5",
+        "not measured: face5: no touch is on face 5",
     ]
     assert "0 of 2 tolerances" in result.report()
 
@@ -115,6 +116,7 @@ def test_a_feature_states_its_points_once(row: dict[str, object], words: str) ->
         pretravel.DrawnFeature(**row)  # type: ignore[arg-type]
 
 
-def test_the_former_option_warns(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    run("measure", folder / "points.csv", "--features", folder / "drawing.toml", "--part", MODEL,
-        code=3)  # fmt: skip
+def test_the_former_option_warns(folder: Path) -> None:
+    _, warned = both_outputs("measure", folder / "points.csv", "--features",
+                             folder / "drawing.toml", "--part", MODEL, code=3)  # fmt: skip
+    assert "--features is deprecated: it is called --drawing now" in warned
