@@ -31,6 +31,8 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     settled(page)
     assert first.locator("th").inner_text() == "cylinder13"
     assert "does not conform" in first.inner_text() or "outside" in first.inner_text()
+    row = page.locator(".tolerance-rows tbody tr:has(th:text-is('cylinder13'))").first
+    row.locator("td.number:has-text('mm')").wait_for()  # its value stands beside what is typed
     page.screenshot(path=tmp_path / "table.png", full_page=True)
     page.get_by_label("limits of cylinder13").fill("13.9..14.1")
     page.wait_for_timeout(1000)

@@ -41,7 +41,7 @@ from pretravel.drawing.screen.work import (
 )
 from pretravel.drawing.tasks.measure import BY_LABEL
 from pretravel.drawing.tasks.measure.lines import ToleranceLine
-from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows
+from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows, short_report
 from pretravel.measurement import named_feature
 from pretravel.show import Judgement, decimals, number_text
 from pretravel.task import command_line
@@ -247,6 +247,10 @@ def _to_keep(work: Work) -> None:
         page_button(
             work, lambda result: result.document, _command_of,
             name="features.html",
+        )  # fmt: skip
+        page_button(
+            work, lambda result: short_report(result.document), _command_of,
+            name="tolerances.pdf", label="PDF of one or two pages",
         )  # fmt: skip
 
 

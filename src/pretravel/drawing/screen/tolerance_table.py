@@ -53,7 +53,7 @@ def tolerance_table(state: ScreenState, result: PartResult, measured: Callable[[
                 "face; then type the limits."
             )
 
-    live([state.listen], show, lambda: _shape(state, measured()))
+    live([state.listen, measured().listen], show, lambda: _shape(state, measured()))
 
 
 def _shape(state: ScreenState, work: Work) -> object:
