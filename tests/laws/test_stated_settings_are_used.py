@@ -75,7 +75,7 @@ compensate nine.csv --map map.json --nominal sphere:radius=12.49935 -o p.json
 compensate bore_touches.csv --map omp40-2 --place 1,2,3,0,0,10 -o p.json
 compensate star_bore_touches.csv --map star.json -o p.json
 measure points.csv --feature bore --select "bore1*" -o f.csv
-measure points.csv --features features.toml -o f.csv
+measure points.csv --drawing features.toml -o f.csv
 axis axis_touches.csv --axis C -o a.csv
 compare map.json -o c.csv
 compare map.json --for fanuc -o c.csv

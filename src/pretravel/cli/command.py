@@ -18,6 +18,9 @@ INTERRUPTED = 130
 TYPED = "pretravel.typed"
 """Where the context keeps the arguments as they were typed."""
 
+_RENAMED = {("measure", "--features"): "--drawing"}
+"""Options by their command and their former name, and their names of today."""
+
 
 class Command(TyperCommand):
     """A command that adds its options to the messages of the library.
@@ -29,6 +32,7 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
+        args = [self._renamed(word) for word in args]
         ctx.meta[TYPED] = tuple(args)
         self._refuse_twice(args)
         try:
@@ -43,6 +47,14 @@ class Command(TyperCommand):
             if any(isinstance(n, float) and not math.isfinite(n) for n in numbers):
                 raise PretravelError(f"{typed_name(parameter)} {value}: it must be finite")
         return rest
+
+    def _renamed(self, word: str) -> str:
+        """The option that replaces a deprecated one, which is said on stderr."""
+        option, sign, value = word.partition("=")
+        now = _RENAMED.get((self.name or "", option), option)
+        if now != option:
+            typer.echo(f"Warning: {option} is deprecated: it is called {now} now", err=True)
+        return f"{now}{sign}{value}"
 
     def _refuse_twice(self, args: list[str]) -> None:
         """Refuse an option that takes one value and is given twice: the last would win."""

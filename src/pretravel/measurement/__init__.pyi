@@ -47,6 +47,7 @@ from .rotary_axes import rotary_axis as rotary_axis
 from .selection import named_feature as named_feature
 from .selection import points_at as points_at
 from .selection import points_of_features as points_of_features
+from .selection import points_on_faces as points_on_faces
 from .star_styli import StarStylus as StarStylus
 from .star_styli import StarTip as StarTip
 from .star_styli import apply_star as apply_star

@@ -245,6 +245,8 @@ class SpaceChart:
     elevation, azimuth : float
         Where it is looked at from. [deg]
     note : str
+    bare : bool
+        Without axes: the body fills the picture, and a file leaves out what the body hides.
     """
 
     title: str
@@ -255,6 +257,7 @@ class SpaceChart:
     elevation: float = 25.0
     azimuth: float = -55.0
     note: str = ""
+    bare: bool = False
 
 
 COMPASS = ("+X", "45°", "+Y", "135°", "-X", "225°", "-Y", "315°")
