@@ -108,6 +108,7 @@ def job_of(name: str) -> Job:
         files=files,
         automatic=False,
         own_process=True,
+        report=lambda made: None if made is None else made.report,
     )
 
 

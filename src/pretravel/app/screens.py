@@ -100,5 +100,15 @@ SCREENS = (
 )
 
 
-QUALIFYING = SCREENS[0]
+QUALIFYING = next(screen for screen in SCREENS if screen.name == "engineer")
 """The screen that makes a map of touches; other screens take it from there."""
+
+
+def title_of_screen(name: str) -> str:
+    """What a screen is called; those of tasks by the command.
+
+    >>> title_of_screen("engineer"), title_of_screen("task-plan-touches")
+    ('Qualify a probe', 'Plan touches')
+    """
+    titles = {screen.name: screen.title for screen in SCREENS}
+    return titles.get(name) or name.removeprefix("task-").replace("-", " ").capitalize()

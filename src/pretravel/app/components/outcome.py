@@ -10,6 +10,7 @@ from nicegui import ui
 from nicegui.element import Element
 
 from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.components.newer import newer_input
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import ScreenState
 
@@ -58,7 +59,7 @@ def work_status(
     def refresh() -> None:
         now = (
             work.running, work.started, work.error, work.cancelled, work.stale, work.held,
-            work.ready(), work.lacking,
+            work.ready(), work.lacking, tuple(work.newer.items()),
         )  # fmt: skip
         if not said or said[0] != now:
             said[:] = [now]
@@ -116,7 +117,7 @@ def _mark(place: Element, *works: Work) -> None:
     outdated = any(work.outdated and work.result is not None for work in works)
     place.classes(add="stale" if outdated else "", remove="" if outdated else "stale")
     # The files of an old result are not those of the fields: they cannot be taken.
-    wrong = any(work.error or work.held for work in works)
+    wrong = any(work.wrong for work in works)
     place.props("inert" if wrong else "", remove="" if wrong else "inert")
 
 
@@ -197,6 +198,8 @@ def _show_status(work: Work, missing: str) -> None:
         if work.lacking or missing:
             note(work.lacking or missing)
         return
+    for name in work.newer:
+        newer_input(work.state, name)
     if work.error:
         error_view(work.error)
         if work.result is not None:
