@@ -13,6 +13,7 @@ from .components.downloads import prepared_button as prepared_button
 from .components.downloads import result_button as result_button
 from .components.downloads import result_folder_button as result_folder_button
 from .components.examples import example_button as example_button
+from .components.examples import own_data_back as own_data_back
 from .components.fields import bare_slider as bare_slider
 from .components.fields import choice_field as choice_field
 from .components.fields import number_field as number_field
@@ -34,6 +35,7 @@ from .components.layout import panel as panel
 from .components.layout import screen_places as screen_places
 from .components.layout import text as text
 from .components.layout import warning as warning
+from .components.outcome import ANSWERS as ANSWERS
 from .components.outcome import belonging_to as belonging_to
 from .components.outcome import error_view as error_view
 from .components.outcome import kept as kept

@@ -18,7 +18,17 @@ from pretravel.app.session import SESSION, address_in
 from pretravel.base import installed_version
 from pretravel.show import glossary, word_anchor
 
-_NOT_CONNECTED = "Not connected: what you type is kept, and sent when the connection is back"
+_KEPT = "What you typed is kept in this browser"
+_NOT_CONNECTED = {
+    "text": "Not connected: what you type is kept, and sent when the connection is back",
+    "ended": "Not connected: the workbench is not running. Start it again (pretravel app), and "
+    f"open the address that it prints. {_KEPT}",
+    "again": "The workbench was started again, and does not know this tab: open the address that "
+    f"it printed. {_KEPT}",
+    "closed": "The workbench was started again with another project: open the address that it "
+    f"printed, and this project in its list. {_KEPT}",
+}
+"""What the header says without a connection, by what the script finds out."""
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
 STATIC = f"/static/{installed_version()}"
 """Address of our own style sheet and script."""
@@ -77,7 +87,8 @@ def _project_name() -> None:
     here([project.listen], refresh)
     lost = text("span", "", "saved problem lost").props('role="status"')
     lost.props["data-project"] = project.identity
-    lost.props["data-text"] = _NOT_CONNECTED
+    for state, said in _NOT_CONNECTED.items():
+        lost.props[f"data-{state}"] = said
     saved = text("span", "", "saved").props('role="status"')
 
     session = SESSION.current
