@@ -21,6 +21,7 @@ from .components.fields import slider_field as slider_field
 from .components.fields import switch_field as switch_field
 from .components.fields import text_field as text_field
 from .components.file_drop import file_drop as file_drop
+from .components.from_project import follow_map as follow_map
 from .components.from_project import from_project as from_project
 from .components.from_project import measure_with_map as measure_with_map
 from .components.from_project import take_reference as take_reference

@@ -13,7 +13,7 @@ from pretravel.app.components.newer import newer_words
 from pretravel.app.jobs import WORKS
 from pretravel.app.links import newer_inputs
 from pretravel.app.project import ScreenState
-from pretravel.app.screens import QUALIFYING, SCREENS, title_of_screen
+from pretravel.app.screens import DAILY, QUALIFYING, SCREENS, title_of_screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.base import object_at
 from pretravel.show import Judgement
@@ -31,7 +31,11 @@ def project_contents() -> None:
         for job in screen.jobs if project.screen(screen.name).files else ():
             WORKS.of(project.screen(screen.name), object_at(job))
     works = [work for state in project.screens for work in WORKS.made(state)]
-    live([project.listen, *(work.listen for work in works)], _build, _rows)
+    live(
+        [project.listen, *(work.listen for work in works)],
+        _build,
+        lambda: (_rows(), made_map() is None),
+    )
 
 
 @dataclass(frozen=True)
@@ -59,31 +63,45 @@ class _Row:
 
 
 def _build() -> None:
+    daily = SESSION.project.screen(DAILY.name)
+    if made_map() is not None or daily.files:
+        with panel(DAILY.title) as first:
+            first.classes("daily-first")
+            row = _row(daily)
+            if row.verdict:
+                _result(row)
+            link = text("a", "Drop today's touches", "button-link")
+            link.props["href"] = address_in(f"/{DAILY.name}")
     with panel("In this project"), ui.element("ul").classes("file-list contents"):
         for row in _rows():
             with ui.element("li").classes("stale" if row.old else ""):
                 with ui.element("div").classes("file-name"):
                     text("a", row.title, "strong").props["href"] = address_in(row.address)
                     note(row.files)
-                with ui.element("div").classes("home-verdict"):
-                    if row.judgement is not None:
-                        with text("p", "", f"judgement {row.judgement.level}"):
-                            sign_and_word(row.judgement, "strong")
-                    if row.verdict:
-                        text("p", row.verdict)
-                    if row.step:
-                        note(row.step)
+                _result(row)
         if made_map() is not None and not SESSION.project.screen("part").files["map"]:
             with ui.element("li"):
                 text("span", "The map of the probe is there.", "file-name")
                 measure_with_map()
 
 
+def _result(row: _Row) -> None:
+    """The verdict of a screen, and what comes next."""
+    with ui.element("div").classes("home-verdict" + " stale" * row.old):
+        if row.judgement is not None:
+            with text("p", "", f"judgement {row.judgement.level}"):
+                sign_and_word(row.judgement, "strong")
+        if row.verdict:
+            text("p", row.verdict)
+        if row.step:
+            note(row.step)
+
+
 def _rows() -> list[_Row]:
     """The screens with files, in the order of the menu."""
     places = {screen.name: place for place, screen in enumerate(SCREENS)}
     states = sorted(SESSION.project.screens, key=lambda state: places.get(state.name, len(places)))
-    return [_row(state) for state in states if any(_names(state))]
+    return [_row(state) for state in states if any(_names(state)) and state.name != DAILY.name]
 
 
 def _names(state: ScreenState) -> list[str]:

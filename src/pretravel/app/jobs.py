@@ -72,8 +72,6 @@ class Job:
     keeps : callable
         Takes a result and returns the files, by purpose, that the screen keeps of it, such as a
         history with today's line. They are inputs of the next run, and no change of this one.
-    kept : tuple of str
-        Their purposes.
     """
 
     name: str
@@ -89,7 +87,6 @@ class Job:
     live: bool = False
     report: Callable[[Any], Document | None] = report_of
     keeps: Callable[[Any], Mapping[str, tuple[StoredFile, ...]]] = lambda _: {}
-    kept: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -359,11 +356,10 @@ class Work:
                 kill()
 
         results = {work.job.name: work.result for work in self._before}
-        kept = {purpose: self.state.files[purpose] for purpose in self.job.kept}
         said: list[str] = []
         told = _Told(report, said.append, lambda: self._run is this)
         result, error, error_inputs = await asyncio.to_thread(
-            _run_job, self.job, (inputs[0], inputs[1] | kept, results), told, started
+            _run_job, self.job, (inputs[0], inputs[1], results), told, started
         )
         if self._run is not this:
             return
@@ -372,12 +368,23 @@ class Work:
             self.result, self.warnings = result, tuple(dict.fromkeys(said))
             self._good = inputs
             self._version += 1
-            self.state.files.update(self.job.keeps(result))
         self.error, self.error_inputs = error, error_inputs
         self.stale = bool(error) and self.result is not None
+        if not error:
+            self._keep(self.job.keeps(result))
         self._tell()
         if self.job.live and self._wanted != inputs:
             self.start()
+
+    def _keep(self, files: Mapping[str, tuple[StoredFile, ...]]) -> None:
+        """Keep files of the result on the screen: as inputs they are those of this run."""
+        if not files:
+            return
+        settings, before, versions = self._done
+        self._done = self._good = settings, {**before, **files}, versions
+        if self._wanted == (settings, before, versions):
+            self._wanted = self._done
+        self.state.files.keep(files)
 
 
 @dataclass(frozen=True)

@@ -223,6 +223,13 @@ class ProjectFiles(MutableMapping[str, tuple[StoredFile, ...]]):
     def __delitem__(self, purpose: str) -> None:
         self[purpose] = ()
 
+    def keep(self, made: Mapping[str, tuple[StoredFile, ...]]) -> None:
+        """Store files that the screen made itself: they replace nothing of the user's."""
+        changed = {purpose: files for purpose, files in made.items() if files != self[purpose]}
+        if changed:
+            self._values.update(changed)
+            self._changed()
+
     def before(self, purpose: str) -> tuple[StoredFile, ...]:
         """The files that the last change replaced or took away; not saved.
 

@@ -62,6 +62,16 @@ SCREENS = (
         "pretravel.tasks.qualify:next_sentence",
     ),
     Screen(
+        "daily",
+        "Engineer",
+        "Daily check",
+        "Today's touches on the reference in; whether the probe has changed, all days, and the "
+        "date to qualify again out.",
+        "today",
+        "pretravel.tasks.verify.screen:show",
+        ("pretravel.tasks.verify:DAILY",),
+    ),
+    Screen(
         "metrologist",
         "Metrologist",
         "Check against a standard",
@@ -102,6 +112,8 @@ SCREENS = (
 
 QUALIFYING = next(screen for screen in SCREENS if screen.name == "engineer")
 """The screen that makes a map of touches; other screens take it from there."""
+DAILY = next(screen for screen in SCREENS if screen.name == "daily")
+"""The screen of every morning: it stands first on the start page when there is a map."""
 
 
 def title_of_screen(name: str) -> str:

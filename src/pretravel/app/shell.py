@@ -121,24 +121,22 @@ def _header_actions(theme: str) -> None:
 def _navigation(current: str) -> Element:
     made = ui.element("nav").classes("side").props('aria-label="Screens"')
     with made, ui.element("ul"):
-        _entry("/", "home", "Home", "", current == "")
+        _entry("/", "home", "Home", current == "")
         for screen in SCREENS:
             address = f"/{screen.name}"
-            _entry(address, screen.icon, screen.title, screen.person, screen.name == current)
-        _entry("/tasks", "apps", "Every task", "Everybody", current.startswith("task"))
+            _entry(address, screen.icon, screen.title, screen.name == current)
+        _entry("/tasks", "apps", "Every task", current.startswith("task"))
     return made
 
 
-def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:
+def _entry(address: str, icon: str, title: str, chosen: bool) -> None:
     with ui.element("li"), ui.element("a") as link:
         link.props["href"], link.props["title"] = address_in(address), title
         if chosen:
             link.props["aria-current"] = "page"
         ui.icon(icon).props('aria-hidden="true"')
-        with ui.element("span").classes("" if person else "nav-alone"):
+        with ui.element("span").classes("nav-alone"):
             text("span", title, "nav-title")
-            if person:
-                text("span", person, "nav-person")
 
 
 def home_page() -> None:
@@ -156,7 +154,6 @@ def _jobs() -> None:
             with ui.element("li"), ui.element("a") as link:
                 link.props["href"] = address_in(f"/{screen.name}")
                 ui.icon(screen.icon).props('aria-hidden="true"')
-                text("span", screen.person, "job-person")
                 text("h2", screen.title)
                 text("p", screen.summary)
 

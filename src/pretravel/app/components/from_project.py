@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 
-from pretravel.app.components.layout import live, note, text
+from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.components.newer import take_file, take_reference_of, take_result
 from pretravel.app.jobs import WORKS, Work
 from pretravel.app.links import OF_REFERENCE, reference_of
@@ -35,6 +35,19 @@ async def give_map(state: ScreenState, purpose: str) -> None:
     if made_map() is not None:
         job = object_at(QUALIFYING.jobs[0])
         await take_result(state, purpose, SESSION.project.screen(QUALIFYING.name), job.name)
+
+
+def follow_map(state: ScreenState, purpose: str) -> None:
+    """Take the map of the engineer's screen into an empty place, as soon as there is one."""
+
+    def take() -> None:
+        if not state.files[purpose] and made_map() is not None and not taking:
+            taking.append(True)
+            background_tasks.create(give_map(state, purpose), name="map")
+
+    taking: list[bool] = []
+    take()
+    here([_qualifying().listen], take)
 
 
 def measure_with_map() -> None:
