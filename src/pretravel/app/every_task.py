@@ -40,7 +40,6 @@ from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
 from pretravel.app.task_run import (
     NAME,
-    PEOPLE,
     TaskRun,
     file_settings,
     form_of,
@@ -73,13 +72,13 @@ def address_of(name: str) -> str:
 
 def screen_of_task(word: str) -> TaskScreen | None:
     """The screen of a task by the end of its address; None where there is none."""
-    for group, tasks in tasks_on_screens().items():
+    for tasks in tasks_on_screens().values():
         for name, kind in tasks.items():
             if name.replace(" ", "-") == word:
+                title = title_of(name)
                 return TaskScreen(
-                    f"task-{word}", PEOPLE.get(group, ""), title_of(name), summary_of(kind),
-                    "terminal", task=name,
-                )  # fmt: skip
+                    f"task-{word}", title, title, summary_of(kind), "terminal", task=name
+                )
     return None
 
 
@@ -253,9 +252,9 @@ def _write(work: Work, name: str, path: object) -> None:
 
 
 def tasks_page() -> None:
-    """All tasks, by the people whom they serve."""
+    """All tasks, in the groups of the command line."""
     for group, tasks in tasks_on_screens().items():
-        with panel(f"{group} ({PEOPLE.get(group, '')})"):
+        with panel(group):
             task_links({name: summary_of(kind) for name, kind in tasks.items()})
 
 

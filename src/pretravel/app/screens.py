@@ -19,8 +19,8 @@ class Screen:
     ----------
     name : str
         Its address, and its place in the project.
-    person : str
-        Whom it serves.
+    short : str
+        The job in a word, for a narrow menu.
     title : str
         The job.
     summary : str
@@ -36,7 +36,7 @@ class Screen:
     """
 
     name: str
-    person: str
+    short: str
     title: str
     summary: str
     icon: str
@@ -52,7 +52,7 @@ class Screen:
 SCREENS = (
     Screen(
         "engineer",
-        "Engineer",
+        "Qualify",
         "Qualify a probe",
         "Touches on a reference sphere in; the probe's lobes, a verdict, and values or programs "
         "for your control out.",
@@ -63,7 +63,7 @@ SCREENS = (
     ),
     Screen(
         "daily",
-        "Engineer",
+        "Daily",
         "Daily check",
         "Today's touches on the reference in; whether the probe has changed, all days, and the "
         "date to qualify again out.",
@@ -73,7 +73,7 @@ SCREENS = (
     ),
     Screen(
         "metrologist",
-        "Metrologist",
+        "Standard",
         "Check against a standard",
         "Touches on a calibrated sphere or ring and your limits in; the standard's figures, the "
         "budget and a certificate out.",
@@ -82,7 +82,7 @@ SCREENS = (
     ),
     Screen(
         "laboratory",
-        "Laboratory",
+        "Rig",
         "Calibration rig and separation",
         "Traces of a calibration rig or reversal readings in; pretravel, hysteresis and a "
         "certificate, or machine and probe apart, out.",
@@ -91,7 +91,7 @@ SCREENS = (
     ),
     Screen(
         "designer",
-        "Designer",
+        "Design",
         "Design a probe",
         "Stylus, preload, materials and seats in; force, pretravel and stress over all "
         "directions out, two designs beside each other.",

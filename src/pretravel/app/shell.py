@@ -121,22 +121,25 @@ def _header_actions(theme: str) -> None:
 def _navigation(current: str) -> Element:
     made = ui.element("nav").classes("side").props('aria-label="Screens"')
     with made, ui.element("ul"):
-        _entry("/", "home", "Home", current == "")
+        _entry("/", "home", ("Home", "Home"), current == "")
         for screen in SCREENS:
             address = f"/{screen.name}"
-            _entry(address, screen.icon, screen.title, screen.name == current)
-        _entry("/tasks", "apps", "Every task", current.startswith("task"))
+            _entry(address, screen.icon, (screen.title, screen.short), screen.name == current)
+        _entry("/tasks", "apps", ("Every task", "All"), current.startswith("task"))
     return made
 
 
-def _entry(address: str, icon: str, title: str, chosen: bool) -> None:
+def _entry(address: str, icon: str, names: tuple[str, str], chosen: bool) -> None:
+    """A line of the menu: the job, or a word for it where there is little room."""
+    title, short = names
     with ui.element("li"), ui.element("a") as link:
         link.props["href"], link.props["title"] = address_in(address), title
         if chosen:
             link.props["aria-current"] = "page"
         ui.icon(icon).props('aria-hidden="true"')
-        with ui.element("span").classes("nav-alone"):
-            text("span", title, "nav-title")
+        link.props["aria-label"] = title
+        text("span", title, "nav-title")
+        text("span", short, "nav-short")
 
 
 def home_page() -> None:
