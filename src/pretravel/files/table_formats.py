@@ -30,9 +30,9 @@ _COLUMNS = (
     RowStatement("columns tip, stylus, sensor, probe, tool, T (numbers) …", "", "tip", "carried"),
     RowStatement("columns part, planid, partnb, serial, set, series …", "", "part", "carried"),
     RowStatement("columns run, cycle, operation that count no rows", "", "part", "carried"),
-    RowStatement("columns WCS, work offset, frame that change", "", "frame", "refused"),
     RowStatement("column pass", "", "pass", "carried"),
     RowStatement("columns orientation, head angle", "", "orientation", "carried"),
+    RowStatement("columns WCS, work offset, frame that change", "", "frame", "refused"),
     RowStatement("columns A, B, C that move", "", "frame", "refused"),
     RowStatement(
         "comments among the rows that state or change a tip, part, unit, offset, rotation …",
