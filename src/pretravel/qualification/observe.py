@@ -57,7 +57,9 @@ def observed_again(
     return _about(fit, in_probe, before.groups, setup)
 
 
-def _least_squares(in_probe: FloatArray, setup: QualificationSetup, source: str) -> SphereFit:
+def _least_squares(
+    in_probe: FloatArray, setup: QualificationSetup, source: str | None
+) -> SphereFit:
     begin = f"{source}: " if source else ""
     try:
         return fit_sphere(in_probe[:, :2] if setup.ring else in_probe)
