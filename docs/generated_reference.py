@@ -146,7 +146,7 @@ def _value(setting: Setting) -> str:
 
 
 def _meaning(setting: Setting) -> str:
-    text = _escaped(setting.field.help)
+    text = _escaped(setting.help)
     default = setting.default
     if default is MISSING:
         return text if setting.field.positional else f"{text} **Needed.**"

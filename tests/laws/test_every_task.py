@@ -54,7 +54,7 @@ def test_what_is_described(task: type[Task]) -> None:
     assert task.example.startswith(f"pretravel {task.name}")
     assert (task.__doc__ or "").partition("\n")[0].endswith(".")
     for setting in settings_of(task):
-        assert setting.field.help.rstrip().endswith((".", "…", ")")), setting.name
+        assert setting.help.rstrip().endswith((".", "…", ")")), setting.name
         if setting.kind in (float, int) and setting.field.parse is None:
             assert all(map(math.isfinite, setting.limits)), setting.name
         if setting.default is not MISSING:

@@ -19,18 +19,18 @@ a task (`pretravel.task.listed`): fields, commands and Python lines are made fro
     from pretravel.app.task_form import TaskForm, with_file_names
     from pretravel.tasks.qualify import Qualify
 
-    FORM = TaskForm(Qualify)              # which settings, and how they are stored
+    QUALIFY_FORM = TaskForm(Qualify)      # which settings, and how they are stored
 
     def qualify_inputs(inputs: Inputs):
         touches, = inputs.files["touches"]
-        task = Qualify(touches=(touches,), **FORM.given(inputs.settings))
+        task = Qualify(touches=(touches,), **QUALIFY_FORM.given(inputs.settings))
         return task.run(), with_file_names(task, output="map.json")
 
     QUALIFICATION = Job(                  # a constant of the module, with a name of its own
         "qualify",
         compute=qualify_inputs,           # (Inputs) -> result, a function of the module
         title="Qualifying",
-        settings=FORM.stored,             # what it uses: it runs again when one changes
+        settings=QUALIFY_FORM.stored,     # what it uses: it runs again when one changes
         files=("touches",),
         needs=("touches",),               # files without which it does not start
     )
@@ -40,7 +40,7 @@ a task (`pretravel.task.listed`): fields, commands and Python lines are made fro
         with places.inputs:
             file_drop(state, "touches", "Touches on the sphere", endings=(".csv",))
             with panel("Reference"):
-                described_fields(state, FORM, FORM.names)
+                described_fields(state, QUALIFY_FORM, QUALIFY_FORM.names)
         with places.status:
             work = work_status(state, QUALIFICATION, missing="Drop touches on the left.")
         # The picture, and the tabs Verdict and Details.

@@ -178,7 +178,7 @@ def show(name: str, state: ScreenState) -> None:
 
 
 def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
-    hint = page_words(kind, setting.field.help)
+    hint = page_words(kind, setting.help)
     file_drop(state, setting.name, setting.label, several=setting.several, hint=hint)
     from_project(state, setting.name, takes_map=setting.name in _MAPS)
     if typed_too(setting):
@@ -186,7 +186,7 @@ def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
             state,
             setting.name,
             f"{setting.label}, as a word",
-            hint=page_words(kind, setting.field.help),
+            hint=page_words(kind, setting.help),
         )
 
 

@@ -119,7 +119,7 @@ def _type(setting: Setting) -> Any:
 
 def _information(setting: Setting) -> Any:
     field = setting.field
-    common: dict[str, Any] = {"help": _shown(field.help), "metavar": field.metavar or None}
+    common: dict[str, Any] = {"help": _shown(setting.help), "metavar": field.metavar or None}
     if field.parse is not None or field.names is not None:
         common["parser"] = _parser(setting)
     elif setting.kind in (float, int) and field.range is not None:

@@ -161,9 +161,11 @@ class Control:
         Those of the settings base, tolerance, form, program, units, angles, criterion, template and
         azimuth that the control uses.
     label : str
-        In a form.
+        In the help and in a form.
     steps : callable
         What to do at the control, from the texts of the files that were made.
+    ending : str
+        Of the usual name of its file; empty for a folder.
     """
 
     files: Callable[[PretravelMap, ExportSettings], ExportedFiles]
@@ -172,6 +174,7 @@ class Control:
     folder: bool = False
     uses_feed: bool = False
     options: frozenset[str] = frozenset()
+    ending: str = ""
 
 
 def correction_on_control(
@@ -436,6 +439,7 @@ TO_RENISHAW = Control(
         "Copy the program to the control. In MDI: call it once with G65 P and its number.",
     ),
     options=frozenset({"base", "program", "units", "angles", "criterion"}),
+    ending=".nc",
 )
 _OF_MACROS = _OF_TABLES | {"base", "program", "form"}
 TO_FANUC = Control(
@@ -455,11 +459,13 @@ TO_HEIDENHAIN = Control(
         "Compare it with a table that your control wrote before you use it.",
     ),
     options=frozenset({"template", "azimuth"}),
+    ending=".3DTC",
 )
 TO_RADII = Control(
     _radii,
     "Probing screens (radii to type)",
     same_steps("Type the radii into the fields of your probing screen."),
+    ending=".json",
 )
 
 CONTROLS: Plugins[Control] = Plugins(

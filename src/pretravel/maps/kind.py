@@ -112,6 +112,9 @@ class KindOfMap(ABC):
     title: ClassVar[str]
     """The kind in words, for pictures and tables."""
 
+    summary: ClassVar[str] = ""
+    """A few words behind the name, in help and forms."""
+
     bases: ClassVar[tuple[type[MapBasis], ...]] = ()
     """Bases of its maps: one of them restores a map from a file."""
 

@@ -124,6 +124,7 @@ class PhysicalKind(KindOfMap):
 
     name: ClassVar[str] = "physical"
     title: ClassVar[str] = "six-seat probe"
+    summary: ClassVar[str] = "a fitted six-seat probe"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (SixSeatBasis, ResponseBasis)
     prior_weight: ClassVar[float] = 3.0
 

@@ -132,8 +132,9 @@ class Field:
 
     Attributes
     ----------
-    help : str
-        One sentence or two, with the unit; it stands in the help, the form and the reference.
+    help : str or callable
+        One sentence or two, with the unit; it stands in the help, the form and the reference. A
+        callable makes it from a registry.
     label, hint : str
         In forms: its words, by default the name with blanks, and a short sentence below it.
     words : mapping of str to str, or callable
@@ -174,7 +175,7 @@ class Field:
         What a statement of this setting says already, for the message that refuses others.
     """
 
-    help: str
+    help: str | Callable[[], str]
     label: str = ""
     hint: str = ""
     words: Mapping[str, str] | Callable[[], Mapping[str, str]] | None = None
@@ -225,6 +226,11 @@ class Setting(NamedTuple):
         """What a form calls the values."""
         words = self.field.words or {}
         return words() if callable(words) else words
+
+    @property
+    def help(self) -> str:
+        """What it is, in a sentence or two, and in which modes it is used."""
+        return self.field.help() if callable(self.field.help) else self.field.help
 
     @property
     def unit(self) -> str:
@@ -566,7 +572,7 @@ def _with_modes(task: type[Task], setting: Setting, every: Mapping[str, Setting]
     """A setting whose help also says in which modes it is used."""
     without = (*setting.field.without, *task.inherited_without.get(setting.name, ()))
     never = task.inherited_without.get(setting.name) == ()
-    said = [setting.field.help, *(["Not used here."] if never else [])]
+    said = [setting.help, *(["Not used here."] if never else [])]
     for words, modes in (("Only with", setting.field.only), ("Not with", without)):
         names = {mode: every[mode.key] for mode in _modes(modes)}
         options = [

@@ -40,12 +40,10 @@ class TestExportCommand:
         path.write_bytes(map_content)
         return path
 
-    def test_help_and_page_name_every_control(self) -> None:
-        page = (EXAMPLES.parent.parent / "docs" / "machine.md").read_text(encoding="utf-8")
+    def test_help_names_every_control(self) -> None:
         shown = run("export", "--help")
         for name in [*CONTROLS, "csv"]:
-            assert name in shown
-            assert f"--to {name}" in page
+            assert f"{name}:" in shown
 
     def test_csv_of_effective_radii(self, tmp_path: Path, map_file: Path) -> None:
         text = run("export", map_file, "--to", "csv", "-o", tmp_path / "r.csv")

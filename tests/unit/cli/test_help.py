@@ -76,7 +76,7 @@ def test_what_is_written_is_what_is_shown(
     task = task_named(name)
     shown = " ".join(run(*words, "--help").split())
     written = [task.example, (task.__doc__ or "").partition("\n\nAttributes\n")[0]]
-    written += [setting.field.help for setting in settings_of(task)]
+    written += [setting.help for setting in settings_of(task)]
     for text in written:
         for part in text.split("\n\n"):
             assert " ".join(part.split()) in shown

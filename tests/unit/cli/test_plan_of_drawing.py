@@ -5,6 +5,7 @@ Faces: 3 the top (A), 2 and 1 sides (B, C), 12 a bore of 12 mm, 13 a boss with 1
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ def test_datums_first_and_each_feature_together(tmp_path: Path) -> None:
                "-o", tmp_path / "plan.csv")  # fmt: skip
     assert "narrowest tolerance" in told
     faces = [row["face"] for row in rows(tmp_path / "plan.csv")]
-    order = [faces[0], *(b for a, b in zip(faces, faces[1:], strict=False) if a != b)]
+    order = [faces[0], *(b for a, b in pairwise(faces) if a != b)]
     assert order[:3] == ["3", "2", "1"]
     assert len(order) == len(set(faces))  # nobody comes back to a face
 

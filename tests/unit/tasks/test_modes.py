@@ -32,7 +32,7 @@ plan-touches --block 50.8 --normals n.csv
 plan-touches --block 50.8 --history nofile.jsonl
 compare A.toml B.toml --form table
 compensate t.csv --map map.json --model shen -o p.csv
-convert listing.txt --drawing --radius-taken-off 3 -o f.csv
+convert listing.txt --features --radius-taken-off 3 -o f.csv
 simulate omp40-2 --surface convex --targets t.csv --extrapolate -o t.csv
 qualify sphere.csv --diameter 25 --join label
 check-budget sphere.csv --diameter 25 --prior map.json
@@ -68,8 +68,8 @@ def test_help_and_form_say_the_mode(tmp_path: Path) -> None:
     from pretravel.tasks.compare import Compare
     from pretravel.tasks.qualify import Qualify
 
-    assert by_name(Measure)["nominal"].field.help.endswith("Not with --drawing.")
-    assert by_name(Compare)["form"].field.help.endswith("Only with --for.")
+    assert by_name(Measure)["nominal"].help.endswith("Not with --drawing.")
+    assert by_name(Compare)["form"].help.endswith("Only with --for.")
     form = TaskForm(Qualify)
     assert "transducer" not in form.used({"kind": "mean"})
     assert form.given({"kind": "mean", "transducer": "piezo"}) == {"kind": "mean"}

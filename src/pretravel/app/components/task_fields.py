@@ -111,7 +111,7 @@ def _field(
 
 def _help_button(setting: Setting) -> None:
     """Opens what the description of the task says, with links to the words in it."""
-    sentence = setting.field.help
+    sentence = setting.help
     if not sentence:
         return
     button = ui.button(icon="help_outline").props("flat round dense")

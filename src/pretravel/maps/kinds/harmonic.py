@@ -115,6 +115,7 @@ class HarmonicKind(KindOfMap):
 
     name: ClassVar[str] = "harmonic"
     title: ClassVar[str] = "harmonic map"
+    summary: ClassVar[str] = "a smooth series"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (HarmonicBasis,)
     prior_weight: ClassVar[float] = 0.35
     takes_axial_pretravel: ClassVar[bool] = True

@@ -60,6 +60,7 @@ class MeanKind(KindOfMap):
 
     name: ClassVar[str] = "mean"
     title: ClassVar[str] = "mean radius"
+    summary: ClassVar[str] = "one radius"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (MeanBasis,)
 
     def fit(self, observation: Observation, repeats: Scatter) -> MapFit:

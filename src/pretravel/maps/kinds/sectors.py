@@ -76,6 +76,7 @@ class SectorsKind(KindOfMap):
 
     name: ClassVar[str] = "sectors"
     title: ClassVar[str] = "sector table"
+    summary: ClassVar[str] = "a table"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (SectorBasis,)
     needs_all_directions: ClassVar[bool] = True
 

@@ -188,6 +188,7 @@ class WozniakKind(KindOfMap):
     transducer: str = "contact"
     name: ClassVar[str] = "wozniak"
     title: ClassVar[str] = "Woźniak's constant"
+    summary: ClassVar[str] = "one constant"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (WozniakBasis,)
 
     def __post_init__(self) -> None:

@@ -40,6 +40,16 @@ def _labels() -> dict[str, str]:
     return {"": "Choose …", **labels, _RADII_TABLE: "Other: table of effective radii"}
 
 
+def _control_help() -> str:
+    """The controls, each with a few words."""
+    from pretravel.controls import CONTROLS
+
+    usable = CONTROLS.usable().items()
+    listed = ", ".join(f"{name}: {control.label}" for name, control in usable)
+    folders = ", ".join(name for name, control in usable if control.folder)
+    return f"{listed}, {_RADII_TABLE}: table of effective radii. A folder: {folders}."
+
+
 def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
     """What to do with exported files at the control `to`."""
     from pretravel.controls import CONTROLS
@@ -126,10 +136,7 @@ class Export(Task):
     to: Annotated[
         str,
         Field(
-            help="linuxcnc (subroutines), renishaw (vector radii), fanuc and haas (macro "
-            "programs), siemens (840D cycle), heidenhain (from a template, not verified), radii "
-            "(JSON: one for each direction of travel, for probing screens), csv (a table of "
-            "effective radii). linuxcnc, fanuc, haas and siemens take a folder.",
+            help=_control_help,
             names=control_names,
             metavar="CONTROL",
             label="Your control",

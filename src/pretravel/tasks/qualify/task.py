@@ -57,6 +57,25 @@ def kind_names() -> list[str]:
     return [*KINDS, AUTO]
 
 
+def _kind_help() -> str:
+    """The kinds of map with a few words for each."""
+    from pretravel.maps import KINDS
+
+    own = (f"{name} ({kind.summary})" for name, kind in KINDS.usable().items())
+    return (
+        "Kind of map: auto (the average of the kinds that predict left-out directions), or one of "
+        f"them: {', '.join(own)}."
+    )
+
+
+def _kind_words() -> dict[str, str]:
+    """What a form calls the kinds of map."""
+    from pretravel.maps import AUTO, KINDS
+
+    own = {name: f"{name.capitalize()}: {one.summary}" for name, one in KINDS.usable().items()}
+    return {AUTO: "Automatic (best for left-out touches)", **own}
+
+
 class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences, SettingsOfKinds):
     """Qualify a probe on a reference sphere or ring: centre, radius, map, uncertainty.
 
@@ -91,20 +110,11 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     kind: Annotated[
         str,
         Field(
-            help="Kind of map: auto (the average of the kinds that predict left-out directions); "
-            "or one of them: physical (a fitted six-seat probe), harmonic (a smooth series), "
-            "wozniak (one constant), mean (one radius), sectors (a table).",
+            help=_kind_help,
             names=kind_names,
             metavar="KIND",
             label="Kind of map",
-            words={
-                "auto": "Automatic (best for left-out touches)",
-                "physical": "Physical: a fitted six-seat probe",
-                "harmonic": "Harmonic: a smooth series",
-                "wozniak": "Woźniak: one constant",
-                "sectors": "Sectors: a table",
-                "mean": "Mean: one radius",
-            },
+            words=_kind_words,
             without=("prior", "block", "reference"),
         ),
     ] = "auto"

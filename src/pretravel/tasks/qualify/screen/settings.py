@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pretravel.app import TaskForm
+from pretravel.controls import CONTROLS
 from pretravel.task import StatedColumns, Task
 from pretravel.tasks.compare import Compare
 from pretravel.tasks.export import Export
@@ -145,10 +146,4 @@ def export_name(to: str) -> str:
     >>> export_name("fanuc"), export_name("radii"), export_name("csv")
     ('fanuc', 'radii.json', 'effective_radii.csv')
     """
-    names = {
-        "csv": "effective_radii.csv",
-        "radii": "radii.json",
-        "renishaw": "renishaw.nc",
-        "heidenhain": "heidenhain.3DTC",
-    }
-    return names.get(to, to)
+    return to + CONTROLS[to].ending if to in CONTROLS else "effective_radii.csv"
