@@ -145,6 +145,8 @@ def features_summary(
     document: Document,
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
+    *,
+    more_in: str = "--verbose, or -o report.html",
 ) -> Document:
     """The report in some lines for a terminal: sizes and forms with U and their verdicts.
 
@@ -154,6 +156,8 @@ def features_summary(
         The report.
     features : sequence of InspectedFeature
     relations : sequence of FeatureRelation
+    more_in : str
+        Where the rest is found.
 
     Returns
     -------
@@ -175,7 +179,7 @@ def features_summary(
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"
-    note = f"{left}, decisions in numbers, budgets and notes: --verbose, or -o report.html"
+    note = f"{left}, decisions in numbers, budgets and notes: {more_in}"
     return replace(
         document,
         tables=(replace(table, columns=tuple(columns)), *((angles,) if angles else ())),
