@@ -24,7 +24,11 @@ from tests.browser.workbench_server import (
 )
 
 ROOT = Path(__file__).resolve().parents[1]
-SCREENS = ("home", "project", "help", "engineer", "metrologist", "laboratory", "designer", "part")
+SCREENS = (
+    "home", "project", "help", "tasks", "engineer", "daily", "metrologist", "laboratory",
+    "designer", "part", "task/verify", "home-full",
+)  # fmt: skip
+"""Home again at the end, with what the others have left in the project."""
 EXAMPLES = ("Example with two bores to measure", "Try it with example data")
 """Buttons that fill a screen, the one that shows more first."""
 DATA = ROOT / "examples" / "data"
@@ -62,8 +66,8 @@ def main(folder: Path, names: list[str]) -> None:
 def _screens(browser: Any, names: list[str], place: Path, folder: Path) -> None:
     with running_workbench(place) as workbench:
         for name in names:
-            address = workbench.address + ("" if name == "home" else name)
-            screenshots(browser, address, folder, name, prepare=_with_example)
+            address = workbench.address + ("" if name.startswith("home") else name)
+            screenshots(browser, address, folder, name.replace("/", "-"), prepare=_with_example)
 
 
 def _with_example(page: Any) -> None:
@@ -78,6 +82,10 @@ def _with_example(page: Any) -> None:
         if measure.count():
             measure.click()
             page.wait_for_selector(".feature-rows tbody tr")
+    today = page.locator('.file-drop-input[data-url$="/daily/touches"]')
+    if today.count() and not page.locator(".verdict").count():
+        today.set_input_files(str(SPHERE))
+        page.wait_for_selector(".verdict")
     page.wait_for_timeout(3000)  # pictures in space are drawn
 
 

@@ -3,11 +3,13 @@ component pretravel_probe """A touch-trigger probe whose pretravel depends on di
 The tip is a ball at the end of the tool. It touches spheres, boxes and rings (tori) whose
 places are parameters, in machine coordinates. The probe trips when the ball, were the stylus
 straight, would be as deep in the surface as the pretravel in the direction of the normal there.
+All that it touches stands on a rotary axis, which stands still where the pin table is not connected.
 """;
 
 pin in float x_cmd "commanded position of the spindle, mm";
 pin in float y_cmd;
 pin in float z_cmd;
+pin in float table "position of the rotary axis, degrees";
 pin out float x_fb "what the machine measures: the commanded position, or where it was latched";
 pin out float y_fb;
 pin out float z_fb;
@@ -41,6 +43,14 @@ param rw float b-#[8] "box: half length in y; ring: radius of its tube, mm";
 param rw float c-#[8] "box: half height, mm";
 param rw float turn-#[8] "box: about z, degrees";
 param rw float tilt-#[8] "box: then about its own x axis, degrees";
+
+param rw float axis_x "a place on the rotary axis, mm";
+param rw float axis_y;
+param rw float axis_z;
+param rw float axis_i = 0.0 "direction of the rotary axis, of any length";
+param rw float axis_j = 0.0;
+param rw float axis_k = 1.0;
+param rw s32 axis_sense = -1 "-1: turns against the angle, right-handed about the direction; 1: with it";
 
 variable double last_x;
 variable double last_y;
@@ -109,19 +119,36 @@ static double shape_distance(int kind, double a, double b, double c, double turn
     }
 }
 
+/* A vector turned about the rotary axis (Rodrigues), degrees. */
+#define TURNED(v, angle) turned(__comp_inst, v, angle)
+static void turned(struct __comp_state *__comp_inst, double *v, double angle)
+{
+    double size = sqrt(axis_i * axis_i + axis_j * axis_j + axis_k * axis_k);
+    double u[3] = {axis_i / size, axis_j / size, axis_k / size};
+    double cosine = cos(angle * DEGREE), sine = sin(angle * DEGREE);
+    double along = (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]) * (1.0 - cosine);
+    double w[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    int i;
+    for (i = 0; i < 3; i++) v[i] = cosine * v[i] + sine * w[i] + along * u[i];
+}
+
 /* How much deeper than at the trigger the straight tip is. */
 #define DEEPER(px, py, pz) deeper(__comp_inst, px, py, pz)
 static double deeper(struct __comp_state *__comp_inst, double px, double py, double pz)
 {
     double nearest = 1e30, n[3] = {0, 0, 1}, m[3], sine2, azimuth, pretravel;
+    double on_table[3] = {px - axis_x, py - axis_y, pz - length - axis_z};
     int i;
+    TURNED(on_table, -axis_sense * table);
+    px = on_table[0] + axis_x; py = on_table[1] + axis_y; pz = on_table[2] + axis_z;
     for (i = 0; i < 8; i++) {
         double d;
         if (kind(i) == 0) continue;
         d = shape_distance(kind(i), a(i), b(i), c(i), turn(i), tilt(i),
-                           px - x(i), py - y(i), pz - length - z(i), m);
+                           px - x(i), py - y(i), pz - z(i), m);
         if (d < nearest) { nearest = d; n[0] = m[0]; n[1] = m[1]; n[2] = m[2]; }
     }
+    TURNED(n, axis_sense * table);
     sine2 = n[0] * n[0] + n[1] * n[1];
     azimuth = sine2 > 0.0 ? atan2(n[1], n[0]) : 0.0;
     pretravel = axial + scatter + across * sine2

@@ -21,6 +21,9 @@ from .design.friction.seat_friction import friction_cycle as friction_cycle
 
 # both branches
 from .design.identification.probe_from_map import identify as identify
+from .drawing.alignment.aligning import align as align
+from .drawing.alignment.alignment import Alignment as Alignment
+from .drawing.alignment.alignment import Datum as Datum
 from .drawing.features.between_features import FeatureRelation as FeatureRelation
 from .drawing.features.between_features import covariance_of_positions as covariance_of_positions
 from .drawing.features.between_features import relations_between as relations_between
@@ -29,6 +32,11 @@ from .drawing.features.conformity import position_conformity as position_conform
 from .drawing.features.conformity import size_conformity as size_conformity
 from .drawing.features.measured_feature import MeasuredFeature as MeasuredFeature
 from .drawing.features.measured_feature import measure_feature as measure_feature
+from .drawing.tasks.measure.measuring import measure_drawing as measure_drawing
+from .drawing.tolerances.features_file import Drawing as Drawing
+from .drawing.tolerances.features_file import DrawnFeature as DrawnFeature
+from .drawing.tolerances.features_file import read_drawing as read_drawing
+from .drawing.tolerances.tolerance_frame import GeometricTolerance as GeometricTolerance
 from .drawing.tolerances.tolerances import FeatureTolerances as FeatureTolerances
 from .drawing.tolerances.tolerances import inspect_feature as inspect_feature
 from .files.file_format import FileReadings as FileReadings

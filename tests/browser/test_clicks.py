@@ -107,6 +107,21 @@ def test_laboratory_from_sixty_traces_to_a_certificate(person: Person, tmp_path:
     assert person.clicks <= 4
 
 
+def test_the_check_of_a_morning_from_home_to_the_answer(person: Person) -> None:
+    """Once there is a map: the link, and the place of the file."""
+    page = person.page
+    person.begin("Qualify a probe")
+    person.qualified()
+    opened(page, page.url.split("engineer")[0])
+    person.clicks = 0
+    person.click(page.get_by_role("link", name="Drop today's touches"))
+    page.wait_for_selector('.file-name:has-text("map.json")')
+    person.clicks += 1  # on the place of the file, where it is chosen instead of dropped
+    drop(page, "daily", "touches", SPHERE)
+    page.wait_for_selector(".verdict-card:has-text('No change found')")
+    assert person.clicks <= 2
+
+
 def _reached(page: Any, name: str) -> None:
     """Press Tab until the element of a name has the focus, as somebody without a mouse."""
     said = (

@@ -163,7 +163,7 @@ def finite_element_cells(page: Any) -> dict[str, list[str]]:
     return {name: cells for name, *cells in rows}
 
 
-def test_two_designs_with_finite_elements_take_five_clicks_at_most(
+def test_two_designs_with_finite_elements_take_three_clicks_at_most(
     page: Any, workbench: RunningWorkbench
 ) -> None:
     """From an empty project; typing is no click."""
@@ -181,7 +181,7 @@ def test_two_designs_with_finite_elements_take_five_clicks_at_most(
     for stage in ("A, omp40-2: ", "B, omp40-2 (changed): "):
         page.wait_for_selector(f".running-stage:has-text('{stage}')")
     page.get_by_text("Unknowns of the meshes").wait_for()
-    assert person.clicks <= 5
+    assert person.clicks <= 3
     settled(page)
 
     after = finite_element_cells(page)

@@ -19,7 +19,7 @@ def test_a_task_without_a_screen_of_its_own_runs_as_its_command(
     opened(page, f"{workbench.address}tasks")
     assert serious_problems(page) == []
     # As somebody without a sphere, from the screen of the engineer.
-    page.get_by_role("link", name="Qualify a probe Engineer").click()
+    page.locator("nav").get_by_role("link", name="Qualify a probe").click()
     page.get_by_text("No sphere, several tips, a log alone").click()
     page.get_by_role("link", name="Reversal", exact=True).click()
     page.wait_for_url("**/task/reversal?*")

@@ -16,15 +16,24 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from pretravel.base import MICROMETRE
 from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.laboratory.tasks.rig import CalibratedRig
 from pretravel.show.page import contents_text
 from pretravel.show.page_content import PageContent
+from pretravel.task import Pair
+from pretravel.tasks.slide import FollowedSlide, Slide
 from tests.browser.workbench_server import CHROMIUM, FLAGS, new_context, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
 from tests.unit.show import test_subjects as subjects
 
 A4_WIDTH_MM, MARGIN_MM, PIXELS_PER_MM = 210.0, 15.0, 96.0 / 25.4
+
+
+def _slide() -> FollowedSlide:
+    """Triggers in step 15 of 20."""
+    at = Pair(0.5, 0.5)
+    return Slide(probe="omp40-2", surface="convex", at=at, step=5e-5, steps=20).run()
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +51,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         "features": contents_text([PageContent(subjects._features(), plain.record)]),
         "comparison": contents_text([PageContent(subjects._comparison(), plain.record)]),
         "separation": contents_text([PageContent(subjects._separation(), plain.record)]),
+        "slide": contents_text([PageContent(_slide().document())]),
         "bound": contents_text([plain, certificate], title="Two results"),
         "printed": contents_text([plain], scripts=False),
     }
@@ -217,6 +227,36 @@ def _has_a_drawing(picture: bytes) -> bool:
     """Whether a PNG has more than one colour."""
     pixels = imread(io.BytesIO(picture), format="png")
     return bool(np.any(pixels != pixels[0, 0]))
+
+
+def test_a_slide_moves_from_step_to_step(open_page: Callable[..., Any]) -> None:
+    """Status and penetration of the seats at each step, by the slider of the picture."""
+    tab = open_page("slide")
+    tab.locator(".picture").first.scroll_into_view_if_needed()
+    tab.wait_for_selector(".slider-group")
+    shown = """() => {
+      const plot = [...document.querySelectorAll(".js-plotly-plot")].find((p) => p.layout.sliders);
+      const [bars, words] = plot.data;
+      return { y: [...bars.y], text: words.text.map((one) => one.trim()) };
+    }"""
+    move = """(step) => {
+      const plot = [...document.querySelectorAll(".js-plotly-plot")].find((p) => p.layout.sliders);
+      const { method, args } = plot.layout.sliders[0].steps[step];
+      return window.Plotly[method](plot, ...args).then(() => null);
+    }"""
+    history = _slide().history
+    for step in (0, 9, 14):
+        tab.evaluate(move, step)
+        now = tab.evaluate(shown)
+        if history.triggered[step]:
+            assert now["text"][int(history.open_seat[step])] == "open"
+        else:
+            assert now["text"] == ["closed"] * 6
+            assert now["y"] == pytest.approx(history.penetration[step] / MICROMETRE, rel=1e-4)
+    # By the hand of a reader: a press on the right end shows the last step.
+    rail = tab.locator(".slider-rail-touch-rect").bounding_box()
+    tab.mouse.click(rail["x"] + rail["width"] - 3, rail["y"] + rail["height"] / 2)
+    tab.wait_for_function("document.querySelector('.slider-label').textContent.includes('step 20')")
 
 
 @pytest.mark.parametrize("name", [pytest.param("features", marks=pytest.mark.slow), "bound"])

@@ -99,11 +99,10 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
         '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\ntolerance = "14.01..14.02"\n'
     )
     tab(page, "Features")
-    page.get_by_text("More settings", exact=True).last.click()
     drop(page, "part", "drawing", drawing)
     page.get_by_role("button", name="Measure", exact=True).click()
     page.wait_for_selector("text=1 outside the tolerance")
     assert serious_problems(page) == []
     # Features are those of the points: what changes the points makes them old.
-    page.get_by_text("The part lies anywhere: find it from the touches").click()
+    page.get_by_role("button", name="The touches are in the frame of the part").click()
     page.wait_for_selector("text=The settings have changed since this result.")

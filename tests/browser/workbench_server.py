@@ -73,7 +73,8 @@ def running_workbench(
         "PYTHONUNBUFFERED": "1",
     }
     environment.pop("PYTEST_CURRENT_TEST", None)  # NiceGUI behaves otherwise under pytest
-    command = [sys.executable, *program, "--no-browser", "--port", "0", *arguments]
+    port = () if "--port" in arguments else ("--port", "0")
+    command = [sys.executable, *program, "--no-browser", *port, *arguments]
     process = subprocess.Popen(
         command,
         cwd=data,

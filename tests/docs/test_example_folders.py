@@ -15,6 +15,7 @@ from docs.example_folders import FOLDERS, content, tutorials
 NAMES = [page.stem for page in tutorials()]
 WRITTEN = {
     "certificate": {"certificate.html", "rig.csv"},
+    "drawing-in-the-model": {"drawing.toml", "points.csv", "tolerances.html"},
     "first-qualification": {"map.json", "map.png", "points.csv"},
     "part-and-drawing": {"deviations.html", "tolerances.html"},
     "step-to-points": {"faces.png", "points.csv", "points.png"},

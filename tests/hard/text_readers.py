@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.controls.machine import Machine
-from pretravel.drawing.tolerances.features_file import read_features
+from pretravel.drawing.tolerances.features_file import read_drawing
 from pretravel.drawing.tolerances.plan_features import read_plan_features
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_named, format_of
@@ -339,7 +339,7 @@ TEXT_READERS: tuple[Reader, ...] = (
         (laboratory_template().encode(),),
         _TOML_WORDS,
     ),
-    Reader("features", at_a_path(read_features, "drawing.toml"), (DRAWING.encode(),), _TOML_WORDS),
+    Reader("features", at_a_path(read_drawing, "drawing.toml"), (DRAWING.encode(),), _TOML_WORDS),
     Reader("features-dmis", at_a_path(read_plan_features, "plan.dmi"), (DMIS_PLAN.encode(),)),
     Reader("features-qif", at_a_path(read_plan_features, "plan.qif"), (QIF_PLAN.encode(),)),
     Reader(

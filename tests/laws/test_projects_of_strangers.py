@@ -40,6 +40,13 @@ TYPED: dict[str, dict[str, Any]] = {
     "plan": {"spacing": 12.0},
     "export": {"to": "linuxcnc"},
     "program sphere": {"diameter": 25.0},
+    "program axis": {
+        "axis": "C",
+        "angles": "0,90,180",
+        "diameter": 25.0,
+        "center": "30,0,0",
+        "about": "0,0,0",
+    },
     "predict": {"polar": "90", "azimuth": "0:300:60"},
     "slide": {"at": "0.5,0.5", "surface": "convex", "steps": 3},
     "hysteresis": {"steps": 5},

@@ -24,6 +24,7 @@ from pretravel.six_seats.response import ProbeResponse
 from pretravel.six_seats.six_seat_basis import SixSeatBasis
 from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
 from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response, six_seats
+from tests.support.six_seat_unknowns import PRIORS, parameters_of
 
 CAP = fibonacci_cap(200, np.radians(88.0))
 PROBE = load_probe("omp40-2-100mm")
@@ -100,7 +101,7 @@ def test_slopes_are_those_of_the_values(seed: int) -> None:
     """
     rng = np.random.default_rng(seed)
     spread = np.array([min(p.spread, 1.0) for p in PARAMETERS])
-    values = np.array([p.prior for p in PARAMETERS]) + 0.5 * spread * rng.standard_normal(18)
+    values = parameters_of(np.array(PRIORS) + 0.5 * spread * rng.standard_normal(18))
     compression, step = 0.9, 1e-5
 
     def along(numbers: np.ndarray) -> np.ndarray:
@@ -125,7 +126,8 @@ def test_typical_numbers_are_those_of_described_probes(name: str) -> None:
     """Within three of their standard deviations."""
     probe = load_probe(name)
     for parameter, value in zip(PARAMETERS, _numbers(probe, probe_response(probe)), strict=True):
-        assert abs(value - parameter.prior) < 3.0 * parameter.spread
+        sought = np.log(np.tan(value)) if parameter.acute else value
+        assert abs(sought - parameter.prior_of_unknown) < 3.0 * parameter.spread
 
 
 def test_basis_sums_as_its_functions_do() -> None:

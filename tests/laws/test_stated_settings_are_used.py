@@ -75,7 +75,7 @@ compensate nine.csv --map map.json --nominal sphere:radius=12.49935 -o p.json
 compensate bore_touches.csv --map omp40-2 --place 1,2,3,0,0,10 -o p.json
 compensate star_bore_touches.csv --map star.json -o p.json
 measure points.csv --feature bore --select "bore1*" -o f.csv
-measure points.csv --features features.toml -o f.csv
+measure points.csv --drawing features.toml -o f.csv
 axis axis_touches.csv --axis C -o a.csv
 compare map.json -o c.csv
 compare map.json --for fanuc -o c.csv
@@ -97,6 +97,8 @@ machine
 machine --tools tool.tbl --tool 1
 program sphere mill.toml --diameter 24.9987 -o p.ngc
 program sphere mill.toml --diameter 24.9987 --pattern iso10360-5 --spindle 0 -o p.ngc
+program axis mill.toml --axis C --angles 0,90,180 --diameter 24.9987 --center 30,0,0 --about 0,0,0 -o p.ngc
+program axis mill.toml --axis A --angles=-20,0,20 --diameter 24.9987 --center 0,0,0 --about 0,0,-50 -o p.ngc
 program part mill.toml plan.csv -o p.ngc
 program mdi -o e
 probes

@@ -16,6 +16,7 @@ from pretravel.files.map_file import write_map
 from pretravel.task.listed import task_named
 from pretravel.task.task import Task
 from tests.support.example_maps import mean_map
+from tests.support.touched_bracket import write_bracket
 
 COMMANDS = (
     "qualify touches.csv --diameter 25 --tip-diameter 6 --kind mean -o made.json",
@@ -27,7 +28,26 @@ COMMANDS = (
     "measure plain.csv --feature bore --tip-diameter 6",
     "measure plain.csv --feature plane",
     "separate touches.csv -o separated.csv",
+    "align touches.csv --part part.step --map map.json -o place.json",
+    "rig rig_000_1.csv -o rig.csv",
+    "rig rig_000_1.csv rig_000_2.csv rig_090_1.csv -o rig.json",
 )
+
+
+TRACES = ("rig_000_1.csv", "rig_000_2.csv", "rig_090_1.csv")
+
+
+def _other_inputs(rows: list[str]) -> None:
+    """The map, the part, and traces whose ruler is read in so many distinct values."""
+    write_map(Path("map.json"), mean_map(0.010))
+    write_bracket(Path("part.step"))
+    levels = [0.1 * number for number in range(len(set(rows)))]
+    ruler = [level for level in [*levels, *levels[::-1]] for _ in range(60)]
+    lines = [f"{0.001 * n:.3f},{at:g},0,1,1" for n, at in enumerate(ruler)]
+    for name in TRACES:
+        Path(name).write_text(
+            "\n".join(["time_s,ruler_mm,laser_mm,contact,trigger", *lines]) + "\n"
+        )
 
 
 def _parsed(command: str) -> tuple[type[Task], dict[str, Any]]:
@@ -47,7 +67,20 @@ def test_a_few_distinct_values(command: str, distinct: int, count: int, tmp_path
     Path("touches.csv").write_text("\n".join(["x_mm,y_mm,z_mm,nx,ny,nz", *rows]) + "\n")
     plain = [",".join(row.split(",")[:3]) for row in rows]
     Path("plain.csv").write_text("\n".join(["x_mm,y_mm,z_mm", *plain]) + "\n")
-    write_map(Path("map.json"), mean_map(0.010))
+    _other_inputs(rows)
     with suppress(PretravelError):  # refused by name; any other error is a fault
         task, values = _parsed(command)
+        task_of(task, values).run()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("text", ["", "\n\n", "x_mm,y_mm,z_mm,nx,ny,nz\n", "# none\n", "\0"])
+def test_empty_files_are_refused_by_name(command: str, text: str, tmp_path: Path,
+                                         monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    _other_inputs([])
+    for name in ("touches.csv", "plain.csv", *TRACES):
+        Path(name).write_text(text)
+    task, values = _parsed(command)
+    with pytest.raises(PretravelError, match=r"touches|plain|rig_000"):
         task_of(task, values).run()

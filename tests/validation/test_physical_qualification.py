@@ -145,11 +145,12 @@ def kp3_prediction(kind: str, half: int) -> float:
 
 def test_kp3_ring_halves() -> None:
     """Each half predicts the other; real readings, digitised from a picture to 0.5 um. In um, mean
-    of both: mean 6.8, sectors 5.5, harmonic 4.9, physical 4.0. The remaining error is the
+    of both: mean 6.8, sectors 5.5, harmonic 4.9, physical 3.8: 4.6 where the noise is taken for the usual 0.3 um in the
+    search, or the seats may be flat. The remaining error is the
     unevenness of the probe itself, which a model of few numbers does not contain."""
     rms = {
         kind: np.mean([kp3_prediction(kind, half) for half in (0, 1)])
         for kind in ("mean", "sectors", "harmonic", "physical")
     }
     assert rms["physical"] < rms["harmonic"] < rms["sectors"] < rms["mean"]
-    assert rms["physical"] < 4.5
+    assert rms["physical"] < 4.0

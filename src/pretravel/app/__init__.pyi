@@ -13,6 +13,7 @@ from .components.downloads import prepared_button as prepared_button
 from .components.downloads import result_button as result_button
 from .components.downloads import result_folder_button as result_folder_button
 from .components.examples import example_button as example_button
+from .components.examples import own_data_back as own_data_back
 from .components.fields import bare_slider as bare_slider
 from .components.fields import choice_field as choice_field
 from .components.fields import number_field as number_field
@@ -20,6 +21,7 @@ from .components.fields import slider_field as slider_field
 from .components.fields import switch_field as switch_field
 from .components.fields import text_field as text_field
 from .components.file_drop import file_drop as file_drop
+from .components.from_project import follow_map as follow_map
 from .components.from_project import from_project as from_project
 from .components.from_project import measure_with_map as measure_with_map
 from .components.from_project import take_reference as take_reference
@@ -34,6 +36,7 @@ from .components.layout import panel as panel
 from .components.layout import screen_places as screen_places
 from .components.layout import text as text
 from .components.layout import warning as warning
+from .components.outcome import ANSWERS as ANSWERS
 from .components.outcome import belonging_to as belonging_to
 from .components.outcome import error_view as error_view
 from .components.outcome import kept as kept

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
@@ -39,7 +40,6 @@ from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
 from pretravel.app.task_run import (
     NAME,
-    PEOPLE,
     TaskRun,
     file_settings,
     form_of,
@@ -47,7 +47,7 @@ from pretravel.app.task_run import (
     tasks_on_screens,
     typed_too,
 )
-from pretravel.task import LaboratoryReport, Setting, Task, by_name, task_named
+from pretravel.task import LaboratoryReport, Setting, Task, by_name, settings_of, task_named
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
@@ -72,13 +72,13 @@ def address_of(name: str) -> str:
 
 def screen_of_task(word: str) -> TaskScreen | None:
     """The screen of a task by the end of its address; None where there is none."""
-    for group, tasks in tasks_on_screens().items():
+    for tasks in tasks_on_screens().values():
         for name, kind in tasks.items():
             if name.replace(" ", "-") == word:
+                title = title_of(name)
                 return TaskScreen(
-                    f"task-{word}", PEOPLE.get(group, ""), title_of(name), summary_of(kind),
-                    "terminal", task=name,
-                )  # fmt: skip
+                    f"task-{word}", title, title, summary_of(kind), "terminal", task=name
+                )
     return None
 
 
@@ -92,8 +92,30 @@ def title_of(name: str) -> str:
 
 
 def summary_of(kind: type[Task]) -> str:
-    """The first sentences of the description."""
-    return " ".join((inspect.getdoc(kind) or "").partition("\n\n")[0].split())
+    """The first sentences of the description.
+
+    >>> summary_of(task_named("verify"))
+    'Test whether a probe has changed since its qualification.'
+    """
+    first = (inspect.getdoc(kind) or "").partition("\n\n")[0]
+    return page_words(kind, " ".join(first.split()))
+
+
+def page_words(kind: type[Task], words: str) -> str:
+    """What is said of a command, as a page says it: fields by their labels, no exit codes.
+
+    >>> page_words(task_named("verify"), "Kept unless --accept names one. Exit code 3: yes.")
+    'Kept unless “Accept” names one.'
+    """
+    sentences = re.split(r"(?<=[.;:]) (?=[A-Z])", words)
+    kept = " ".join(one for one in sentences if not one.startswith("Exit code"))
+    kept = re.sub(r" \(--[a-z-]+\)", "", kept)
+    labels = {setting.option: setting.label for setting in settings_of(kind)}
+    return re.sub(
+        r"(?:pretravel [a-z-]+ )?(--[a-z-]+)",
+        lambda found: f"“{labels[found[1]]}”" if found[1] in labels else found[0],
+        kept,
+    )
 
 
 def job_of(name: str) -> Job:
@@ -108,6 +130,7 @@ def job_of(name: str) -> Job:
         files=files,
         automatic=False,
         own_process=True,
+        report=lambda made: None if made is None else made.report,
     )
 
 
@@ -128,13 +151,13 @@ def show(name: str, state: ScreenState) -> None:
         files = [s for s in file_settings(kind) if s.name != "lab" or state.files[s.name]]
         needed = [setting for setting in files if setting.default is MISSING] or files[:1]
         for setting in needed:
-            _file(state, setting)
+            _file(kind, state, setting)
         others = [setting for setting in files if setting not in needed]
         if others:
             given = any(state.files[setting.name] for setting in others)
             with folded("More files", opened=given):
                 for setting in others:
-                    _file(state, setting)
+                    _file(kind, state, setting)
         _fields(kind, state)
         if _shared(kind):
             statements_form(state)
@@ -154,11 +177,17 @@ def show(name: str, state: ScreenState) -> None:
         live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
-def _file(state: ScreenState, setting: Setting) -> None:
-    file_drop(state, setting.name, setting.label, several=setting.several, hint=setting.field.help)
+def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
+    hint = page_words(kind, setting.field.help)
+    file_drop(state, setting.name, setting.label, several=setting.several, hint=hint)
     from_project(state, setting.name, takes_map=setting.name in _MAPS)
     if typed_too(setting):
-        text_field(state, setting.name, f"{setting.label}, as a word", hint=setting.field.help)
+        text_field(
+            state,
+            setting.name,
+            f"{setting.label}, as a word",
+            hint=page_words(kind, setting.field.help),
+        )
 
 
 def _fields(kind: type[Task], state: ScreenState) -> None:
@@ -223,9 +252,9 @@ def _write(work: Work, name: str, path: object) -> None:
 
 
 def tasks_page() -> None:
-    """All tasks, by the people whom they serve."""
+    """All tasks, in the groups of the command line."""
     for group, tasks in tasks_on_screens().items():
-        with panel(f"{group} ({PEOPLE.get(group, '')})"):
+        with panel(group):
             task_links({name: summary_of(kind) for name, kind in tasks.items()})
 
 

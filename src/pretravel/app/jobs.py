@@ -14,11 +14,15 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pretravel.app.project import Inputs, Listener, ScreenState, SettingValue, StoredFile
+from pretravel.app.links import OF_REFERENCE, REFERENCE, newer_inputs
+from pretravel.app.project import Inputs, Link, Listener, ScreenState, SettingValue, StoredFile
 from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
 from pretravel.base import PretravelError, own_files_alone, temporary_folder
+
+if TYPE_CHECKING:
+    from pretravel.show import Document
 
 LARGE = 2_000_000
 """Bytes of files above which work is done in a process of its own: it can be ended, and its memory
@@ -27,6 +31,11 @@ _PAUSE = 0.15
 """Time from the last change of a setting, which may go on, to the start of automatic work. [s]"""
 _UNTIL_AHEAD = 0.3
 """Time from the request of a page, which is built first, to the start of `do_ahead`. [s]"""
+
+
+def report_of(result: Any) -> Document | None:
+    """The report of a result that has it as its `document`; None of another one."""
+    return getattr(result, "document", None) if result is not None else None
 
 
 @dataclass(frozen=True)
@@ -58,6 +67,11 @@ class Job:
     live : bool
         Whether it follows a slider: it starts without a pause, and changes while it runs are
         taken together after it. For work below 0.1 s.
+    report : callable
+        Takes a result and returns its `Document`, or None: its verdict stands on the start page.
+    keeps : callable
+        Takes a result and returns the files, by purpose, that the screen keeps of it, such as a
+        history with today's line. They are inputs of the next run, and no change of this one.
     """
 
     name: str
@@ -71,6 +85,8 @@ class Job:
     automatic: bool = True
     own_process: bool = False
     live: bool = False
+    report: Callable[[Any], Document | None] = report_of
+    keeps: Callable[[Any], Mapping[str, tuple[StoredFile, ...]]] = lambda _: {}
 
 
 @dataclass(frozen=True)
@@ -149,9 +165,22 @@ class Work:
         return tuple(unfinished[name] for name in self.job.settings if name in unfinished)
 
     @property
+    def newer(self) -> dict[str, Link]:
+        """Inputs that were taken from another screen, which has newer ones."""
+        uses = {*self.job.files, *self.job.needs}
+        if not uses.union(self.job.settings).isdisjoint(REFERENCE):
+            uses.add(OF_REFERENCE)
+        return {name: link for name, link in newer_inputs(self.state).items() if name in uses}
+
+    @property
+    def wrong(self) -> bool:
+        """Whether no file of the result can be taken."""
+        return bool(self.error or self.held or self.newer)
+
+    @property
     def outdated(self) -> bool:
         """Whether the result is not that of the page as it is now: one rule for all places."""
-        own = self.stale or self.running or bool(self.held or self.error)
+        own = self.stale or self.running or self.wrong
         return own or any(work.outdated for work in self._before)
 
     def ready(self) -> bool:
@@ -189,6 +218,10 @@ class Work:
             end()
         if self.held:
             raise PretravelError(f"{self.held[0]} is no valid value: correct it first")
+        if self.newer:
+            raise PretravelError(
+                "The project has a newer input than the one of this result: use it first."
+            )
         if self.error or self.result is None:
             raise PretravelError(
                 self.error or self.cancelled or "There is no result yet: fill in what is missing."
@@ -206,7 +239,8 @@ class Work:
     def inputs_changed(self) -> None:
         """Compare the inputs with those of the result; start automatic work."""
         wanted = self._snapshot()
-        seen = (self.held, tuple((w.outdated, bool(w.error)) for w in self._before))
+        before = tuple((w.outdated, bool(w.error)) for w in self._before)
+        seen = (self.held, tuple(self.newer), before)
         if (wanted, seen) == (self._wanted, self._seen):
             return
         begun = self.running or self._timer is not None or self._done is not None
@@ -325,7 +359,7 @@ class Work:
         said: list[str] = []
         told = _Told(report, said.append, lambda: self._run is this)
         result, error, error_inputs = await asyncio.to_thread(
-            _run_job, self.job, (*inputs[:2], results), told, started
+            _run_job, self.job, (inputs[0], inputs[1], results), told, started
         )
         if self._run is not this:
             return
@@ -336,9 +370,21 @@ class Work:
             self._version += 1
         self.error, self.error_inputs = error, error_inputs
         self.stale = bool(error) and self.result is not None
+        if not error:
+            self._keep(self.job.keeps(result))
         self._tell()
         if self.job.live and self._wanted != inputs:
             self.start()
+
+    def _keep(self, files: Mapping[str, tuple[StoredFile, ...]]) -> None:
+        """Keep files of the result on the screen: as inputs they are those of this run."""
+        if not files:
+            return
+        settings, before, versions = self._done
+        self._done = self._good = settings, {**before, **files}, versions
+        if self._wanted == (settings, before, versions):
+            self._wanted = self._done
+        self.state.files.keep(files)
 
 
 @dataclass(frozen=True)
@@ -511,10 +557,16 @@ class Works:
             before = tuple(self.of(state, earlier) for earlier in job.after)
             work = self._works[key] = Work(job, state, _before=before)
             state.listen(work.inputs_changed)
+            if state.project is not None:  # what it took of other screens
+                state.project.listen(work.inputs_changed)
             for earlier_work in before:
                 earlier_work.listen(work.inputs_changed)
             work.inputs_changed()
         return self._works[key]
+
+    def made(self, state: ScreenState) -> list[Work]:
+        """The works of a screen that were begun; none is begun."""
+        return [work for (screen, _), work in self._works.items() if screen == id(state)]
 
     def stop_all(self) -> None:
         """End all runs; files and settings stay as they are."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import copy
+import hashlib
 import json
 import math
 import secrets
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -44,6 +46,36 @@ class StoredFile:
 
     def __post_init__(self) -> None:
         check_file_name(self.name)
+
+    @cached_property
+    def digest(self) -> str:
+        """Of name and content."""
+        return hashlib.blake2b(self.name.encode() + b"\0" + self.content).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class Link:
+    """Where an input of a screen comes from: another screen of the project.
+
+    Attributes
+    ----------
+    screen : str
+        The other screen.
+    kind : str
+        "file": a file of it; "result": what a job of it made; "reference": its reference and tip.
+    place : str
+        The purpose of the file, or the name of the job.
+    of_source : str
+        Digest of the file, of the inputs of the job, or of the values, when it was taken.
+    taken : str
+        Digest of what was taken: where this screen has something else now, the link is over.
+    """
+
+    screen: str
+    kind: str
+    place: str
+    of_source: str
+    taken: str
 
 
 def check_file_name(name: str) -> None:
@@ -176,18 +208,38 @@ class ProjectFiles(MutableMapping[str, tuple[StoredFile, ...]]):
     ) -> None:
         self._changed = changed
         self._values = dict(values or {})
+        self._before: dict[str, tuple[StoredFile, ...]] = {}
 
     def __getitem__(self, purpose: str) -> tuple[StoredFile, ...]:
         return self._values.get(purpose, ())
 
     def __setitem__(self, purpose: str, files: tuple[StoredFile, ...]) -> None:
-        if self[purpose] != tuple(files):
+        old = self[purpose]
+        if old != tuple(files):
             self._values[purpose] = tuple(files)
+            self._before[purpose] = () if set(old) <= set(files) else old
             self._changed()
 
     def __delitem__(self, purpose: str) -> None:
-        if self._values.pop(purpose, ()):
+        self[purpose] = ()
+
+    def keep(self, made: Mapping[str, tuple[StoredFile, ...]]) -> None:
+        """Store files that the screen made itself: they replace nothing of the user's."""
+        changed = {purpose: files for purpose, files in made.items() if files != self[purpose]}
+        if changed:
+            self._values.update(changed)
             self._changed()
+
+    def before(self, purpose: str) -> tuple[StoredFile, ...]:
+        """The files that the last change replaced or took away; not saved.
+
+        >>> files = ProjectFiles(lambda: None)
+        >>> files["touches"] = (StoredFile("mine.csv", b"1"),)
+        >>> files["touches"] = (StoredFile("example.csv", b"2"),)
+        >>> [file.name for file in files.before("touches")]
+        ['mine.csv']
+        """
+        return self._before.get(purpose, ())
 
     def __iter__(self) -> Iterator[str]:
         return iter(tuple(name for name, files in self._values.items() if files))
@@ -205,14 +257,24 @@ class ScreenState:
         Of the screen.
     settings : Settings
     files : ProjectFiles
+    links : dict of str to Link
+        Where files come from, by their purpose, and the reference, as "reference"; `link` adds one.
+    project : Project or None
     unfinished : dict of str to str
         Settings whose fields hold nothing valid now, with the labels of the fields. Not saved.
     """
 
     def __init__(
-        self, name: str, changed: Listener | None = None, shared: Settings | None = None
+        self,
+        name: str,
+        changed: Listener | None = None,
+        shared: Settings | None = None,
+        project: Project | None = None,
     ) -> None:
         self.name = name
+        self.project = project
+        self.links: dict[str, Link] = {}
+        self._mine: tuple[dict[str, SettingValue], dict[str, tuple[StoredFile, ...]]] | None = None
         self.unfinished: dict[str, str] = {}
         self._listeners: list[Listener] = []
         self._tell_project = changed
@@ -243,6 +305,43 @@ class ScreenState:
             self.unfinished[name] = unfinished
         else:
             del self.unfinished[name]
+        self.tell()
+
+    def link(self, name: str, link: Link | None) -> None:
+        """State where an input comes from; None: from nowhere else."""
+        if self.links.get(name) == link:
+            return
+        if link is None:
+            del self.links[name]
+        else:
+            self.links[name] = link
+        self._changed()
+
+    def fill(
+        self,
+        settings: Mapping[str, SettingValue],
+        files: Mapping[str, tuple[StoredFile, ...]],
+    ) -> None:
+        """Take an example; what the user had comes back with `take_back`."""
+        if self.files and not self.can_take_back:
+            self._mine = self.settings.plain(), dict(self.files)
+        self.files.update(files)
+        self.settings.update(settings)
+
+    @property
+    def can_take_back(self) -> bool:
+        """Whether an example stands where the user had files."""
+        return self._mine is not None
+
+    def take_back(self) -> None:
+        """Settings and files of before the example."""
+        if self._mine is None:
+            return
+        (settings, files), self._mine = self._mine, None
+        for name in [name for name in self.settings.plain() if name not in settings]:
+            del self.settings[name]
+        self.settings.update(settings)
+        self.files.update({**dict.fromkeys(self.files, ()), **files})
         self.tell()
 
     def _changed(self) -> None:
@@ -298,7 +397,7 @@ class Project:
     def screen(self, name: str) -> ScreenState:
         """The state of a screen; empty at first."""
         if name not in self._screens:
-            self._screens[name] = ScreenState(name, self._changed, self.shared)
+            self._screens[name] = ScreenState(name, self._changed, self.shared, self)
         return self._screens[name]
 
     @property
@@ -315,6 +414,7 @@ class Project:
             screen.settings.update(state.settings.plain())
             for purpose, files in state.files.items():
                 screen.files[purpose] = files
+            screen.links.update(state.links)
         return made
 
     @property

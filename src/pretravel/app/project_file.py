@@ -14,12 +14,14 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from pretravel.app.project import (
     LARGEST_PROJECT,
     OF_ALL_SCREENS,
+    Link,
     Project,
     SettingValue,
     StoredFile,
@@ -61,7 +63,11 @@ def project_bytes(project: Project) -> bytes:
                     entry = f"files/{state.name}/{purpose}/{file.name}"
                     archive.writestr(entry, file.content)
                 listed[purpose] = [{"name": f.name, "size": len(f.content)} for f in files]
-            screens[state.name] = {"settings": state.settings.plain(), "files": listed}
+            screens[state.name] = {
+                "settings": state.settings.plain(),
+                "files": listed,
+                "links": {name: asdict(link) for name, link in state.links.items()},
+            }
         content = {
             "format": _FORMAT,
             "version": _VERSION,
@@ -274,7 +280,18 @@ def _checked(stated: Mapping[str, Any], entries: _Entries) -> Project:
             )
             if len({file.name for file in state.files[purpose]}) < len(state.files[purpose]):
                 raise PretravelError(f"two files of '{purpose}' have the same name")
+        for input_name, link in content.get("links", {}).items():
+            state.links[_checked_name(input_name)] = _checked_link(link)
     return project
+
+
+def _checked_link(stated: Mapping[str, Any]) -> Link:
+    """Where a file comes from; earlier versions stated no links."""
+    link = Link(**stated)
+    _checked_name(link.screen)
+    if not all(isinstance(value, str) and len(value) <= 200 for value in vars(link).values()):
+        raise PretravelError("a link in it is no text")
+    return link
 
 
 def _checked_name(name: str) -> str:

@@ -19,8 +19,8 @@ class Screen:
     ----------
     name : str
         Its address, and its place in the project.
-    person : str
-        Whom it serves.
+    short : str
+        The job in a word, for a narrow menu.
     title : str
         The job.
     summary : str
@@ -36,7 +36,7 @@ class Screen:
     """
 
     name: str
-    person: str
+    short: str
     title: str
     summary: str
     icon: str
@@ -52,7 +52,7 @@ class Screen:
 SCREENS = (
     Screen(
         "engineer",
-        "Engineer",
+        "Qualify",
         "Qualify a probe",
         "Touches on a reference sphere in; the probe's lobes, a verdict, and values or programs "
         "for your control out.",
@@ -62,8 +62,18 @@ SCREENS = (
         "pretravel.tasks.qualify:next_sentence",
     ),
     Screen(
+        "daily",
+        "Daily",
+        "Daily check",
+        "Today's touches on the reference in; whether the probe has changed, all days, and the "
+        "date to qualify again out.",
+        "today",
+        "pretravel.tasks.verify.screen:show",
+        ("pretravel.tasks.verify:DAILY",),
+    ),
+    Screen(
         "metrologist",
-        "Metrologist",
+        "Standard",
         "Check against a standard",
         "Touches on a calibrated sphere or ring and your limits in; the standard's figures, the "
         "budget and a certificate out.",
@@ -72,7 +82,7 @@ SCREENS = (
     ),
     Screen(
         "laboratory",
-        "Laboratory",
+        "Rig",
         "Calibration rig and separation",
         "Traces of a calibration rig or reversal readings in; pretravel, hysteresis and a "
         "certificate, or machine and probe apart, out.",
@@ -81,7 +91,7 @@ SCREENS = (
     ),
     Screen(
         "designer",
-        "Designer",
+        "Design",
         "Design a probe",
         "Stylus, preload, materials and seats in; force, pretravel and stress over all "
         "directions out, two designs beside each other.",
@@ -100,5 +110,17 @@ SCREENS = (
 )
 
 
-QUALIFYING = SCREENS[0]
+QUALIFYING = next(screen for screen in SCREENS if screen.name == "engineer")
 """The screen that makes a map of touches; other screens take it from there."""
+DAILY = next(screen for screen in SCREENS if screen.name == "daily")
+"""The screen of every morning: it stands first on the start page when there is a map."""
+
+
+def title_of_screen(name: str) -> str:
+    """What a screen is called; those of tasks by the command.
+
+    >>> title_of_screen("engineer"), title_of_screen("task-plan-touches")
+    ('Qualify a probe', 'Plan touches')
+    """
+    titles = {screen.name: screen.title for screen in SCREENS}
+    return titles.get(name) or name.removeprefix("task-").replace("-", " ").capitalize()

@@ -18,13 +18,14 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pretravel.app.access import Access, Guard
 from pretravel.app.jobs import WORKS, OneLine, listen_to_library
-from pretravel.app.project import LARGEST_PROJECT
+from pretravel.app.project import LARGEST_PROJECT, Project, StoredFile
 from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
 from pretravel.app.project_page import project_page
-from pretravel.app.screens import SCREENS, Screen
+from pretravel.app.recognised import Kind, kind_elsewhere
+from pretravel.app.screens import SCREENS, Screen, title_of_screen
 from pretravel.app.session import NO_PROJECT, SESSION, address_in
 from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
-from pretravel.app.uploads import UPLOADS, limited_content
+from pretravel.app.uploads import UPLOADS, Slot, limited_content, parted
 from pretravel.base import PretravelError
 
 
@@ -111,6 +112,8 @@ def _add_pages() -> None:
     app.get("/project/download")(send_project)
 
 
+_LARGEST_FILE = 100_000_000
+"""Of a file that is taken to another screen."""
 _BROKEN = JSONResponse({"error": "the file came in part only: give it again"}, status_code=400)
 
 
@@ -122,24 +125,59 @@ def _page_of(screen: Screen) -> Callable[[], None]:
 
 
 async def receive_file(
-    project: str, screen: str, purpose: str, name: str, request: Request
+    project: str, screen: str, purpose: str, name: str, request: Request, head: int = 0
 ) -> JSONResponse:
-    """Take a file for a slot; the answer to a fault is its text."""
+    """Take files for a slot; the answer to a fault is its text, and where the file belongs.
+
+    With a `head` there are several; see `parted`.
+    """
     try:
         slot = UPLOADS.slot(project, screen, purpose)
         slot.check_name(name)
-        content = await limited_content(request.stream(), slot.limit, name)
+        limit = LARGEST_PROJECT if head else slot.limit
+        content = await limited_content(request.stream(), limit, name)
         session = SESSION.of(project)
         if session is None or slot.state is not session.project.screen(screen):
             raise PretravelError(f"the project was closed: load this page, and give {name} again")
-        slot.store(name, content, session.project.size)
+        files = parted(content, head) if head else (StoredFile(name, content),)
+        for file in files:
+            slot.check_name(file.name)
+            if len(file.content) > slot.limit:
+                raise PretravelError(f"{file.name} is larger than {slot.limit / 1e6:g} MB")
+            elsewhere = kind_elsewhere(file.content, purpose)
+            if elsewhere is not None:
+                return _belongs(file.name, elsewhere, session.project)
+        slot.store(files, session.project.size)
         if slot.state.files[purpose]:  # not one that only filled in fields
-            session.project.named_after(name)
+            session.project.named_after(files[0].name)
     except PretravelError as error:
         return JSONResponse({"error": str(error)}, status_code=422)
     except ClientDisconnect:
         return _BROKEN
     return JSONResponse({"error": ""})
+
+
+def _belongs(name: str, kind: Kind, project: Project) -> JSONResponse:
+    """What is said of a file that belongs to another screen, with the way there."""
+    answer = {"error": f"{name} is {kind.words}. Nothing was changed."}
+    if not kind.screen:
+        answer |= {
+            "offer": "Open this project",
+            "url": "/project/open",
+            "address": address_in("/project", project),
+        }
+        return JSONResponse(answer, status_code=422)
+    state = project.screen(kind.screen)
+    UPLOADS.open(
+        project.identity,
+        Slot(state, kind.purpose, (), kind.several, _LARGEST_FILE, settings=kind.settings),
+    )
+    answer |= {
+        "offer": f"Take it to “{title_of_screen(kind.screen)}”",
+        "url": f"/upload/{project.identity}/{kind.screen}/{kind.purpose}",
+        "address": address_in(f"/{kind.screen}", project),
+    }
+    return JSONResponse(answer, status_code=422)
 
 
 async def receive_project(name: str, request: Request) -> JSONResponse:

@@ -18,7 +18,17 @@ from pretravel.app.session import SESSION, address_in
 from pretravel.base import installed_version
 from pretravel.show import glossary, word_anchor
 
-_NOT_CONNECTED = "Not connected: what you type is kept, and sent when the connection is back"
+_KEPT = "What you typed is kept in this browser"
+_NOT_CONNECTED = {
+    "text": "Not connected: what you type is kept, and sent when the connection is back",
+    "ended": "Not connected: the workbench is not running. Start it again (pretravel app), and "
+    f"open the address that it prints. {_KEPT}",
+    "again": "The workbench was started again, and does not know this tab: open the address that "
+    f"it printed. {_KEPT}",
+    "closed": "The workbench was started again with another project: open the address that it "
+    f"printed, and this project in its list. {_KEPT}",
+}
+"""What the header says without a connection, by what the script finds out."""
 THEMES = {"auto": "Theme: system", "light": "Theme: light", "dark": "Theme: dark"}
 STATIC = f"/static/{installed_version()}"
 """Address of our own style sheet and script."""
@@ -77,7 +87,8 @@ def _project_name() -> None:
     here([project.listen], refresh)
     lost = text("span", "", "saved problem lost").props('role="status"')
     lost.props["data-project"] = project.identity
-    lost.props["data-text"] = _NOT_CONNECTED
+    for state, said in _NOT_CONNECTED.items():
+        lost.props[f"data-{state}"] = said
     saved = text("span", "", "saved").props('role="status"')
 
     session = SESSION.current
@@ -110,24 +121,25 @@ def _header_actions(theme: str) -> None:
 def _navigation(current: str) -> Element:
     made = ui.element("nav").classes("side").props('aria-label="Screens"')
     with made, ui.element("ul"):
-        _entry("/", "home", "Home", "", current == "")
+        _entry("/", "home", ("Home", "Home"), current == "")
         for screen in SCREENS:
             address = f"/{screen.name}"
-            _entry(address, screen.icon, screen.title, screen.person, screen.name == current)
-        _entry("/tasks", "apps", "Every task", "Everybody", current.startswith("task"))
+            _entry(address, screen.icon, (screen.title, screen.short), screen.name == current)
+        _entry("/tasks", "apps", ("Every task", "All"), current.startswith("task"))
     return made
 
 
-def _entry(address: str, icon: str, title: str, person: str, chosen: bool) -> None:
+def _entry(address: str, icon: str, names: tuple[str, str], chosen: bool) -> None:
+    """A line of the menu: the job, or a word for it where there is little room."""
+    title, short = names
     with ui.element("li"), ui.element("a") as link:
         link.props["href"], link.props["title"] = address_in(address), title
         if chosen:
             link.props["aria-current"] = "page"
         ui.icon(icon).props('aria-hidden="true"')
-        with ui.element("span").classes("" if person else "nav-alone"):
-            text("span", title, "nav-title")
-            if person:
-                text("span", person, "nav-person")
+        link.props["aria-label"] = title
+        text("span", title, "nav-title")
+        text("span", short, "nav-short")
 
 
 def home_page() -> None:
@@ -145,7 +157,6 @@ def _jobs() -> None:
             with ui.element("li"), ui.element("a") as link:
                 link.props["href"] = address_in(f"/{screen.name}")
                 ui.icon(screen.icon).props('aria-hidden="true"')
-                text("span", screen.person, "job-person")
                 text("h2", screen.title)
                 text("p", screen.summary)
 

@@ -37,15 +37,6 @@ if TYPE_CHECKING:
 
 NOT_HERE = {"demo": "it writes a folder of examples; the buttons with example data do the same"}
 """Tasks without a screen, with the reason."""
-PEOPLE = {
-    "Qualify": "Engineer",
-    "Measure": "Engineer",
-    "Control": "Engineer",
-    "Predict": "Designer",
-    "Laboratory": "Laboratory",
-    "Files": "Everybody",
-}
-"""Whom the tasks of a group serve."""
 NAME = "task"
 """The setting of a screen that names its task."""
 

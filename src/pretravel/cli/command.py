@@ -19,6 +19,9 @@ INTERRUPTED = 130
 TYPED = "pretravel.typed"
 """Where the context keeps the arguments as they were typed."""
 
+_RENAMED = {("measure", "--features"): "--drawing"}
+"""Options by their command and their former name, and their names of today."""
+
 
 WHOLE_HELP = "--help-all"
 OPTIONS, SPECIAL, OUTPUT = "Options", "In special cases", "Output"
@@ -38,6 +41,7 @@ class Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
+        args = [self._renamed(word) for word in args]
         ctx.meta[TYPED] = tuple(args)
         if WHOLE_HELP in args:
             ctx.meta[WHOLE_HELP] = True
@@ -87,6 +91,14 @@ class Command(TyperCommand):
             title = getattr(each, "rich_help_panel", None) or OPTIONS if is_option else "Arguments"
             parts.setdefault(title, []).append(each)
         return {title: found for title, found in parts.items() if found}
+
+    def _renamed(self, word: str) -> str:
+        """The option that replaces a deprecated one, which is said on stderr."""
+        option, sign, value = word.partition("=")
+        now = _RENAMED.get((self.name or "", option), option)
+        if now != option:
+            typer.echo(f"Warning: {option} is deprecated: it is called {now} now", err=True)
+        return f"{now}{sign}{value}"
 
     def _refuse_twice(self, args: list[str]) -> None:
         """Refuse an option that takes one value and is given twice: the last would win."""

@@ -1,5 +1,7 @@
 """What other rooms use of this one."""
 
+from .axis_program import TurnedSphere as TurnedSphere
+from .axis_program import plan_axis_program as plan_axis_program
 from .exports import CONTROLS as CONTROLS
 from .exports import ExportedFiles as ExportedFiles
 from .exports import ExportSettings as ExportSettings

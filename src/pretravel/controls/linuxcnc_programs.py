@@ -83,7 +83,7 @@ def linuxcnc_program(
     if compensated is not None:
         check_map_of_program(compensated, program.machine.tip_radius, program.feeds)
         identity = map_identity(compensated)
-    machine = program.machine
+    machine, turns = program.machine, program.turns
     text = render(
         "linuxcnc/program.ngc",
         program=program,
@@ -101,6 +101,11 @@ def linuxcnc_program(
         stop_condition=_MISSES_ALLOWED if allow_misses else _ANY_FAULT,
         ways=[_moves(way, machine) for way in program.ways],
         leave=_moves(program.leave, machine),
+        turns=turns,
+        turn_ways={}
+        if turns is None
+        else {row: _moves(way, machine) for row, (_, way) in turns.before.items()},
+        degree=DEGREE,
         causes=FAULTS,
         log_head=LOG_HEAD,
         touch_columns=TOUCH_COLUMNS,

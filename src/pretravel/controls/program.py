@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -37,6 +37,29 @@ _OFF_THE_PART = 0.1
 
 
 @dataclass(frozen=True, eq=False)
+class TableTurns:
+    """Turns of a rotary axis between the touches of a program.
+
+    Attributes
+    ----------
+    letter : str
+        A, B or C.
+    feed : float
+        [deg/min]
+    before : mapping of int to (float, (k, 3) float)
+        By the row of the touch before which the axis turns: the angle [rad], and the way up to the
+        safe height before it [mm].
+    straight : bool
+        The moves hold only where the work coordinates are not turned about z.
+    """
+
+    letter: str
+    feed: float
+    before: Mapping[int, tuple[float, FloatArray]]
+    straight: bool = False
+
+
+@dataclass(frozen=True, eq=False)
 class ProbingProgram:
     """Touches in order, with the way to each touch, in work coordinates.
 
@@ -60,6 +83,8 @@ class ProbingProgram:
         The checks that were made, and those that were not possible, as texts for users.
     left_out : tuple of str
         Labels of the targets that the probe cannot reach.
+    turns : TableTurns or None
+        Of a rotary axis.
     """
 
     title: str
@@ -76,6 +101,7 @@ class ProbingProgram:
     checked: tuple[str, ...]
     unchecked: tuple[str, ...]
     left_out: tuple[str, ...] = ()
+    turns: TableTurns | None = None
 
     def __len__(self) -> int:
         return len(self.labels)

@@ -22,7 +22,9 @@ NUMBER_ROLES = (
 )  # fmt: skip
 TEXT_ROLES = ("reference", "tip", "part", "pass", "orientation", "label")
 """Of columns that are words, not numbers."""
-ROLES = (*NUMBER_ROLES, *TEXT_ROLES)
+FRAME_ROLE = "frame"
+"""Of a column of coordinate systems, which must be one."""
+ROLES = (*NUMBER_ROLES, *TEXT_ROLES, FRAME_ROLE)
 """What a column of a table of touches can be."""
 
 OWN_NAMES = {role: f"{role}_mm" for role in LENGTH_ROLES} | {
@@ -108,6 +110,22 @@ _PASS_WORDS = (
     "probingpass",
     "fastslow",
 )
+_COUNT_WORDS = (
+    "run",
+    "runno",
+    "cycle",
+    "cycleno",
+    "lauf",
+    "durchlauf",
+    "zyklus",
+    "op",
+    "operation",
+)
+"""Series of rows, or a count of all rows."""
+_FRAME_WORDS = (
+    "wcs", "workoffset", "workcoordinatesystem", "csys", "coordsys", "coordinatesystem", "frame",
+    "workpiececoordinatesystem", "nullpunkt", "koordinatensystem", "offsetno", "gcodeoffset",
+)  # fmt: skip
 _ORIENTATION_WORDS = (
     "orientation",
     "headangle",
@@ -179,7 +197,7 @@ def column_name(title: str) -> ColumnName:
     if found is None:
         return ColumnName(title, None, None, 1)
     role, rank = found
-    if role in TEXT_ROLES or role in NORMAL_ROLES:
+    if role in (*TEXT_ROLES, *NORMAL_ROLES, FRAME_ROLE):
         unit = None
     return ColumnName(title, role, unit, rank)
 
@@ -215,6 +233,15 @@ def names_known_columns(cells: list[str]) -> bool:
     """
     roles = {column_name(cell).role for cell in cells[:MOST_COLUMNS]}
     return len(roles & {*NUMBER_ROLES} - {"feed", "spindle", *ROTARY_ROLES}) >= 3
+
+
+def counts_rows(title: str) -> bool:
+    """Whether a column of this name can count the rows, where it has no value twice.
+
+    >>> counts_rows("Run"), counts_rows("Part")
+    (True, False)
+    """
+    return re.sub(r"[^a-z0-9#]", "", _plain(title)) in _COUNT_WORDS
 
 
 def _own_unit(role: str) -> str | None:
@@ -270,6 +297,9 @@ def _known() -> dict[str, tuple[str, int]]:
     known |= dict.fromkeys(_REFERENCE_WORDS, ("reference", 1))
     known |= dict.fromkeys(_TIP_WORDS, ("tip", 1))
     known |= dict.fromkeys(_PART_WORDS, ("part", 1))
+    known |= dict.fromkeys(_COUNT_WORDS, ("part", 1))
+    known["t"] = ("tip", 1)
+    known |= dict.fromkeys(_FRAME_WORDS, ("frame", 1))
     known |= dict.fromkeys(_PASS_WORDS, ("pass", 1))
     known |= dict.fromkeys(_ORIENTATION_WORDS, ("orientation", 1))
     for axis in ROTARY_ROLES:

@@ -27,10 +27,13 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
     Returns
     -------
     mapping of str to (n,) values
-        label, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um; deviation_um where there is a
-        nominal surface; uncompensated_x_mm,…; a column shared_…_um for each of `Points.shared`.
+        label, face where it is known, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um;
+        deviation_um where there is a nominal surface; uncompensated_x_mm,…; a column
+        shared_…_um for each of `Points.shared`.
     """
     columns: dict[str, npt.ArrayLike] = {"label": list(points.labels)}
+    if points.face is not None:
+        columns["face"] = points.face
     columns |= {f"{axis}_mm": points.positions[:, i] for i, axis in enumerate("xyz")}
     columns |= {f"n{axis}": points.normals[:, i] for i, axis in enumerate("xyz")}
     columns["pretravel_um"] = points.pretravel / MICROMETRE
@@ -75,6 +78,8 @@ def points_dataset(points: Points) -> xr.Dataset:
     }
     if points.deviation is not None:
         data["deviation"] = ("point", points.deviation, {"units": "mm"})
+    if points.face is not None:
+        data["face"] = ("point", points.face)
     if points.uncompensated is not None:
         data["uncompensated"] = (("point", "axis"), points.uncompensated, {"units": "mm"})
     coords = {}

@@ -10,6 +10,7 @@ import numpy as np
 from pretravel.base import (
     MICROMETRE,
     FloatArray,
+    IntArray,
     PretravelError,
     checked_unit,
     frozen,
@@ -233,8 +234,20 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
             uncompensated=(
                 frozen(table.numbers(*UNCOMPENSATED)) if table.has(*UNCOMPENSATED) else None
             ),
+            face=_faces(file, table),
         ),
     )
+
+
+def _faces(file: SourceFile, table: CsvTable) -> IntArray | None:
+    """The numbers of the faces, where the table has them."""
+    if not table.has("face"):
+        return None
+    numbers = table.numbers("face")[:, 0]
+    wrong = np.flatnonzero((numbers != np.round(numbers)) | (numbers < 1.0) | (numbers > 1e9))
+    if len(wrong):
+        raise file.error("the face is no number of a face, 1 or more", table.lines[int(wrong[0])])
+    return numbers.astype(np.int64)
 
 
 def _cause(column: str) -> str:
@@ -312,6 +325,7 @@ def _from_dataset(file: SourceFile) -> Points:
             labels=tuple(str(label) for label in data["label"].values.tolist()),
             shared=_shared_of(file, data, count),
             uncompensated=perhaps("uncompensated", 3),
+            face=None if (face := perhaps("face")) is None else face.astype(np.int64),
         ),
     )
 

@@ -87,6 +87,10 @@ class RepeatLog:
     warnings: tuple[str, ...]
 
 
+_BETWEEN_TWO = (";", r"\t", ",", r"\s{2,}", r"\s+")
+"""Separators of a count and a height."""
+
+
 def read_repeats(
     source: Source,
     options: ReadingOptions = ReadingOptions(),
@@ -152,6 +156,7 @@ def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSerie
         for number, line in enumerate(file.lines("a file of readings"), start=1)
         if line.strip() and not line.strip().startswith(_COMMENT)
     ]
+    lines = _without_count(lines)
     title = lines[0][1] if lines and not _is_number(lines[0][1]) else ""
     rows = lines[1:] if title else lines
     if not rows or not all(_is_number(line) for _, line in rows):
@@ -163,6 +168,27 @@ def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSerie
     scale = units[0] if units else file.scale(options.units, "the heights have no unit")
     values = [file.numbers([line], number)[0] for number, line in rows]
     return LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
+
+
+def _without_count(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
+    """Lines of two cells, "3;5.0015", of which the first counts the rows: the second cells.
+
+    >>> _without_count([(1, "Run;Z [mm]"), (2, "1;5.001"), (3, "2;5.002")])
+    [(1, 'Z [mm]'), (2, '5.001'), (3, '5.002')]
+    """
+    for separator in _BETWEEN_TWO:
+        cells = [[cell.strip() for cell in re.split(separator, line)] for _, line in lines]
+        if not lines or any(len(pair) != 2 for pair in cells):
+            continue
+        titled = not _is_number(cells[0][1])
+        counts = [pair[0] for pair in cells[titled:]]
+        if len(counts) > 1 and all(
+            count.isdecimal() and int(count) == int(counts[0]) + row
+            for row, count in enumerate(counts)
+            if counts[0].isdecimal() or not row
+        ):
+            return [(number, pair[1]) for (number, _), pair in zip(lines, cells, strict=True)]
+    return lines
 
 
 def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:

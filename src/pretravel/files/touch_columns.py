@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from pretravel.base import DEGREE, InputError
 from pretravel.files.column_names import (
     FEED_UNITS,
+    FRAME_ROLE,
     LENGTH_ROLES,
     LENGTH_UNITS,
     NUMBER_ROLES,
@@ -18,6 +19,7 @@ from pretravel.files.column_names import (
     ROLES,
     ROTARY_ROLES,
     TEXT_ROLES,
+    counts_rows,
 )
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import ReadingOptions
@@ -113,7 +115,9 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     text, roles = _kept_rows(file, options)
     unit = _unit(text, roles, options)
     decimal = _decimal(text, roles, options)
-    text, roles, rotary = _without_rotary(text, roles)
+    whole = bool({*roles.index} & {*WORD_COLUMNS, *ROTARY_ROLES, FRAME_ROLE})
+    roles = _without_counts(text, _of_one_frame(text, roles))
+    text, roles = _without_rotary(text, roles)
     columns = {_own_name(role): roles.words(text, role) for role in roles.index}
     table = CsvTable(
         file.path,
@@ -145,15 +149,60 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         known,
         places={_own_name(role): i for role, i in roles.index.items()},
         separator="" if file.ending == ".parquet" else text.separator,
-        whole=bool(rotary or set(roles.index) & {*WORD_COLUMNS}),
+        whole=whole,
         notes=unknown_lines(text.among),
     )
 
 
-def _without_rotary(
-    text: TextTable, roles: ColumnRoles
-) -> tuple[TextTable, ColumnRoles, tuple[str, ...]]:
-    """The roles without rotary axes, which stand still; their names.
+def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
+    """The roles without a column of coordinate systems, which is the same in all rows.
+
+    Raises
+    ------
+    InputError
+        It changes: X, Y and Z of its rows are in different coordinates.
+    """
+    if FRAME_ROLE not in roles.index:
+        return roles
+    title, cells = text.title(roles.index[FRAME_ROLE]), text.column(roles.index[FRAME_ROLE])
+    moved = [row for row, cell in enumerate(cells) if cell != cells[0]]
+    if moved:
+        raise text.file.error(
+            f"{title} changes (from '{cells[0]}' to '{cells[moved[0]]}'): x, y and z of these rows "
+            f"are in different coordinates. Split the table by {title}, or state that it is no "
+            f"system of coordinates ({FRAME_ROLE}=none)",
+            text.lines[moved[0]],
+            inputs=("columns",),
+        )
+    return replace(roles, index={r: i for r, i in roles.index.items() if r != FRAME_ROLE})
+
+
+def _without_counts(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
+    """The roles without a count of rows that looks like a series, and without a T of other values.
+
+    T is the tool where all its cells are whole numbers of three digits at most (T5, 5), of which
+    one comes twice; otherwise it is a time or a temperature.
+    """
+    index, also = dict(roles.index), dict(roles.also)
+    for role in {"tip", "part"} & set(index) - roles.stated:
+        places = (index.pop(role), *also.pop(role, ()))
+        if kept := [i for i in places if not _counts(text.title(i), text.column(i))]:
+            index[role], also[role] = kept[0], tuple(kept[1:])
+    return replace(roles, index=index, also=also)
+
+
+def _counts(title: str, cells: Sequence[str]) -> bool:
+    unique = len(cells) > 1 and len(set(cells)) == len(cells)
+    if title.strip().lower() != "t":
+        return unique and counts_rows(title)
+    return unique or not all(_TOOL.fullmatch(cell) for cell in cells)
+
+
+_TOOL = re.compile(r"[Tt]?[0-9]{1,3}")
+
+
+def _without_rotary(text: TextTable, roles: ColumnRoles) -> tuple[TextTable, ColumnRoles]:
+    """The roles without rotary axes, which stand still.
 
     Raises
     ------
@@ -176,7 +225,7 @@ def _without_rotary(
                 inputs=("columns",),
             )
     kept = {role: i for role, i in roles.index.items() if role not in there}
-    return text, replace(roles, index=kept), there
+    return text, replace(roles, index=kept)
 
 
 def _angle(cell: str) -> float | None:

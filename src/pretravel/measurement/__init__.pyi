@@ -40,11 +40,14 @@ from .points_summary import TouchSummary as TouchSummary
 from .reversal import ORDERS as ORDERS
 from .reversal import ReversedPairs as ReversedPairs
 from .reversal import reversed_touches as reversed_touches
+from .rotary_axes import AXIS_LETTERS as AXIS_LETTERS
 from .rotary_axes import RotaryAxis as RotaryAxis
+from .rotary_axes import check_axis_angles as check_axis_angles
 from .rotary_axes import rotary_axis as rotary_axis
 from .selection import named_feature as named_feature
 from .selection import points_at as points_at
 from .selection import points_of_features as points_of_features
+from .selection import points_on_faces as points_on_faces
 from .star_styli import StarStylus as StarStylus
 from .star_styli import StarTip as StarTip
 from .star_styli import apply_star as apply_star

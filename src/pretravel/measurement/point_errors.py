@@ -165,15 +165,19 @@ class PointErrors:
             return None
         directions = self.pretravel_map.probe_directions(self.normals)
         design = self.pretravel_map.basis.design(directions) @ covariance.root
-        # Principal components by the small matrix: many touches, few numbers of the map.
-        axes = np.linalg.eigh(design.T @ design)[1][:, ::-1]
-        factors = (design @ axes).T
         own = np.sum(list(self.of_touches.values()), axis=0) * self.closing**2
-        total = own + sum(part**2 for part in shared.values()) + np.sum(factors**2, axis=0)
-        left = np.flip(np.cumsum(np.flip(factors**2, axis=0), axis=0), axis=0)
+        left = np.sum(design**2, axis=1)
+        may_be_left = _LEFT_TO_OWN * (own + sum(part**2 for part in shared.values()) + left)
+        # Axes of the numbers of the map, which are fewer than the points; the largest first.
+        axes = np.linalg.eigh(design.T @ design)[1]
+        factors = np.flip((design @ axes).T, axis=0)
+        found: dict[str, FloatArray] = {}
         # One at least: without any, the map would seem to state no uncertainty.
-        count = max(int(np.sum(np.any(left > _LEFT_TO_OWN * total, axis=1))), 1)
-        return shared | {f"map {k + 1}": frozen(factors[k]) for k in range(count)}
+        while not found or (len(found) < len(factors) and np.any(left > may_be_left)):
+            factor = factors[len(found)]
+            left = left - factor**2
+            found[f"map {len(found) + 1}"] = frozen(factor)
+        return shared | found
 
 
 USUAL_DELAY = 2e-3

@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from pretravel.base import (
     MICROMETRE,
     FloatArray,
+    IntArray,
     Placement,
     ShownInNotebooks,
     WithDataFrame,
@@ -50,6 +52,8 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     uncompensated : (n, 3) float or None
         Tip centres less the tip radius along the normals of the touches: what a control reports
         that subtracts the radius alone. [mm]
+    face : (n,) int or None
+        Numbers of the faces of the part on which the points lie, as `pretravel faces` lists them.
 
     Notes
     -----
@@ -65,6 +69,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     labels: tuple[str, ...]
     shared: Mapping[str, FloatArray] | None = None
     uncompensated: FloatArray | None = None
+    face: IntArray | None = None
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -76,6 +81,29 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
 
     def __len__(self) -> int:
         return len(self.positions)
+
+    def __getitem__(self, rows: npt.ArrayLike) -> Points:
+        """Some of the points: by numbers of rows, or by a mask.
+
+        >>> points = Points.plain(np.eye(3), ("a", "b", "c"))
+        >>> points[points.positions[:, 0] < 0.5].labels
+        ('b', 'c')
+        """
+        chosen = np.atleast_1d(np.asarray(rows))
+        index = np.arange(len(self))[chosen]
+        shared, plain = self.shared, self.uncompensated
+        return replace(
+            self,
+            positions=frozen(self.positions[index]),
+            normals=frozen(self.normals[index]),
+            pretravel=frozen(self.pretravel[index]),
+            covariance=frozen(self.covariance[index]),
+            deviation=None if self.deviation is None else frozen(self.deviation[index]),
+            labels=tuple(self.labels[row] for row in index.tolist()),
+            shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
+            uncompensated=None if plain is None else frozen(plain[index]),
+            face=None if self.face is None else self.face[index],
+        )
 
     @classmethod
     def plain(cls, positions: FloatArray, labels: tuple[str, ...]) -> Points:
@@ -154,6 +182,8 @@ def joined_points(parts: Sequence[Points]) -> Points:
         values = [getattr(part, name) for part in parts]
         return None if any(v is None for v in values) else frozen(np.concatenate(values))
 
+    faces = [part.face for part in parts if part.face is not None]
+
     causes = [None if part.shared is None else tuple(part.shared) for part in parts]
     shared = None
     if first.shared is not None and len(set(causes)) == 1:
@@ -171,4 +201,5 @@ def joined_points(parts: Sequence[Points]) -> Points:
         labels=tuple(label for part in parts for label in part.labels),
         shared=shared,
         uncompensated=together("uncompensated"),
+        face=np.concatenate(faces) if len(faces) == len(parts) else None,
     )

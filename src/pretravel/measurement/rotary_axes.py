@@ -10,7 +10,7 @@ import numpy as np
 from pretravel.base import DEGREE, FloatArray, PretravelError, frozen
 from pretravel.uncertainty import Covariance, coverage_factor, fit_sphere
 
-LETTERS: Mapping[str, int] = {"A": 0, "B": 1, "C": 2}
+AXIS_LETTERS: Mapping[str, int] = {"A": 0, "B": 1, "C": 2}
 """Rotary axes, and the axis of the machine along which each lies."""
 FEWEST_ANGLES = 3
 _FARTHEST = 0.2
@@ -67,14 +67,14 @@ class RotaryAxis:
     @property
     def across(self) -> tuple[int, int]:
         """The two machine axes across the rotary axis: 0 is x."""
-        first, second = (axis for axis in range(3) if axis != LETTERS[self.letter])
+        first, second = (axis for axis in range(3) if axis != AXIS_LETTERS[self.letter])
         return first, second
 
     @property
     def values(self) -> FloatArray:
         """Place across the axis [mm], then slopes [rad], (4,)."""
         across = list(self.across)
-        slopes = self.direction[across] / self.direction[LETTERS[self.letter]]
+        slopes = self.direction[across] / self.direction[AXIS_LETTERS[self.letter]]
         return np.concatenate([self.point[across], slopes])
 
     @property
@@ -130,13 +130,18 @@ def rotary_axis(
     >>> axis.point[:2].round(6).tolist(), round(float(axis.direction[2]), 6), axis.sense
     ([1.0, 2.0], 1.0, -1)
     """
-    if letter not in LETTERS:
+    if letter not in AXIS_LETTERS:
         raise PretravelError(f"axis '{letter}': it is one of A, B, C", inputs=("letter",))
     turns = np.asarray(angles, dtype=np.float64)
-    _check_angles(points, turns)
+    if len(points) != len(turns):
+        raise PretravelError(
+            f"{len(points)} sets of touches and {len(turns)} angles; one angle is needed for each",
+            inputs=("angles",),
+        )
+    check_axis_angles(turns)
     centers, weights, noise, dof = _centres(points)
     along = noise**2 * weights @ weights.T
-    model, first = _model(centers, turns, LETTERS[letter])
+    model, first = _model(centers, turns, AXIS_LETTERS[letter])
     jacobian = model.slopes(first)
     rest = (centers - model.centers(first)).ravel()
     wander = _wander(rest, jacobian, along)
@@ -175,12 +180,14 @@ def _dof(
     return np.asarray(np.diag(total) ** 2 / np.maximum(spread, 1e-300))
 
 
-def _check_angles(points: Sequence[FloatArray], turns: FloatArray) -> None:
-    if len(points) != len(turns):
-        raise PretravelError(
-            f"{len(points)} sets of touches and {len(turns)} angles; one angle is needed for each",
-            inputs=("angles",),
-        )
+def check_axis_angles(turns: FloatArray) -> None:
+    """Refuse angles [rad] that do not determine a rotary axis.
+
+    Raises
+    ------
+    PretravelError
+        Fewer than three different ones.
+    """
     whole = np.unique(np.round(np.mod(turns, 2.0 * np.pi), 6))
     if len(whole) < FEWEST_ANGLES:
         raise PretravelError(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from re import fullmatch
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import PretravelError, frozen
+from pretravel.base import PretravelError
 from pretravel.measurement.association import ASSOCIATIONS, label_prefix
 from pretravel.measurement.points import Points
 
@@ -29,19 +28,35 @@ def points_at(points: Points, rows: npt.ArrayLike) -> Points:
     -------
     Points
     """
-    index = np.asarray(rows, dtype=np.int64)
-    shared, plain = points.shared, points.uncompensated
-    return replace(
-        points,
-        positions=frozen(points.positions[index]),
-        normals=frozen(points.normals[index]),
-        pretravel=frozen(points.pretravel[index]),
-        covariance=frozen(points.covariance[index]),
-        deviation=None if points.deviation is None else frozen(points.deviation[index]),
-        labels=tuple(points.labels[row] for row in index.tolist()),
-        shared=None if shared is None else {k: frozen(v[index]) for k, v in shared.items()},
-        uncompensated=None if plain is None else frozen(plain[index]),
-    )
+    return points[np.asarray(rows, dtype=np.int64)]
+
+
+def points_on_faces(points: Points, faces: Sequence[int]) -> Points:
+    """The points on some faces of the part.
+
+    Parameters
+    ----------
+    points : Points
+        With their faces.
+    faces : sequence of int
+        Numbers, as `pretravel faces` lists them.
+
+    Returns
+    -------
+    Points
+        None where no point is on these faces.
+
+    Raises
+    ------
+    PretravelError
+        The points do not state their faces.
+    """
+    if points.face is None:
+        raise PretravelError(
+            "the points do not state the faces on which they lie (column face): take the points "
+            "that pretravel align --points writes, or choose them by label with select"
+        )
+    return points_at(points, np.flatnonzero(np.isin(points.face, np.asarray(faces))))
 
 
 def _matches(label: str, pattern: str) -> bool:

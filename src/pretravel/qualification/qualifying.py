@@ -52,7 +52,7 @@ from pretravel.qualification.map_warnings import (
     map_warnings,
     repeat_warnings,
 )
-from pretravel.qualification.observe import observe
+from pretravel.qualification.observe import observe, observed_again
 from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
@@ -245,12 +245,12 @@ def prepare(
     delay, notes = separated_delay(touches, whole, rotation)
     if delay is not None:
         touches = at_rest(touches, delay.delay)
-        whole = observe(touches, setup, rotation)
+        whole = observed_again(touches, whole, setup, rotation)
     # What the machine added: the step of the latch, drift, hysteresis.
     _LOG.info("drift and hysteresis")
     touches, effects = without_machine(touches, whole, setup, rotation, latched=latched)
     if effects.change.any():
-        whole = observe(touches, setup, rotation)
+        whole = observed_again(touches, whole, setup, rotation)
     whole = replace(whole, step_scatter=effects.step_scatter)
     # What is gross.
     used = np.ones(len(touches), dtype=bool)

@@ -282,6 +282,24 @@ _FEWEST_MEASURED = 3
 """Differences between measured coordinates that show a step."""
 
 
+def step_of_readings(values: npt.ArrayLike) -> float:
+    """The step of a scale that is read often while it moves; zero where none is seen. [mm]
+
+    Parameters
+    ----------
+    values : (n,) float
+        Readings, some of which are neighbours on the scale. [mm]
+
+    >>> moved = np.linspace(0.0, 0.1, 500)
+    >>> step_of_readings(moved + 1e-4 * np.sin(7e4 * moved))
+    0.0
+    >>> round(step_of_readings(0.01 * np.round(moved / 0.01)), 9)
+    0.01
+    """
+    gaps = np.diff(_distinct(np.asarray(values, dtype=np.float64), _EXACT))
+    return _common_divisor(gaps) if len(gaps) >= _FEWEST_MEASURED else 0.0
+
+
 def kept_by_repeats(step: float, noise: float) -> float:
     """Standard deviation by a step that repeats of a direction do not reduce. [mm]
 

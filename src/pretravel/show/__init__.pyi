@@ -4,6 +4,7 @@ from .budget_pictures import budget_picture as budget_picture
 from .chart import Axis as Axis
 from .chart import Chart as Chart
 from .chart import FrameName as FrameName
+from .chart import Moment as Moment
 from .chart import PlaneChart as PlaneChart
 from .chart import PolarChart as PolarChart
 from .chart import Scale as Scale
@@ -72,6 +73,7 @@ from .page import page_environment as page_environment
 from .page import write_contents as write_contents
 from .page import write_page as write_page
 from .page_content import PageContent as PageContent
+from .page_content import image_address as image_address
 from .page_content import picture_figures as picture_figures
 from .plotly_parts import PlotlyFigure as PlotlyFigure
 from .result_file import read_result as read_result

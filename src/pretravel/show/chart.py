@@ -118,6 +118,21 @@ class Scale:
 
 
 @dataclass(frozen=True)
+class Moment:
+    """A plane chart at another time: marks of the same kinds in the same order, other values.
+
+    Attributes
+    ----------
+    name : str
+        Beside the slider.
+    marks : tuple of Mark
+    """
+
+    name: str
+    marks: tuple[Mark, ...]
+
+
+@dataclass(frozen=True)
 class PlaneChart:
     """Marks over two straight axes.
 
@@ -133,6 +148,9 @@ class PlaneChart:
         Whether a unit is equally long along both axes.
     note : str
         Below the chart.
+    moments : tuple of Moment
+        Pages show them one after the other, by a slider. The first one has the marks of the chart;
+        files show it alone.
     """
 
     title: str
@@ -142,6 +160,7 @@ class PlaneChart:
     scale: Scale | None = None
     equal: bool = False
     note: str = ""
+    moments: tuple[Moment, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -226,6 +245,8 @@ class SpaceChart:
     elevation, azimuth : float
         Where it is looked at from. [deg]
     note : str
+    bare : bool
+        Without axes: the body fills the picture, and a file leaves out what the body hides.
     """
 
     title: str
@@ -236,6 +257,7 @@ class SpaceChart:
     elevation: float = 25.0
     azimuth: float = -55.0
     note: str = ""
+    bare: bool = False
 
 
 COMPASS = ("+X", "45°", "+Y", "135°", "-X", "225°", "-Y", "315°")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pretravel.base import DEGREE, FloatArray, IntArray
+from pretravel.base import DEGREE, BoolArray, FloatArray, IntArray
 from pretravel.show.chart import (
     COMPASS,
     Axis,
@@ -50,6 +50,11 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
 
 _LEGEND_SIGNS = 66
+_BARE, _BARE_WITH_SCALE = 1.35, 1.1
+"""Zoom of a chart without axes, whose numbers need no room."""
+_NEAR = 5e-3
+"""Of the size of a body: what is nearer to its surface lies on it, and is not hidden by it."""
+_PIECES = 24
 """About as many signs are as wide as a chart."""
 _SYMBOLS = {"dot": "o", "ring": "o", "cross": "x", "diamond": "D"}
 
@@ -160,6 +165,8 @@ def _on_paper(axes: PolarAxes) -> None:
 def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> None:
     # Marks are drawn in their order above all meshes, whose triangles are sorted by depth.
     axes: Axes3D = figure.add_subplot(*cell, projection="3d", computed_zorder=False)
+    if chart.bare:
+        axes.set_proj_type("ortho")
     axes.view_init(elev=chart.elevation, azim=chart.azimuth)
     _space_meshes(chart, axes)
     for mark in chart.marks:
@@ -170,7 +177,9 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
         getattr(axes, f"{name}axis").set_major_locator(_few_ticks(side, float(sides.max())))
     axes.set_box_aspect(tuple(sides.tolist()), zoom=1.0)
-    axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes))
+    axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes) * _room(chart))
+    if chart.bare:
+        axes.set_axis_off()
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
@@ -179,6 +188,13 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         mappable = ScalarMappable(**_colouring(chart.scale))
         figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.14, label=chart.scale.text)
     _legend_and_note(axes, chart.note, below=0.18, meshes=_mesh_patches(chart))
+
+
+def _room(chart: SpaceChart) -> float:
+    """How much larger a body is drawn where no axes need room; a scale stands beside it."""
+    if not chart.bare:
+        return 1.0
+    return _BARE if chart.scale is None else _BARE_WITH_SCALE
 
 
 def _filling(axes: Axes3D) -> float:
@@ -362,16 +378,20 @@ def _draw_space(mark: SpaceMark, axes: Axes3D, chart: SpaceChart) -> None:
         case SpacePoints():
             _space_points(mark, axes, chart)
         case SpaceLines():
-            _space_lines(mark, axes)
+            _space_lines(mark, axes, chart)
         case SpaceArrow():
             _space_arrow(mark, axes)
         case SpaceNotes():
-            for place, text in zip(mark.positions.tolist(), mark.texts, strict=True):
-                axes.text(*place, text, color=LIGHT[mark.colour], fontsize=8, zorder=10)
+            seen = ~_covered(mark.positions, chart)
+            for place, text, shown in zip(mark.positions.tolist(), mark.texts, seen, strict=True):
+                if not shown:
+                    continue
+                axes.text(*place, text, color=LIGHT[mark.colour], fontsize=9, zorder=10)
 
 
 def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
-    rows = some_rows(_in_front(mark.positions, chart))
+    front = _in_front(mark.positions, chart)
+    rows = some_rows(front[~_covered(mark.positions[front], chart)])
     colour: dict[str, Any] = {"c": LIGHT[mark.colour]}
     if mark.symbol == "ring":
         colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
@@ -400,15 +420,59 @@ def _triangles(mesh: SpaceMesh) -> IntArray:
     return np.asarray(mesh.triangles, dtype=np.int64)
 
 
-def _space_lines(mark: SpaceLines, axes: Axes3D) -> None:
+def _covered(positions: FloatArray, chart: SpaceChart) -> BoolArray:
+    """Whether a body without transparency is between a place and the eye, on a bare chart."""
+    covered = np.zeros(len(positions), dtype=np.bool_)
+    meshes = [m for m in chart.marks if isinstance(m, SpaceMesh) and m.opacity >= 1.0]
+    if not (chart.bare and meshes and len(positions)):
+        return covered
+    corners = np.concatenate([mesh.vertices[_triangles(mesh)] for mesh in meshes])
+    turn, rise = chart.azimuth * DEGREE, chart.elevation * DEGREE
+    eye = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
+    first = np.array([-np.sin(turn), np.cos(turn), 0.0])
+    basis = np.column_stack([first, np.cross(eye, first), eye])  # across, up, towards the eye
+    flat, places = corners @ basis, positions @ basis
+    room = _NEAR * float(np.ptp(corners.reshape(-1, 3), axis=0).max())
+    a, b, c = flat[:, 0], flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
+    area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    seen = np.abs(area) > 0.0
+    a, b, c, area = a[seen], b[seen], c[seen], area[seen]
+    for row, place in enumerate(places):
+        off = place - a
+        s = (off[:, 0] * c[:, 1] - off[:, 1] * c[:, 0]) / area
+        t = (b[:, 0] * off[:, 1] - b[:, 1] * off[:, 0]) / area
+        inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
+        height = a[:, 2] + s * b[:, 2] + t * c[:, 2]
+        covered[row] = bool(np.any(inside & (height > place[2] + room)))
+    return covered
+
+
+def _space_lines(mark: SpaceLines, axes: Axes3D, chart: SpaceChart) -> None:
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-    rows = some_rows(np.arange(len(mark.starts)))
-    segments = np.stack([mark.starts[rows], mark.ends[rows]], axis=1)
+    starts, ends = (mark.starts, mark.ends)
+    if chart.bare:
+        starts, ends = _in_pieces(starts, ends)
+        seen = ~_covered(0.5 * (starts + ends), chart)
+        starts, ends = starts[seen], ends[seen]
+    rows = some_rows(np.arange(len(starts)))
+    segments = np.stack([starts[rows], ends[rows]], axis=1)
     axes.add_collection3d(
         Line3DCollection(segments, colors=LIGHT[mark.colour], linewidths=mark.width,
                          label=_named(mark.name) or "_", zorder=1.0)
     )  # fmt: skip
+
+
+def _in_pieces(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Long lines in short pieces, each of which is seen or hidden as a whole."""
+    length = np.linalg.norm(ends - starts, axis=1)
+    step = max(float(length.max(initial=0.0)) / _PIECES, 1e-9)
+    counts = np.maximum(np.ceil(length / step).astype(np.int64), 1)
+    rows = np.repeat(np.arange(len(starts)), counts)
+    place = np.concatenate([np.arange(count) / count for count in counts.tolist()] or [np.zeros(0)])
+    way = (ends - starts)[rows]
+    begin = starts[rows] + place[:, None] * way
+    return begin, begin + way / counts[rows, None]
 
 
 def _space_meshes(chart: SpaceChart, axes: Axes3D) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gzip
 import math
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -205,7 +206,30 @@ def _plane(chart: PlaneChart) -> PlotlyFigure:
     if any(isinstance(mark, Bars) and mark.horizontal for mark in chart.marks):
         layout["yaxis"]["autorange"] = "reversed"
     layout |= {"shapes": shapes, "annotations": notes, "barmode": "overlay"}
+    if chart.moments:
+        layout["sliders"] = [_slider(chart)]
     return {"data": data, "layout": layout}
+
+
+def _slider(chart: PlaneChart) -> dict[str, Any]:
+    """A slider that gives the traces the values of each moment."""
+    steps = []
+    for moment in chart.moments:
+        traces = _plane(replace(chart, marks=moment.marks, moments=()))["data"]
+        changed = {
+            key: [trace.get(key) for trace in traces]
+            for key in ("x", "y", "text")
+            if any(key in trace for trace in traces)
+        }
+        steps.append({"method": "restyle", "label": moment.name, "args": [changed]})
+    return {
+        "steps": steps,
+        "active": 0,
+        "currentvalue": {"visible": True, "prefix": "", "font": {"color": "@ink"}},
+        "font": {"color": "rgba(0,0,0,0)"},  # names below the slider would cover each other
+        "ticklen": 0,
+        "pad": {"t": 40},
+    }
 
 
 def _plane_traces(mark: LineMark | Dots | Area | Bars, chart: PlaneChart) -> list[dict[str, Any]]:

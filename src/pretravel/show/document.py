@@ -157,6 +157,8 @@ class Table:
         Whether the table belongs to the full report only.
     certificate : bool
         Whether a printed certificate contains it, too, although it is a detail.
+    levels : tuple of str
+        Of each row, where it is a decision: good, caution or bad, as of `Judgement`.
     """
 
     columns: tuple[Column, ...]
@@ -164,6 +166,7 @@ class Table:
     explanation: str = ""
     detail: bool = False
     certificate: bool = False
+    levels: tuple[str, ...] = ()
 
     @staticmethod
     def of(columns: Mapping[str, Any], title: str = "") -> Table:

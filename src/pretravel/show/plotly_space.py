@@ -53,6 +53,13 @@ def space_figure(chart: SpaceChart) -> PlotlyFigure:
     eye["z"] = far * math.sin(rise)
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
     scene |= {"camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
+    if chart.bare:
+        for name in "xyz":
+            scene[f"{name}axis"] |= {"visible": False}
+        scene["camera"] = {
+            "eye": {k: 0.75 * v for k, v in eye.items()},
+            "center": {"x": 0, "y": 0, "z": 0},
+        }
     return {"data": data, "layout": {"scene": scene, "margin": {"l": 0, "r": 0, "t": 64, "b": 8}}}
 
 

@@ -6,8 +6,9 @@ Its basis is `pretravel.six_seats.six_seat_basis.SixSeatBasis`.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from pretravel.maps import (
     Observation,
     Scatter,
     fit_harmonic,
+    real_spherical_harmonics,
     values_in_blocks,
 )
 from pretravel.six_seats.response import ResponseBasis
@@ -63,10 +65,17 @@ MISFIT_LEVEL = 0.01
 _WEIGHT_IF_MISFIT = 0.5
 """A probe that six seats do not explain has no more in advance for this kind than for another."""
 _ROUNDS = 4
-_SETTLED = 3
+_SETTLED, _SETTLED_WITHOUT_NOISE = 3, 8
 _STEPS, _NEARLY = 40, 1e-3
+_FAR_ABOVE = 3.0
+"""Times the usual noise, from which a search is made again."""
 _BEHIND = 8.0
-"""Of modes: how many are settled, and how much less evident than the best they may be."""
+"""Of modes: how many are settled (more where the noise is not known, on which their order depends),
+and how much less evident than the best they may be."""
+_WITHOUT_SHARE = 4.0
+"""Less evidence than the best, from which a mode has no share in the average."""
+_SMOOTHING = 1e-4
+"""Of the difference of two modes: mean square that a harmonic series may leave, over its own."""
 _SURELY_APART = 1.5
 """Mean square difference from a harmonic map over the variances of both, from which this is a
 misfit: of 56 drawn six-seat probes two had more; lobes of other shapes have 1.5 to 4."""
@@ -213,18 +222,51 @@ def fit_physical(
         x, weighted = _settled(problem, start, near, repeats, rounds=2)
         return _concluded(problem, x, weighted, math.nan, repeats)
     part = SixSeatProblem(observation.drawn(SEARCHED))
-    x, weighted = _most_evident(part, usual, repeats)
+    sought = _searched(part, usual, repeats)
+    x, weighted, _ = sought[0]
     misfit = _misfit(part, x, weighted, repeats)
     if part.observation is not observation:
         x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=2)
     found = _concluded(problem, x, weighted, misfit, repeats)
+    if part.observation is observation and len(sought) > 1:
+        others = [
+            _concluded(problem, each.x, each.weighted, misfit, repeats) for each in sought[1:]
+        ]
+        found = _averaged(found, others, np.array([each.evidence for each in sought]), problem)
     return found if repeats.dof >= WELL_KNOWN_NOISE else _with_disagreement(found, part)
 
 
-def _most_evident(
-    problem: SixSeatProblem, usual: PriorScales, repeats: Scatter
-) -> tuple[FloatArray, WeightedScales]:
-    """The mode with the largest evidence, of those that the starts lead to.
+class _Mode(NamedTuple):
+    """A six-seat probe that explains the touches, with the scales that belong to it."""
+
+    x: FloatArray
+    weighted: WeightedScales
+    evidence: float
+
+
+def _searched(problem: SixSeatProblem, usual: PriorScales, repeats: Scatter) -> list[_Mode]:
+    """The most evident modes; where the noise turns out to be far above the usual, sought again.
+
+    A search that takes noise for form ends in tripods that follow the noise.
+    """
+    found = _most_evident(problem, usual, repeats)
+    noise = found[0].weighted.scales[0].noise
+    if repeats.dof >= WELL_KNOWN_NOISE or noise < _FAR_ABOVE * usual.noise:
+        return found
+    again = _most_evident(problem, replace(usual, noise=noise), repeats)
+    return _evident(problem, found + again)
+
+
+def _evident(problem: SixSeatProblem, found: list[_Mode]) -> list[_Mode]:
+    """Modes with different maps that have a share in the probability, the most evident first."""
+    found = sorted(found, key=lambda mode: -mode.evidence)
+    kept = different(problem, np.array([mode.x for mode in found]))
+    least = found[0].evidence - _WITHOUT_SHARE
+    return [found[place] for place in kept if found[place].evidence > least]
+
+
+def _most_evident(problem: SixSeatProblem, usual: PriorScales, repeats: Scatter) -> list[_Mode]:
+    """The modes with the largest evidence, of those that the starts lead to, the largest first.
 
     Each is sought at several scales: the usual asymmetry can lead into another mode.
     """
@@ -236,16 +278,17 @@ def _most_evident(
     order = np.argsort(-evidence)
     order = order[evidence[order] > evidence.max() - _BEHIND]
     kept = different(problem, found.x[order])
-    settled = [
-        _settled(problem, found.x[place], tried[place], repeats) for place in order[kept[:_SETTLED]]
-    ]
-    x, weighted = max(settled, key=lambda found: _reached_evidence(problem, *found))
-    best = weighted.scales[0]
-    places = np.vstack([x, beside(problem, best, x)])
+    count = _SETTLED if repeats.dof >= WELL_KNOWN_NOISE else _SETTLED_WITHOUT_NOISE
+    chosen = order[kept[:count]]
+    settled = _settled_modes(problem, found.x[chosen], [tried[place] for place in chosen], repeats)
+    first = max(settled, key=lambda mode: mode.evidence)
+    best = first.weighted.scales[0]
+    places = np.vstack([first.x, beside(problem, best, first.x)])
     around = modes(problem, [best] * len(places), places, _STEPS, _NEARLY)
-    if around.cost.min() > around.cost[0] - _NEARLY:
-        return x, weighted
-    return _settled(problem, around.x[around.cost.argmin()], best, repeats)
+    if around.cost.min() <= around.cost[0] - _NEARLY:
+        nearer = _settled_modes(problem, around.x[[around.cost.argmin()]], [best], repeats)
+        settled = [*nearer, *(mode for mode in settled if mode is not first)]
+    return _evident(problem, settled)
 
 
 def _settled(
@@ -256,13 +299,42 @@ def _settled(
     rounds: int = _ROUNDS,
 ) -> tuple[FloatArray, WeightedScales]:
     """Mode and scales by turns: each determines the other."""
+    found, weighted = _settled_together(problem, x[None], [scales], repeats, rounds)
+    return found[0], weighted[0]
+
+
+def _settled_modes(
+    problem: SixSeatProblem, x: FloatArray, scales: Sequence[PriorScales], repeats: Scatter
+) -> list[_Mode]:
+    """Several modes (s, u), each with the scales that it is sought with, settled."""
+    found, weighted = _settled_together(problem, x, scales, repeats, _ROUNDS)
+    return [
+        _Mode(own, scales, _reached_evidence(problem, own, scales))
+        for own, scales in zip(found, weighted, strict=True)
+    ]
+
+
+def _settled_together(
+    problem: SixSeatProblem,
+    x: FloatArray,
+    scales: Sequence[PriorScales],
+    repeats: Scatter,
+    rounds: int,
+) -> tuple[FloatArray, list[WeightedScales]]:
+    """Several modes, those that still move in one search."""
+    x, now = x.copy(), list(scales)
+    weighted: dict[int, WeightedScales] = {}
+    going = list(range(len(x)))
     for _ in range(rounds):
-        x, _ = most_probable(problem, scales, x)
-        weighted = weighted_scales(problem, x, repeats)
-        if weighted.scales[0] == scales:
+        x[going] = modes(problem, [now[place] for place in going], x[going]).x
+        for place in going:
+            weighted[place] = weighted_scales(problem, x[place], repeats)
+        going = [place for place in going if weighted[place].scales[0] != now[place]]
+        for place in going:
+            now[place] = weighted[place].scales[0]
+        if not going:
             break
-        scales = weighted.scales[0]
-    return x, weighted
+    return x, [weighted[place] for place in range(len(x))]
 
 
 def _reached_evidence(problem: SixSeatProblem, x: FloatArray, weighted: WeightedScales) -> float:
@@ -280,9 +352,14 @@ def _concluded(
     """The fit as a map, with a covariance over all scales."""
     observation, axes, extra = problem.observation, problem.axes, problem.extra
     change, covariance = averaged_unknowns(problem, x, weighted)
+    spread = problem.spread(weighted.mean("asymmetry"))
+    learned = 1.0 - np.diag(covariance)[extra : problem.size] / spread**2
+    rates = np.ones(len(covariance))
+    rates[extra : problem.size] = problem.rates(x)
+    change, covariance = rates * change, covariance * np.outer(rates, rates)
     # At the most probable scales the unknowns are those of the mode, x, and stay there. Slopes hold
     # near x alone: the map is linear about it.
-    basis = SixSeatBasis(x[extra:], observation.tip_radius, problem.terms)
+    basis = SixSeatBasis(problem.parameters(x), observation.tip_radius, problem.terms)
     six_seats = np.eye(5 + len(PARAMETERS))[0]
     coefficients = np.concatenate([six_seats, change[problem.size :]])
     moved = problem.moved(x)
@@ -313,9 +390,7 @@ def _concluded(
         tip_radius=None if observation.tip_known else observation.tip_radius + level,
         unknowns=x,
         parameter_covariance=covariance[extra : problem.size, extra : problem.size],
-        learned=1.0
-        - np.diag(covariance)[extra : problem.size]
-        / problem.spread(weighted.mean("asymmetry")) ** 2,
+        learned=learned,
         scales=weighted,
         gauge_uncertainty=np.sqrt(np.diag(gauge)),
         misfit=misfit,
@@ -397,6 +472,38 @@ def _between_touches(observation: Observation) -> FloatArray:
         return from_angles(0.5 * np.pi, np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False))
     spread = fibonacci_cap(300, float(polar_angle(touched).max()))
     return np.concatenate([touched, spread[DirectionSupport(touched).supports(spread)]])
+
+
+def _averaged(
+    fit: PhysicalMapFit,
+    others: list[PhysicalMapFit],
+    evidence: FloatArray,
+    problem: SixSeatProblem,
+) -> PhysicalMapFit:
+    """The fit with the mean of several modes, and with their differences in its covariance.
+
+    Each mode has a share by its evidence. Its difference from the first is written as harmonics of
+    the correction, smoothed by their prior; a shift of the reference is no difference.
+    """
+    shares = np.exp(evidence - evidence.max())
+    shares /= shares.sum()
+    directions = _between_touches(problem.observation)
+    values = [each.basis.value(directions, each.coefficients) for each in (fit, *others)]
+    apart = np.stack(values) - values[0]
+    free = directions[:, : problem.axes]
+    if not problem.observation.tip_known:
+        free = np.hstack([free, np.ones((len(free), 1))])
+    apart -= (free @ np.linalg.lstsq(free, apart.T, rcond=None)[0]).T
+    harmonics = real_spherical_harmonics(directions, problem.terms)
+    damped = _SMOOTHING * len(directions) * np.diag(1.0 / problem.correction_shares())
+    by_harmonics = np.linalg.solve(harmonics.T @ harmonics + damped, harmonics.T @ apart.T).T
+    middle = shares @ by_harmonics
+    off = by_harmonics - middle
+    own = 5 + len(PARAMETERS)
+    coefficients, covariance = fit.coefficients.copy(), fit.covariance.matrix.copy()
+    coefficients[own:] += middle
+    covariance[own:, own:] += (off.T * shares) @ off
+    return replace(fit, coefficients=coefficients, covariance=Covariance.full(covariance))
 
 
 def _to_coefficients(problem: SixSeatProblem) -> FloatArray:

@@ -1,8 +1,8 @@
 """The most probable six-seat probe for touches on a reference, at given scales of its priors.
 
 Unknowns are the shift of the centre, the tip radius where it was not given, and the parameters of
-`uneven_seats`. The part of pretravel that a six-seat probe does not represent has a
-covariance between directions, which weights the residuals.
+`uneven_seats`, the seats' angle by the logarithm of its tangent. The part of pretravel that a
+six-seat probe does not represent has a covariance between directions, which weights the residuals.
 """
 
 from __future__ import annotations
@@ -37,9 +37,12 @@ _DECAY = 1.5  # of their amplitudes with the degree: smoother than noise, roughe
 ASYMMETRIC = slice(len(IDEAL), None)
 """The parameters of the asymmetry."""
 _NAMES = [parameter.name for parameter in PARAMETERS]
-_PRIOR = np.array([parameter.prior for parameter in PARAMETERS])
+_ANGLE = _NAMES.index("support_angle")
+_PRIOR = np.array([parameter.prior_of_unknown for parameter in PARAMETERS])
 _SPREAD = np.array([parameter.spread for parameter in PARAMETERS])
 _AZIMUTH = _NAMES.index("rod_azimuth")
+_STEEPEST = 7.0
+"""Of the logarithm of the tangent of the seats' angle, which is then 0.05° from upright."""
 _FIRST_DAMPING = 1e-3
 _NOTHING = 1e-8
 """Promised gain at which a search ends, of the logarithm of a probability: the mode is then found
@@ -51,7 +54,7 @@ SEARCHED = 500
 _AZIMUTHS = np.arange(0.0, 120.0, 15.0) * DEGREE
 _WIDE_ASYMMETRIES = (3.0, 1.0)
 _UNEVENNESS = (0.0, 1.0, 2.0)
-"""Of the tripods that a search begins with, at each azimuth."""
+"""Of the tripods that a search begins with, at each azimuth; the even one is the typical probe."""
 _FIRST_STEPS, _STEPS = 8, 40
 _FOLLOWED = 8
 """Of the searches with one scale of asymmetry, how many go on after the first steps."""
@@ -115,6 +118,18 @@ class SixSeatProblem:
     def prior(self) -> FloatArray:
         """Prior means of the unknowns, (u,)."""
         return np.concatenate([np.zeros(self.extra), _PRIOR])
+
+    def parameters(self, x: FloatArray) -> FloatArray:
+        """The numbers of the probe with these unknowns, in the order of `PARAMETERS`, (..., 18)."""
+        found = np.array(x[..., self.extra :])
+        found[..., _ANGLE] = np.arctan(np.exp(np.clip(found[..., _ANGLE], -_STEEPEST, _STEEPEST)))
+        return found
+
+    def rates(self, x: FloatArray) -> FloatArray:
+        """Derivative of each parameter by its unknown, (..., 18)."""
+        found = np.ones((*x.shape[:-1], len(PARAMETERS)))
+        found[..., _ANGLE] = 1.0 / (2.0 * np.cosh(x[..., self.extra + _ANGLE]))
+        return found
 
     def spread(self, asymmetry: float) -> FloatArray:
         """Prior standard deviations of the parameters at a scale of asymmetry, (18,)."""
@@ -184,13 +199,13 @@ class SixSeatProblem:
             values = distance - (seen.reference_radius - seen.tip_radius)
         else:
             values = seen.reference_radius + seen.tip_radius - distance
-        modelled, slopes = self._modelled(x[..., self.extra :], directions)
+        modelled, slopes = self._modelled(self.parameters(x), directions)
         level = x[..., self.axes : self.extra].sum(axis=-1, keepdims=True)
         # A centre moved by s adds n·s to the observed pretravel, on a sphere as in a ring.
         found = np.empty((*values.shape, self.size))
         found[..., : self.axes] = directions[..., : self.axes]
         found[..., self.axes : self.extra] = 1.0
-        np.negative(slopes, out=found[..., self.extra :])
+        np.multiply(slopes, -self.rates(x)[..., None, :], out=found[..., self.extra :])
         return values + level - modelled, found
 
     def _modelled(
@@ -374,7 +389,7 @@ def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> FloatArray:
 
     Rods repeat after a third of a turn, so that azimuths of one third are all there are. Which seat
     lifts first in which direction has a few answers for each azimuth, which follow from the
-    asymmetry: even tripods and uneven ones, drawn from the priors (seeded), begin. The search is
+    asymmetry: typical tripods and others, drawn from the priors (seeded), begin. The search is
     wide: at the usual scales it would stop beside the seats that lift first. So the asymmetry is
     free, and a correction stands for what is left. One of the two scales alone misses very uneven
     probes.
@@ -419,7 +434,7 @@ def different(problem: SixSeatProblem, found: FloatArray) -> list[int]:
         directions = fibonacci_cap(96, float(polar_angle(seen.group_directions).max()))
     with np.errstate(invalid="ignore"):
         maps = pretravel_of_seats(
-            seats_of_probes(found[:, problem.extra :]), np.tile(directions, (len(found), 1, 1))
+            seats_of_probes(problem.parameters(found)), np.tile(directions, (len(found), 1, 1))
         )[0]
     maps -= found[:, : problem.axes] @ directions[:, : problem.axes].T
     kept: list[int] = []
@@ -432,19 +447,20 @@ def different(problem: SixSeatProblem, found: FloatArray) -> list[int]:
 def _drawn_tripods(
     problem: SixSeatProblem, scales: PriorScales, correction: float
 ) -> tuple[FloatArray, list[PriorScales]]:
-    """Even and uneven tripods at all azimuths, (s, u), and the scales that each is sought with."""
+    """Tripods at all azimuths, (s, u), and the scales that each is sought with."""
     generator = np.random.default_rng(0)
     starts, wide = [], []
     for asymmetry in _WIDE_ASYMMETRIES:
-        spread = problem.spread(asymmetry)[ASYMMETRIC]
+        spread = problem.spread(asymmetry)
+        spread[_AZIMUTH] = 0.0
         for azimuth in _AZIMUTHS:
             for size in _UNEVENNESS:
                 start = problem.prior
                 start[problem.axes : problem.extra] = 10.0 * MICROMETRE
                 start[problem.azimuth] = azimuth
-                start[problem.extra :][ASYMMETRIC] = (
-                    size * spread * generator.standard_normal(len(spread))
-                )
+                drawn = spread * generator.standard_normal(len(spread))
+                drawn[ASYMMETRIC] *= size
+                start[problem.extra :] += drawn if size > 0.0 else 0.0
                 starts.append(start)
                 wide.append(replace(scales, asymmetry=asymmetry, correction=correction))
     return np.array(starts), wide

@@ -24,8 +24,10 @@ class Parameter(NamedTuple):
     unit: str
     typical: float
     spread: float
-    """Standard deviation; of the logarithm where `logarithmic`."""
+    """Standard deviation; of the logarithm where `logarithmic`, of the tangent's where `acute`."""
     logarithmic: bool = False
+    acute: bool = False
+    """An angle between flat and upright: a fit seeks the logarithm of its tangent."""
 
     def physical(self, value: float) -> float:
         """The parameter's value, from the fitted number."""
@@ -35,19 +37,25 @@ class Parameter(NamedTuple):
     def prior(self) -> float:
         return math.log(self.typical) if self.logarithmic else self.typical
 
+    @property
+    def prior_of_unknown(self) -> float:
+        """Of the number that a fit seeks."""
+        return math.log(math.tan(self.typical)) if self.acute else self.prior
+
 
 _UNKNOWN = 100.0
 
 IDEAL: tuple[Parameter, ...] = (
     Parameter("lever_ratio", "1", 5.0, 0.7, True),
-    Parameter("support_angle", "rad", 35.0 * DEGREE, 12.0 * DEGREE),
+    Parameter("support_angle", "rad", 35.0 * DEGREE, 0.45, acute=True),
     Parameter("rod_azimuth", "rad", 0.0, _UNKNOWN),
     Parameter("lateral_deflection", "mm", 10.0 * MICROMETRE, 2.0, True),
     Parameter("seat_indentation", "mm", 0.25 * MICROMETRE, 0.7, True),
     Parameter("axial_deflection", "mm", 0.3 * MICROMETRE, 1.0, True),
     Parameter("tip_approach", "mm", 0.2 * MICROMETRE, 0.5, True),
 )
-"""Of the ideal probe: lever over tripod radius; the seats' angle from the horizontal; azimuth
+"""Of the ideal probe: lever over tripod radius; the seats' angle from the horizontal (± 12°, and
+hardly ever flat or upright: there rods wedge in their seats, or are not held sideways); azimuth
 of the first rod; linear deflection of the tip under a lateral force of preload / lever_ratio;
 Hertz's indentation of a seat at rest; linear deflection along the axis under the preload (the
 stem's compression is 0.05 µm of it, or 0.15 µm of a steel stem; rods and body bend by more, and do

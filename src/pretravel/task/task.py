@@ -379,6 +379,22 @@ class Result:
         """What a terminal shows of the report where the full one is not asked for."""
         return report
 
+    def report(self, *, verbose: bool = False) -> str:
+        """The report as the text that the command prints; empty where there is none.
+
+        Parameters
+        ----------
+        verbose : bool
+            The full report.
+        """
+        from pretravel.show import terminal_text
+
+        document = self.document()
+        if document is None:
+            return self.text
+        shown = document if verbose else self.in_brief(document)
+        return terminal_text(shown, verbose=verbose)
+
     def picture(self, document: Document | None, path: Path) -> None:
         """Write the main picture of the report."""
         if document is not None:
@@ -573,8 +589,8 @@ def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str,
         Settings that are stated, or the stored values of a form.
 
     >>> from pretravel.drawing.tasks.measure import Measure
-    >>> unused(Measure, "nominal", {"features": "drawing.toml"})
-    ('not used with features: the file states it for each feature', ('features',))
+    >>> unused(Measure, "nominal", {"drawing": "drawing.toml"})
+    ('not used with drawing: the file states it for each feature', ('drawing',))
     >>> unused(Measure, "nominal", {})
     ('', ())
     """

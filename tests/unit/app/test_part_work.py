@@ -170,4 +170,4 @@ def test_the_tolerances_of_a_drawing(
     verdicts = [each.verdict for each in found.features.features]
     assert verdicts == [ConformityVerdict.CONFORMS, ConformityVerdict.DOES_NOT_CONFORM]
     assert found.features.task.probability == 0.975
-    assert "--features drawing.toml" in command_line(found.same)
+    assert "--drawing drawing.toml" in command_line(found.same)

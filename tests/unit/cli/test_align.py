@@ -53,7 +53,7 @@ def test_points_in_the_part_are_measured_as_the_drawing_asks(folder: Path) -> No
         '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\nlabel = "boss"\nnominal_mm = 14.0\n'
         'tolerance = "±0.02"\n'
     )
-    text = run("measure", folder / "points.csv", "--features", folder / "features.toml")
+    text = run("measure", folder / "points.csv", "--drawing", folder / "features.toml")
     assert "boss" in text
     assert "position" in text
     assert "does not conform" not in text
@@ -198,7 +198,7 @@ def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:
     """The bracket is made as its model: distances of bores √(53² + 2²), positions near zero."""
     drawing, table = folder / "drawing.toml", folder / "drawing.csv"
     drawing.write_text(DRAWING)
-    text = run("measure", folder / "points.csv", "--features", drawing, "--part", PART,
+    text = run("measure", folder / "points.csv", "--drawing", drawing, "--part", PART,
                "--u-machine", 1, "-o", table, "--verbose", code=3)  # fmt: skip
     assert "4 features: 3 conform, 1 cannot be decided (E)" in text
     assert "the size adds" in text
@@ -225,7 +225,7 @@ def test_what_is_wrong_in_a_drawing(folder: Path) -> None:
         ('features = ["D", "E"]\nposition', 'features = ["D", "F"]\nposition', "no feature 'F'"),
     ):
         drawing.write_text(DRAWING.replace(old, new))
-        text = run("measure", folder / "points.csv", "--features", drawing, "--part", PART,
+        text = run("measure", folder / "points.csv", "--drawing", drawing, "--part", PART,
                    code=2)  # fmt: skip
         assert words in text
 
@@ -237,7 +237,7 @@ def test_the_plan_of_another_system_is_a_drawing(folder: Path) -> None:
         "T(D)=TOL/DIAM,-0.02,0.02\nT(P)=TOL/POS,2D,0.05\nT(X)=TOL/CORTOL,XAXIS,0,1\n"
         "OUTPUT/FA(bore1),TA(D),TA(P),TA(X)\n"
     )
-    text, warned = both_outputs("measure", folder / "points.csv", "--features", plan,
+    text, warned = both_outputs("measure", folder / "points.csv", "--drawing", plan,
                                 "--u-machine", 1)  # fmt: skip
     assert "conforms" in text
     assert "left out: T(X) of bore1: CORTOL is not read" in text + warned

@@ -344,18 +344,18 @@ def test_the_association_of_each_feature_of_a_file(points_file: Path, tmp_path: 
     text = '[[feature]]\nkind = "bore"\nselect = "bore1*"\nassociation = "circumscribed"\n'
     text += '[[feature]]\nkind = "bore"\nselect = "bore2*"\n'
     features.write_text(text)
-    run("measure", points_file, "--features", features, "-o", out)
+    run("measure", points_file, "--drawing", features, "-o", out)
     found = {(row["feature"], row["quantity"]): row["association"] for row in rows(out)}
     assert found["bore1*", "diameter"] == "circumscribed"
     assert found["bore2*", "diameter"] == "gaussian"
     assert found["bore1*, bore2*", "distance"] == "circumscribed, gaussian"
-    run("measure", points_file, "--features", features, "--association", "minimum-zone", "-o", out)
+    run("measure", points_file, "--drawing", features, "--association", "minimum-zone", "-o", out)
     assert {row["association"] for row in rows(out) if row["feature"] == "bore2*"} == {
         "minimum-zone"
     }
     features.write_text(text.replace('"bore"\nselect = "bore2*"', '"line"\nselect = "bore2*"')
                         + 'association = "inscribed"\n')  # fmt: skip
-    told = run("measure", points_file, "--features", features, code=2)
+    told = run("measure", points_file, "--drawing", features, code=2)
     assert "line 5" in told
     assert "a line has no association 'inscribed', which is for circle, bore" in told
     assert "--association" not in told

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,3 +51,40 @@ class TestCommands:
         feed = read_machine(mill).measuring_feed
         write_map(tmp_path / "map.json", replace(mean_map(0.010), feed=feed))
         assert "states no feed" not in both_outputs(*given)[1]
+
+
+class TestAxis:
+    C = ("--axis", "C", "--diameter", 25, "--center", "60,0,0", "--about", "0,0,0")
+    A = ("--axis", "A", "--diameter", 25, "--center", "0,30,-20", "--about", "0,0,-60")
+
+    def _program(self, tmp_path: Path, *words: object, code: int = 0) -> str:
+        mill, out = tmp_path / "mill.toml", tmp_path / "a.ngc"
+        mill.write_text(run("machine"))
+        said = run("program", "axis", mill, *words, "-o", out, code=code)
+        return said if code else out.read_text()
+
+    def test_the_sphere_turns_against_the_angle(self, tmp_path: Path) -> None:
+        """60 mm from C, at 0, 90 and 180 degrees: +X, -Y, -X; with the angle at 90: +Y."""
+        stated = (*self.C, "--angles", "0,90,180", "--polar", "0")
+        text = self._program(tmp_path, *stated)
+        places = re.findall(r"touch,(at\d+)_s1,.*?,50,([-\d.]+),([-\d.]+),12.5,#5070", text)
+        assert places == [("at0", "60", "0"), ("at90", "0", "-60"), ("at180", "-60", "0")]
+        assert "\nG1 C90 F1000\n" in text
+        # The turn is at the safe height: after the way up, before the way across.
+        before, after = text.split("\nG1 C90 F1000\n")
+        assert re.findall(r"o<pretravel_move> call (.*)", before)[-1].startswith("[60] [0] [50]")
+        assert re.findall(r"o<pretravel_move> call (.*)", after)[0].startswith("[0] [-60] [50]")
+        text = self._program(tmp_path, *stated, "--sense", "with")
+        assert re.search(r"touch,at90_s1,.*,50,0,60,12.5,#5070", text)
+
+    def test_what_cannot_be_planned(self, tmp_path: Path) -> None:
+        assert "needs 3" in self._program(tmp_path, *self.C, "--angles", "0,90", code=2)
+        twice = self._program(tmp_path, *self.C, "--angles", "0,90,180,0", code=2)
+        assert "occurs twice" in twice
+        # 98.5 mm from A at an elevation of 23.96 degrees: its top is 38.5 mm high 66.04 further.
+        high = ("--axis", "A", "--diameter", 25, "--center", "0,90,-20", "--about", "0,0,-60")
+        swung = self._program(tmp_path, *high, "--angles=0,-130,-150", code=2)
+        assert "comes up to the tip at -66 degrees" in swung
+        assert "must be at 54.98" in swung  # 38.488 + 12.5 + 3 + 1
+        shank = self._program(tmp_path, *self.A, "--angles", "0,20,40", "--shank", 5, code=2)
+        assert "shank" in shank

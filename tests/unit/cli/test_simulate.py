@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from pretravel.base import FloatArray
 from pretravel.cli import main
 from tests.support.commands import positions, rows, run
+from tests.support.examples import EXAMPLES
 
 
 class TestSimulate:
@@ -112,3 +114,30 @@ class TestSimulate:
         arguments = ["--surface", surface, "--targets", targets, "-o", out, *extra]
         assert words in run("simulate", "omp40-2", *arguments, code=2)
         assert not out.exists()
+
+
+def test_the_friction_of_the_tip_is_that_of_the_touch(tmp_path: Path) -> None:
+    """mu of [tip], Wozniak's, and --friction are one quantity; two values are refused."""
+    described = (EXAMPLES / "wozniak_tp2_probe.toml").read_text()
+    smooth, rough = tmp_path / "smooth.toml", tmp_path / "rough.toml"
+    smooth.write_text(described)
+    rough.write_text(described.replace("[tip]\n", "[tip]\nfriction = 0.2\n"))
+    assert rough.read_text() != described
+    targets = tmp_path / "targets.csv"
+    targets.write_text("nx,ny,nz\n0.8,0,0.6\n0,0.6,0.8\n1,0,0\n")
+    common = ("--surface", "sphere:radius=12.5", "--targets", targets, "--model", "wozniak")
+
+    def touched(name: str, probe: Path, *words: object) -> FloatArray:
+        run("simulate", probe, *common, *words, "-o", tmp_path / name)
+        names = ("x_mm", "y_mm", "z_mm")
+        return np.array([[float(row[n]) for n in names] for row in rows(tmp_path / name)])
+
+    stated = touched("stated.csv", smooth, "--friction", 0.2)
+    assert touched("described.csv", rough) == pytest.approx(stated, abs=1e-12)
+    assert touched("both.csv", rough, "--friction", 0.2) == pytest.approx(stated, abs=1e-12)
+    # On the slope it changes the touch by hundredths of a micrometre; across, it does not.
+    change = np.linalg.norm(stated - touched("smooth.csv", smooth), axis=1)
+    assert change[0] > 1e-5
+    assert change[2] < 1e-6
+    said = run("simulate", rough, *common, "--friction", 0.1, "-o", tmp_path / "no.csv", code=2)
+    assert "has 0.2 in [tip]" in said

@@ -15,7 +15,7 @@ from pretravel.drawing.pmi import model
 from pretravel.drawing.pmi.model import ModelDrawing, read_model_drawing
 from pretravel.drawing.pmi.part21 import read_part21
 from pretravel.drawing.tasks.drawing.task import FoundDrawing, ReadDrawing
-from pretravel.drawing.tolerances.features_file import read_features
+from pretravel.drawing.tolerances.features_file import read_drawing
 from pretravel.surface import Part, read_part
 from tests.support.examples import EXAMPLES
 
@@ -315,7 +315,7 @@ def test_the_file_is_what_measure_reads(bracket: Reader, tmp_path: Path) -> None
     found = bracket(ALL_DATUMS, text, size(2200, 12, 12.0), plus_minus(2210, 2201, 0.0, 0.02))
     path = tmp_path / "drawing.toml"
     FoundDrawing(found).write("output", path)
-    drawing = read_features(path)
+    drawing = read_drawing(path)
     assert drawing == found.drawn.drawing
     assert drawing.pattern[0].features == ("D", "cylinder14")
     assert drawing.feature[2].tolerance == "12..12.02"
@@ -325,7 +325,7 @@ def test_a_model_without_pmi_gives_its_bores_to_fill_in(tmp_path: Path) -> None:
     result = ReadDrawing(step=EXAMPLES / "bracket.step").run()
     path = tmp_path / "drawing.toml"
     result.write("output", path)
-    drawing = read_features(path)
+    drawing = read_drawing(path)
     assert [(each.label, each.nominal) for each in drawing.feature] == [
         ("cylinder12", 12.0), ("cylinder13", 14.0), ("cylinder14", 8.0)
     ]  # fmt: skip

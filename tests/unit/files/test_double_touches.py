@@ -14,6 +14,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.files.file_format import FilePositions, ReadingOptions
+from pretravel.files.logs.double_touches import without_searches
 from pretravel.files.logs.joining import join
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
@@ -170,3 +171,23 @@ def test_the_command_and_a_table(tmp_path: Path) -> None:
     assert [row["feed_mm_min"] for row in rows(tmp_path / "out.csv")][:2] == ["500", "100"]
     run(*call, "--double-touches", "last")
     assert len(rows(tmp_path / "out.csv")) == 6
+
+
+def test_the_last_of_three_touches_of_each_place_is_kept() -> None:
+    """A search, a first slow touch and a second one, in a log without feeds."""
+    heights = (3.0 - STEP, 3.0 - 0.001, 3.0)
+    text = "$13=0\n" + "".join(
+        f"[PRB:{x:.3f},{y:.3f},{z:.3f}:1]\n" for x, y in PLACES for z in heights
+    )
+    options = replace(STATED, double_touches="last", offset=(0.0, 0.0, 0.0))
+    found = read_readings(SourceFile("three.log", text.encode()), options)
+    assert found.touches.positions[:, 2].tolist() == [3.0] * 6
+    assert "12 earlier touches of their places left out" in found.touches.reading
+    one_more = f"{text}[PRB:20.000,10.000,3.000:1]\n"  # 19 touches
+    with pytest.raises(InputError, match="no second one"):
+        read_readings(SourceFile("three.log", one_more.encode()), options)
+
+
+def test_no_touch_is_kept_of_none() -> None:
+    empty = FilePositions("a.log", np.empty((0, 3)), ())
+    assert without_searches(empty).lines == ()

@@ -118,7 +118,7 @@ def test_results_are_read_as_a_table(tmp_path: Path) -> None:
     for scale in (1.0, 25.4):
         text = path.read_text().replace(">0.001000000000000000<", f">{0.001 * scale:.7f}<")
         (tmp_path / "a.qif").write_text(text)
-        run("convert", tmp_path / "a.qif", "--features", "-o", out)
+        run("convert", tmp_path / "a.qif", "--drawing", "-o", out)
         table = rows(out)
         assert [row["quantity"] for row in table] == [
             "diameter", "circularity", "user defined linear", "user defined angular"
@@ -174,7 +174,7 @@ def test_the_limits_of_an_angle_are_degrees(
         '[[between]]\nfeatures = ["a", "b"]\nquantity = "angle"\nnominal = 90\n'
         'tolerance = "±0.5"\n'
     )
-    run("measure", "points.csv", "--features", "drawing.toml", "-o", "r.csv")
+    run("measure", "points.csv", "--drawing", "drawing.toml", "-o", "r.csv")
     angle = next(row for row in rows(Path("r.csv")) if row["quantity"] == "angle")
     assert [float(angle[key]) for key in ("lower", "upper")] == pytest.approx([89.5, 90.5])
     assert angle["unit"] == "deg"

@@ -17,6 +17,7 @@ from pretravel.six_seats.physical import fit_physical
 from pretravel.six_seats.scale_weights import coarse_scales, usual_scales
 from pretravel.six_seats.six_seat_fit import SixSeatProblem, beside, modes
 from pretravel.six_seats.uneven_seats import OF_RODS, OF_SEATS, PARAMETERS
+from tests.support.six_seat_unknowns import ANGLE
 
 
 def _true_unknowns(probe: Tripod) -> dict[str, float]:
@@ -66,6 +67,7 @@ def _behind_the_truth(number: int) -> float:
     numbers = [
         np.log(max(true[p.name], 1e-9)) if p.logarithmic else true[p.name] for p in PARAMETERS
     ]
+    numbers[ANGLE] = np.log(np.tan(true["support_angle"]))
     start = np.concatenate([scene.reference.center - observation.center, numbers])
     found = fit_physical(observation, observation.repeats).unknowns
     return _probability(problem, start) - _probability(problem, found)

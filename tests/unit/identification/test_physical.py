@@ -31,6 +31,7 @@ from tests.support.example_maps import example_qualification
 from tests.support.examples import PART as PART_TOUCHES
 from tests.support.examples import SPHERE as SPHERE_TOUCHES
 from tests.support.made_up_probes import NOISE, PATTERN, made_up_response, touches_of
+from tests.support.six_seat_unknowns import parameters_of, rates_of
 
 PART = read_touches(PART_TOUCHES).normals
 UM = 1e-3
@@ -197,7 +198,7 @@ def test_the_map_is_that_of_the_unknowns(case: str) -> None:
     x = fit.unknowns
     axes = 2 if case == "ring" else 3
     level = float(x[3]) if case == "tip unknown" else 0.0
-    assert fit.basis.values == pytest.approx(x[-18:])
+    assert fit.basis.values == pytest.approx(parameters_of(x))
     assert fit.basis.tip_radius == 3.0
     assert np.array_equal(fit.basis.terms, problem.terms)
     expected = np.concatenate([[1.0], np.zeros(4 + 18), change[problem.size :]])
@@ -216,7 +217,7 @@ def test_the_map_is_that_of_the_unknowns(case: str) -> None:
     n = np.zeros((len(distance), 3))
     n[:, :axes] = (-1.0 if case == "ring" else 1.0) * offset / distance[:, None]
     values = distance - 17.0 if case == "ring" else 15.5 + level - distance
-    left = values - six_seat_pretravel(x[-18:], n)[0]
+    left = values - six_seat_pretravel(parameters_of(x), n)[0]
     left -= real_spherical_harmonics(n, problem.terms) @ change[problem.size :]
     # The response smooths Hertz's law below a micronewton, by less than 0.01 nm.
     assert fit.residuals == pytest.approx(left, abs=1e-10)
@@ -236,7 +237,8 @@ def test_the_uncertainty_is_that_of_distances(case: str) -> None:
     n = fibonacci_cap(40, math.radians(90.0))
     if case == "ring":
         n = np.stack([np.cos(np.arange(9.0)), np.sin(np.arange(9.0)), np.zeros(9)], axis=1)
-    slopes = six_seat_pretravel(fit.unknowns[-18:], n)[1]
+    rates = rates_of(fit.unknowns)
+    slopes = six_seat_pretravel(parameters_of(fit.unknowns), n)[1] * rates
     tip = -np.ones((len(n), extra - axes))
     rows = np.hstack([-n[:, :axes], tip, slopes, real_spherical_harmonics(n, problem.terms)])
     expected = np.sum((rows @ covariance) * rows, axis=1)
@@ -245,7 +247,7 @@ def test_the_uncertainty_is_that_of_distances(case: str) -> None:
     assert fit.shift_covariance == pytest.approx(covariance[:axes, :axes])
     assert fit.gauge_uncertainty == pytest.approx(np.sqrt(np.diag(covariance)[:axes]))
     parameters = covariance[extra : extra + 18, extra : extra + 18]
-    assert fit.parameter_covariance == pytest.approx(parameters)
+    assert fit.parameter_covariance == pytest.approx(parameters * np.outer(rates, rates))
     scale = fit.scales.mean("asymmetry")
     prior = [(p.spread * (scale if i >= 7 else 1.0)) ** 2 for i, p in enumerate(PARAMETERS)]
     assert fit.learned == pytest.approx(1.0 - np.diag(parameters) / prior, abs=1e-12)
@@ -357,7 +359,7 @@ def test_the_search_begins_in_some_directions(
 
     def sought(problem: SixSeatProblem, *_: object) -> object:
         calls.append(problem.observation.direction_count)
-        return "found", SimpleNamespace(scales=("scales", "another"))
+        return [("found", SimpleNamespace(scales=("scales", "another")), 0.0)]
 
     def settled(problem: SixSeatProblem, x: str, scales: str, *_: object, **__: int) -> object:
         calls.append((problem.observation.direction_count, x, scales))
@@ -368,7 +370,7 @@ def test_the_search_begins_in_some_directions(
         return problem.observation, x
 
     monkeypatch.setattr(physical, "SEARCHED", searched)
-    monkeypatch.setattr(physical, "_most_evident", sought)
+    monkeypatch.setattr(physical, "_searched", sought)
     monkeypatch.setattr(physical, "_settled", settled)
     monkeypatch.setattr(physical, "_misfit", lambda part, x, *_: "misfit")
     monkeypatch.setattr(physical, "_concluded", concluded)

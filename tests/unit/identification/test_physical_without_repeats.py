@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,7 +15,9 @@ from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.observe import observe
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
+from pretravel.six_seats import physical
 from pretravel.six_seats.physical import PhysicalMapFit, fit_physical
+from pretravel.six_seats.six_seat_basis import SixSeatBasis
 from pretravel.six_seats.six_seat_fit import SixSeatProblem, most_probable, promised_gain
 from tests.support.made_up_probes import NOISE, made_up_response, touches_of
 from tests.support.reference_touches import sphere_touches
@@ -164,8 +167,41 @@ class TestScatter:
         stated, _ = problem.misses(found.unknowns)
         # Far below what the noise leaves uncertain: 1 nm.
         assert np.abs(predicted - stated).max() < 1e-6
-        again = fit_physical(_observed(noise), Scatter(0.0, 0.0), found.unknowns)
+        scales = found.scales.scales[0]
+        again = fit_physical(_observed(noise), Scatter(0.0, 0.0), found.unknowns, scales)
         assert again.scales.scales[0] == found.scales.scales[0]
-        apart = found.basis.value(BETWEEN, found.coefficients)
-        apart = apart - again.basis.value(BETWEEN, again.coefficients)
+        # Without the correction, in which the map has its share of other modes.
+        alone = np.eye(found.basis.size)[0]
+        apart = found.basis.value(BETWEEN, alone) - again.basis.value(BETWEEN, alone)
         assert np.abs(apart).max() < 1e-6
+
+
+def test_modes_are_averaged_by_their_evidence() -> None:
+    """Two modes of equal evidence: the map is half-way between them, where the touches support it,
+    and each is one standard deviation from it; a mode without evidence changes nothing."""
+    problem = SixSeatProblem(_observed(1.5e-3))
+    first = _fitted(1.5e-3)
+    lever = np.eye(len(first.basis.values))[0]
+    moved = SixSeatBasis(first.basis.values + 0.3 * lever, 3.0, first.basis.terms)
+    other = replace(first, basis=moved)
+    both = physical._averaged(first, [other], np.zeros(2), problem)
+    n = fibonacci_cap(60, np.radians(80.0))
+    apart = _without_shift(n, moved.value(n, first.coefficients) - _value(first, n))
+    middle = _without_shift(n, _value(both, n) - _value(first, n))
+    design = first.basis.design(n)
+    added = both.covariance.variance_of(design) - first.covariance.variance_of(design)
+    size = float(np.sqrt(np.mean(apart**2)))
+    assert size > 0.1e-3
+    # The difference has edges, which harmonics of degree 8 leave in part.
+    assert np.sqrt(np.mean((middle - 0.5 * apart) ** 2)) < 0.15 * size
+    assert np.sqrt(np.mean(added)) == pytest.approx(0.5 * size, rel=0.15)
+    alone = physical._averaged(first, [other], np.array([0.0, -50.0]), problem)
+    assert alone.coefficients == pytest.approx(first.coefficients, abs=1e-12)
+
+
+def _value(fit: PhysicalMapFit, n: np.ndarray) -> np.ndarray:
+    return fit.basis.value(n, fit.coefficients)
+
+
+def _without_shift(n: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.asarray(values - n @ np.linalg.lstsq(n, values, rcond=None)[0])

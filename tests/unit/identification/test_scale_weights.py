@@ -26,6 +26,7 @@ from pretravel.six_seats.scale_weights import (
 )
 from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem
 from pretravel.six_seats.uneven_seats import PARAMETERS
+from tests.support.six_seat_unknowns import PRIORS
 
 UM = 1e-3
 UNKNOWN = [0.3 * UM * 1.6**step for step in range(-6, 7)]
@@ -63,7 +64,8 @@ def _priors(problem: SixSeatProblem, scales: PriorScales) -> np.ndarray:
 
 def _from_prior(problem: SixSeatProblem, x: np.ndarray) -> np.ndarray:
     """From x to what is expected before the touches; without a prior nothing else is."""
-    kept = [p.prior if p.name != "rod_azimuth" else x[problem.azimuth] for p in PARAMETERS]
+    kept = np.array(PRIORS)
+    kept[problem.azimuth - problem.extra] = x[problem.azimuth]
     return np.concatenate([np.zeros(problem.extra), kept - x[problem.extra :]])
 
 

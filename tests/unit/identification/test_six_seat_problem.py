@@ -24,6 +24,7 @@ from pretravel.six_seats.six_seat_fit import (
     promised_gain,
 )
 from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response
+from tests.support.six_seat_unknowns import ANGLE, PRIORS, parameters_of
 
 CASES = ["sphere", "tip unknown", "ring"]
 REPEATS = np.array([1, 2, 3, 1, 2, 1, 1, 4, 1, 2, 1, 1, 2])
@@ -54,14 +55,14 @@ def _place(case: str) -> np.ndarray:
     shift = [0.9e-3, -1.3e-3] if case == "ring" else [0.9e-3, -1.3e-3, 2.1e-3]
     level = [LEVEL] if case == "tip unknown" else []
     spread = np.array([min(p.spread, 0.5) for p in PARAMETERS])
-    parameters = np.array([p.prior for p in PARAMETERS]) + 0.3 * spread * np.sin(np.arange(18) + 1)
+    parameters = np.array(PRIORS) + 0.3 * spread * np.sin(np.arange(18) + 1)
     return np.concatenate([shift, level, parameters])
 
 
 def _by_hand(case: str, x: np.ndarray) -> np.ndarray:
     """Observed less modelled pretravel of the mean touch of each direction, one by one."""
     seen, axes = _observation(case), 2 if case == "ring" else 3
-    response = six_seat_response(x[-18:], 2.5)
+    response = six_seat_response(parameters_of(x), 2.5)
     bend = [-1.0 / 20.0, 0.0] if case == "ring" else [1.0 / 12.5, 1.0 / 12.5]
     factor = float(curved_part_factor(2.5, np.array([bend]))[0])
     found = []
@@ -108,7 +109,7 @@ def test_misses_are_those_of_each_mean_touch(case: str, monkeypatch: pytest.Monk
     sizes = {"sphere": (3, 3, 21, 5), "tip unknown": (3, 4, 22, 6), "ring": (2, 2, 20, 4)}[case]
     assert (problem.axes, problem.extra, problem.size, problem.azimuth) == sizes
     assert problem.count.tolist() == REPEATS.tolist()
-    assert problem.prior.tolist() == [0.0] * problem.extra + [p.prior for p in PARAMETERS]
+    assert problem.prior.tolist() == [0.0] * problem.extra + PRIORS
     misses, slopes = problem.misses(x)
     # The response smooths Hertz's law below a micronewton, by less than 0.01 nm.
     assert misses == pytest.approx(_by_hand(case, x), abs=1e-11)
@@ -144,7 +145,7 @@ def test_terms_of_the_correction() -> None:
 def _squares(case: str, x: np.ndarray, inverse: np.ndarray) -> float:
     """Of the misses by their covariance, and of the parameters by their priors."""
     misses = _by_hand(case, x)
-    own = (x[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
+    own = (x[-18:] - PRIORS) / _spread(0.4)
     return float(misses @ inverse @ misses + own @ own)
 
 
@@ -179,12 +180,26 @@ def test_the_cost_has_the_covariance_of_touches_and_the_priors(case: str) -> Non
         assert one[0] == pytest.approx(together[2], rel=1e-10)
 
 
+def test_the_angle_of_the_seats_is_neither_flat_nor_upright() -> None:
+    """Any unknowns are an angle between 0 and 90°, and its rate is that of differences."""
+    problem, x = SixSeatProblem(_observation("sphere")), _place("sphere")
+    place = problem.extra + ANGLE
+    for unknown in (-50.0, -3.0, -0.36, 0.0, 2.0, 50.0):
+        x[place] = unknown
+        assert 0.0 < problem.parameters(x)[ANGLE] < 0.5 * math.pi
+    x[place] = 0.7
+    step = 1e-5 * np.eye(len(x))[place]
+    difference = problem.parameters(x + step) - problem.parameters(x - step)
+    assert problem.rates(x)[ANGLE] == pytest.approx(difference[ANGLE] / 2e-5, rel=1e-8)
+    assert np.count_nonzero(difference) == 1
+
+
 def test_numbers_that_are_no_probe_are_infinitely_far() -> None:
-    """A spring 1.5 radii beside the axis lifts a rod; seats that push down; never a trigger."""
+    """A spring 1.5 radii beside the axis lifts a rod; a seat that pushes down; never a trigger."""
     problem, x = SixSeatProblem(_observation("sphere")), _place("sphere")
     wrong = np.tile(x, (4, 1))
     wrong[0, problem.extra + 7] = 1.5
-    wrong[1, problem.extra + 1] = -0.6
+    wrong[1, problem.extra + 13] = 3.0
     wrong[2, problem.extra] = 1e9
     with np.errstate(all="raise", under="ignore"):
         cost, _, matrix = _Weighted(problem, [SCALES] * 4).evaluated(wrong, np.arange(4))
@@ -208,7 +223,7 @@ def test_the_evidence_is_that_of_a_normal_distribution() -> None:
             [p.spread * (scales.asymmetry if i >= 7 else 1.0) for i, p in enumerate(PARAMETERS)]
         )
         spread = np.concatenate([np.full(3, 10.0), spread])
-        before = np.concatenate([np.zeros(3), [p.prior for p in PARAMETERS] - x[3:]])
+        before = np.concatenate([np.zeros(3), PRIORS - x[3:]])
         degree = np.maximum(problem.terms[:, 0], 2)
         variances = scales.correction**2 / degree**3.0 / np.sum(1.0 / degree**3.0)
         variances[0] += 3e-4**2
@@ -233,7 +248,7 @@ def test_the_cost_is_that_of_the_place_that_is_found(case: str) -> None:
     inverse = np.linalg.inv(_dense(problem, SCALES))
     best, cost = most_probable(problem, SCALES, _place(case))
     misses = _by_hand(case, best)
-    own = (best[-18:] - [p.prior for p in PARAMETERS]) / _spread(0.4)
+    own = (best[-18:] - PRIORS) / _spread(0.4)
     assert cost == pytest.approx(0.5 * float(misses @ inverse @ misses + own @ own), rel=1e-7)
     assert cost < 0.5 * _squares(case, _place(case), inverse)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,12 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.measurement.rotary_axes import LETTERS, RotaryAxis, rotary_axis
+from pretravel.files.map_file import write_map
+from pretravel.measurement.rotary_axes import AXIS_LETTERS, RotaryAxis, rotary_axis
 from pretravel.tasks.axis import FindAxis
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run
+from tests.support.example_maps import mean_map
 from tests.support.examples import EXAMPLES
 
 PLACE = np.array([100.0, 50.0, -30.0])
@@ -25,7 +28,7 @@ SLOPES = (2e-4, -3e-4)
 
 
 def direction_of(letter: str) -> FloatArray:
-    axis = LETTERS[letter]
+    axis = AXIS_LETTERS[letter]
     direction = np.zeros(3)
     direction[[i for i in range(3) if i != axis]] = SLOPES
     direction[axis] = 1.0
@@ -43,7 +46,7 @@ def touched(
     pretravel: FloatArray | float = 0.0,
 ) -> list[FloatArray]:
     """Touches of a sphere of 25 mm on a table, from above, at each angle."""
-    start = np.roll([40.0, 70.0, 10.0], LETTERS[letter])
+    start = np.roll([40.0, 70.0, 10.0], AXIS_LETTERS[letter])
     sets = []
     for turn in turns:
         center = PLACE + Rotation.from_rotvec(sense * turn * direction_of(letter)).apply(start)
@@ -57,7 +60,7 @@ def touched(
 
 def truth(found: RotaryAxis) -> FloatArray:
     """The values of the true axis, at the height of the found point."""
-    axis = LETTERS[found.letter]
+    axis = AXIS_LETTERS[found.letter]
     direction = direction_of(found.letter)
     point = PLACE + direction * (found.point[axis] - PLACE[axis]) / direction[axis]
     across = list(found.across)
@@ -65,7 +68,7 @@ def truth(found: RotaryAxis) -> FloatArray:
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize("letter", LETTERS)
+@pytest.mark.parametrize("letter", AXIS_LETTERS)
 def test_an_exact_axis_is_found(letter: str, sense: int) -> None:
     for turns in (TURNS, np.array([-20.0, 10.0, 55.0, 110.0]) * DEGREE):
         found = rotary_axis(touched(letter, turns, sense=sense), turns.tolist(), letter)
@@ -149,6 +152,37 @@ class TestCommand:
             moved[-1].write_text("\n".join([head, *text]) + "\n")
         wrong = [word for path in moved for word in ("--check", path)]
         assert "contradicted" in run("axis", *files, *stated, *wrong, code=3)
+
+
+def test_the_sphere_is_beside_its_planned_place(tmp_path: Path) -> None:
+    """Touches along planned normals meet the sphere beside them.
+
+    A tip of 6 mm and a pretravel of 10 µm, the same in all directions; the sphere is off by up to
+    1 mm, differently at each angle, as by a place of the axis that is known to 0.5 mm.
+    """
+    write_map(tmp_path / "map.json", replace(mean_map(0.010), tip_radius=3.0))
+    reach = 12.5 + 3.0 - 0.010
+    true = np.array([100.0, 50.0])
+    lines = ["label,x_mm,y_mm,z_mm,nx,ny,nz"]
+    for degrees in range(0, 360, 60):
+        turn = -degrees * DEGREE
+        center = np.array([*(true + 60 * np.array([np.cos(turn), np.sin(turn)])), -30.0])
+        off = 0.5 * np.array([np.cos(turn) - 1.0, np.sin(turn), 0.0])
+        for i, normal in enumerate(NORMALS):
+            # Along the planned normal, to where the tip meets the true sphere.
+            across = off - (off @ normal) * normal
+            place = center + across + np.sqrt(reach**2 - across @ across) * normal
+            cells = ",".join(f"{value:.9f}" for value in (*place, *normal))
+            lines.append(f"at{degrees}_s{i},{cells}")
+    (tmp_path / "t.csv").write_text("\n".join(lines) + "\n")
+    run("axis", tmp_path / "t.csv", "--axis", "C", "--map", tmp_path / "map.json",
+        "-o", tmp_path / "axis.csv")  # fmt: skip
+    found = {row["quantity"]: float(row["value"]) for row in rows(tmp_path / "axis.csv")}
+    # Stated normals would be wrong by 1.5 µm; the digits of the file are 1e-6 µm.
+    assert found["place_x_mm"] == pytest.approx(true[0], abs=2e-6)
+    assert found["place_y_mm"] == pytest.approx(true[1], abs=2e-6)
+    assert found["slope_x_mm_per_m"] == pytest.approx(0.0, abs=2e-4)
+    assert found["slope_y_mm_per_m"] == pytest.approx(0.0, abs=2e-4)
 
 
 class TestRefusals:

@@ -12,14 +12,14 @@ from tests.support.commands import run
 
 SPHERE = "sphere.csv --diameter 25 --tip-diameter 6"
 REFUSED = """\
-measure points.csv --features f.toml --tolerance 29..29.1
-measure points.csv --features f.toml --nominal 20
-measure points.csv --features f.toml --position-tolerance 0.1
-measure points.csv --features f.toml --form-tolerance 0.1
-measure points.csv --features f.toml --select bore1*
-measure points.csv --features f.toml --group
-measure points.csv --features f.toml --axis 0,0,1
-measure points.csv --features f.toml --at 1,2,3
+measure points.csv --drawing f.toml --tolerance 29..29.1
+measure points.csv --drawing f.toml --nominal 20
+measure points.csv --drawing f.toml --position-tolerance 0.1
+measure points.csv --drawing f.toml --form-tolerance 0.1
+measure points.csv --drawing f.toml --select bore1*
+measure points.csv --drawing f.toml --group
+measure points.csv --drawing f.toml --axis 0,0,1
+measure points.csv --drawing f.toml --at 1,2,3
 qualify sphere.csv --diameter 25 --prior map.json --u-diameter 5
 qualify sphere.csv --diameter 25 --prior map.json --u-temperature 1
 qualify sphere.csv --diameter 25 --prior map.json --sphere-form 1
@@ -32,7 +32,7 @@ plan-touches --block 50.8 --normals n.csv
 plan-touches --block 50.8 --history nofile.jsonl
 compare A.toml B.toml --form table
 compensate t.csv --map map.json --model shen -o p.csv
-convert listing.txt --features --radius-taken-off 3 -o f.csv
+convert listing.txt --drawing --radius-taken-off 3 -o f.csv
 simulate omp40-2 --surface convex --targets t.csv --extrapolate -o t.csv
 qualify sphere.csv --diameter 25 --join label
 check-budget sphere.csv --diameter 25 --prior map.json
@@ -68,7 +68,7 @@ def test_help_and_form_say_the_mode(tmp_path: Path) -> None:
     from pretravel.tasks.compare import Compare
     from pretravel.tasks.qualify import Qualify
 
-    assert by_name(Measure)["nominal"].field.help.endswith("Not with --features.")
+    assert by_name(Measure)["nominal"].field.help.endswith("Not with --drawing.")
     assert by_name(Compare)["form"].field.help.endswith("Only with --for.")
     form = TaskForm(Qualify)
     assert "transducer" not in form.used({"kind": "mean"})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import base64
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -33,6 +32,7 @@ from pretravel.show import (
     addition_text,
     cell_texts,
     heading_text,
+    image_address,
     plotly_figure,
     value_text,
 )
@@ -255,27 +255,27 @@ def picture_view(picture: Picture) -> None:
     place = ui.element("div").classes("live picture-place")
 
     async def fill() -> None:
-        charts, png = await asyncio.to_thread(_computed, picture)
+        charts, image = await asyncio.to_thread(_computed, picture)
         if place.is_deleted:
             return
         with place:
             for chart, figure in charts:
                 plot(figure, chart.title or picture.caption)
-            if png:
-                _image(png, picture.caption)
+            if image:
+                _image(image, picture.caption)
         place.classes(remove="picture-place", add="charts" if charts else "")
 
     background_tasks.create(fill(), name="picture")
 
 
-def _computed(picture: Picture) -> tuple[list[tuple[Chart, PlotlyFigure]], bytes]:
+def _computed(picture: Picture) -> tuple[list[tuple[Chart, PlotlyFigure]], str]:
     charts = [(chart, plotly_figure(chart)) for chart in picture.charts]
-    return charts, b"" if charts else picture.png
+    return charts, "" if charts else image_address(picture)
 
 
-def _image(png: bytes, caption: str) -> None:
+def _image(address: str, caption: str) -> None:
     with ui.element("figure").classes("picture"):
         image = ui.element("img").props('loading="lazy"')
-        image.props["src"] = f"data:image/png;base64,{base64.b64encode(png).decode()}"
+        image.props["src"] = address
         image.props["alt"] = caption
         text("figcaption", caption)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from nicegui import ui
 
+from pretravel.app.components.layout import live
 from pretravel.app.jobs import Job, do_ahead
 from pretravel.app.project import ScreenState, SettingValue, StoredFile
 from pretravel.base import PretravelError
@@ -41,12 +42,26 @@ def example_button(
         return {purpose: tuple(folder / name for name in names) for purpose, names in files.items()}
 
     def fill() -> None:
-        for name, value in settings.items():
-            state.settings[name] = value
-        for purpose, found in paths().items():
-            state.files[purpose] = tuple(StoredFile(path.name, path.read_bytes()) for path in found)
+        stored = {
+            purpose: tuple(StoredFile(path.name, path.read_bytes()) for path in found)
+            for purpose, found in paths().items()
+        }
+        state.fill(settings, stored)
 
     with suppress(PretravelError):  # the package can be installed without the example
         do_ahead(ahead, settings, paths())
 
-    return ui.button(label, icon="school", on_click=fill).props("no-caps flat")
+    button = ui.button(label, icon="school", on_click=fill).props("no-caps flat")
+    own_data_back(state)
+    return button
+
+
+def own_data_back(state: ScreenState) -> None:
+    """A button that takes an example away, where it stands instead of what the user had."""
+
+    def build() -> None:
+        if state.can_take_back:
+            words = "Back to my own files and settings"
+            ui.button(words, icon="undo", on_click=state.take_back).props("no-caps unelevated")
+
+    live([state.listen], build, lambda: state.can_take_back)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from nicegui import ui
 
 from pretravel.app.components.layout import folded_until_opened, live, text
-from pretravel.app.project import ScreenState
+from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.session import SESSION
 from pretravel.app.uploads import UPLOADS, Slot
 
 _MEGABYTE = 1_000_000
+_REPLACED = ("touches",)
+"""Purposes whose files replace those of before, where several may be given together."""
 
 
 def file_drop(
@@ -36,14 +38,18 @@ def file_drop(
     endings : sequence of str
         Of the names, such as ".csv"; empty: any.
     several : bool
-        Whether more files are added; else a new one replaces the old one.
+        Whether several files may be given together. Those that are given later are added; but
+        touches replace those of before, which a click brings back: of another day they are
+        another question.
     limit : int
         Most bytes of a file.
     hint : str
         Below the label.
     """
     project = SESSION.project.identity
-    UPLOADS.add(project, Slot(state, purpose, tuple(endings), several, limit))
+    UPLOADS.add(
+        project, Slot(state, purpose, tuple(endings), several, limit, purpose not in _REPLACED)
+    )
     with ui.element("div").classes("file-drop"):
         with ui.element("label"):
             ui.icon("upload_file").props('aria-hidden="true"')
@@ -57,6 +63,33 @@ def file_drop(
                 chooser.props["multiple"] = True
         ui.element("p").classes("file-drop-status").props('role="status"')
         live([state.listen], lambda: _list(state, purpose), lambda: state.files[purpose])
+        live(
+            [state.listen],
+            lambda: _way_back(state, purpose, several),
+            lambda: (state.files[purpose], state.files.before(purpose)),
+        )
+
+
+def _way_back(state: ScreenState, purpose: str, several: bool) -> None:
+    """What the last change replaced, and the buttons that bring it back."""
+    now, before = state.files[purpose], state.files.before(purpose)
+    if not before:
+        return
+    names = before[0].name + (f" and {len(before) - 1} more" if len(before) > 1 else "")
+
+    def put(files: tuple[StoredFile, ...]) -> Callable[[], None]:
+        def change() -> None:
+            state.files[purpose] = files
+
+        return change
+
+    with ui.element("div").classes("way-back"):
+        text("span", f"{now[0].name} replaced {names}." if now else f"{names}: removed.")
+        ui.button("Take it back", icon="undo", on_click=put(before)).props("no-caps flat dense")
+        if several and now:
+            by_name = {file.name: file for file in (*before, *now)}
+            both = put(tuple(by_name.values()))
+            ui.button("Use all together", on_click=both).props("no-caps flat dense")
 
 
 def _allowed(endings: Sequence[str], limit: int) -> str:

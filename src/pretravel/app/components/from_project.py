@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
 from functools import partial
-from pathlib import Path
 
-from nicegui import ui
+from nicegui import background_tasks, ui
 
-from pretravel.app.components.downloads import written_file
-from pretravel.app.components.layout import live, note, text
+from pretravel.app.components.layout import here, live, note, text
+from pretravel.app.components.newer import take_file, take_reference_of, take_result
 from pretravel.app.jobs import WORKS, Work
+from pretravel.app.links import OF_REFERENCE, reference_of
 from pretravel.app.project import ScreenState, StoredFile
-from pretravel.app.screens import QUALIFYING
+from pretravel.app.screens import QUALIFYING, title_of_screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.base import object_at
 
 _MOST = 6
 """Files that are offered."""
-_MAP_FILE = "map.json"
 
 
 def made_map() -> object | None:
@@ -33,16 +31,23 @@ def _qualifying() -> Work:
 
 
 async def give_map(state: ScreenState, purpose: str) -> None:
-    """Put the map of the engineer's screen into a place."""
-    qualified = made_map()
-    if qualified is None:
-        return
+    """Put the map of the engineer's screen into a place; the place is a link to it."""
+    if made_map() is not None:
+        job = object_at(QUALIFYING.jobs[0])
+        await take_result(state, purpose, SESSION.project.screen(QUALIFYING.name), job.name)
 
-    def write(path: Path) -> None:
-        qualified.write("output", path)  # type: ignore[attr-defined]
 
-    content = await asyncio.to_thread(written_file, _MAP_FILE, write)
-    state.files[purpose] = (StoredFile(_MAP_FILE, content),)
+def follow_map(state: ScreenState, purpose: str) -> None:
+    """Take the map of the engineer's screen into an empty place, as soon as there is one."""
+
+    def take() -> None:
+        if not state.files[purpose] and made_map() is not None and not taking:
+            taking.append(True)
+            background_tasks.create(give_map(state, purpose), name="map")
+
+    taking: list[bool] = []
+    take()
+    here([_qualifying().listen], take)
 
 
 def measure_with_map() -> None:
@@ -71,25 +76,28 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
     """
     project = SESSION.project
 
-    def offered() -> tuple[StoredFile, ...]:
+    def offered() -> dict[StoredFile, tuple[ScreenState, str]]:
+        """Files that fit, with where they are: the one that was dropped, before its copies."""
         if state.files[purpose]:
-            return ()
-        stored = (
-            file
+            return {}
+        stored = sorted(
+            (place in other.links, file.name, file.digest, other.name, place)
             for other in project.screens
             if other is not state
             for place, files in other.files.items()
             for file in files
             if place == purpose or purpose in _ALIKE.get(place, ())
         )
-        return tuple(dict.fromkeys(stored))[:_MOST]
+        found: dict[StoredFile, tuple[ScreenState, str]] = {}
+        for _, _, digest, screen, place in stored:
+            other = project.screen(screen)
+            file = next(each for each in other.files[place] if each.digest == digest)
+            found.setdefault(file, (other, place))
+        return dict(list(found.items())[:_MOST])
 
     def key() -> object:
         with_map = takes_map and not state.files[purpose] and made_map() is not None
-        return with_map, tuple(id(file) for file in offered())
-
-    def take(file: StoredFile) -> None:
-        state.files[purpose] = (file,)
+        return with_map, tuple(file.digest for file in offered())
 
     def build() -> None:
         with_map = takes_map and not state.files[purpose] and made_map() is not None
@@ -101,16 +109,13 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
             if with_map:
                 button = ui.button("the map of Qualify a probe", icon="radar")
                 button.on_click(partial(give_map, state, purpose)).props("no-caps flat dense")
-            for file in files:
-                button = ui.button(file.name, on_click=partial(take, file))
+            for file, place in files.items():
+                take = partial(take_file, state, purpose, *place, file)
+                button = ui.button(file.name, on_click=take)
                 button.props("no-caps flat dense")
                 button.props["aria-label"] = f"Take {file.name} from this project"
 
     live([project.listen, _qualifying().listen], build, key)
-
-
-_REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")
-"""Of the reference and the tip; called alike by all tasks that ask for a reference."""
 
 
 def take_reference(state: ScreenState) -> None:
@@ -118,15 +123,19 @@ def take_reference(state: ScreenState) -> None:
 
     What stands on this screen already is not changed.
     """
-    if any(name in state.settings for name in _REFERENCE):
-        return
-    for other in SESSION.project.screens:
-        if other is not state and other.settings.get("diameter") is not None:
-            for name in _REFERENCE:
-                if name in other.settings:
-                    state.settings[name] = other.settings[name]
-            note("Reference and tip are those that this project has. Is it another one? Change it.")
-            return
+    if OF_REFERENCE not in state.links and not reference_of(state.settings):
+        for other in SESSION.project.screens:
+            if other is not state and other.settings.get("diameter") is not None:
+                take_reference_of(state, other)
+                break
+    live([state.listen], lambda: _say_reference(state), lambda: OF_REFERENCE in state.links)
+
+
+def _say_reference(state: ScreenState) -> None:
+    if OF_REFERENCE in state.links:
+        title = title_of_screen(state.links[OF_REFERENCE].screen)
+        note(f"Reference and tip are those that this project has ({title}). Another one? Change "
+             "it.")  # fmt: skip
 
 
 _ALIKE = {

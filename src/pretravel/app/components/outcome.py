@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 from nicegui import ui
 from nicegui.element import Element
 
-from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.components.layout import folded, here, live, note, text, warning
+from pretravel.app.components.newer import newer_input
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import ScreenState
+
+Answer: TypeAlias = Callable[[str, Any], None]
+ANSWERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
+    "units": (
+        "In which unit are the lengths of this file?",
+        {"mm": "Millimetres", "inch": "Inches"},
+    ),
+    "decimal": (
+        "What is the comma in the numbers of this file?",
+        {"comma": "Comma: decimals", "point": "Point: decimals"},
+    ),
+}
+"""Questions about a file, by the setting that answers them."""
+_FORMATS = "These formats can be read:"
 
 
 def outcome(
@@ -21,6 +37,7 @@ def outcome(
     *,
     missing: str = "",
     button: str = "Compute",
+    answer: Answer | None = None,
 ) -> Work:
     """Show the work of a job, and its result when it is there, in one place.
 
@@ -34,18 +51,26 @@ def outcome(
         What to do while files are missing.
     button : str
         Text of the button of a job that does not start automatically.
+    answer : callable, optional
+        Takes the name of a setting and a value, which the user gives as an answer to an error; by
+        default it is stored.
 
     Returns
     -------
     Work
     """
-    work = work_status(state, job, missing=missing, button=button)
+    work = work_status(state, job, missing=missing, button=button, answer=answer)
     result_place(work, show)
     return work
 
 
 def work_status(
-    state: ScreenState, job: Job, *, missing: str = "", button: str = "Compute"
+    state: ScreenState,
+    job: Job,
+    *,
+    missing: str = "",
+    button: str = "Compute",
+    answer: Answer | None = None,
 ) -> Work:
     """Show what is missing for a job, its progress with Cancel, and its error; see `outcome`."""
     work = WORKS.of(state, job)
@@ -58,13 +83,13 @@ def work_status(
     def refresh() -> None:
         now = (
             work.running, work.started, work.error, work.cancelled, work.stale, work.held,
-            work.ready(), work.lacking,
+            work.ready(), work.lacking, tuple(work.newer.items()),
         )  # fmt: skip
         if not said or said[0] != now:
             said[:] = [now]
             status.clear()
             with status:
-                _show_status(work, missing)
+                _show_status(work, missing, answer or state.settings.__setitem__)
 
     refresh()
     here([work.listen], refresh)
@@ -116,7 +141,7 @@ def _mark(place: Element, *works: Work) -> None:
     outdated = any(work.outdated and work.result is not None for work in works)
     place.classes(add="stale" if outdated else "", remove="" if outdated else "stale")
     # The files of an old result are not those of the fields: they cannot be taken.
-    wrong = any(work.error or work.held for work in works)
+    wrong = any(work.wrong for work in works)
     place.props("inert" if wrong else "", remove="" if wrong else "inert")
 
 
@@ -183,13 +208,31 @@ def follow(state: ScreenState, job: Job, handler: Callable[[Any], None]) -> Work
 
 
 def error_view(message: str) -> None:
-    """An error as the library says it."""
+    """An error as the library says it; a long list of formats is folded."""
+    words, formats, listed = message.partition(_FORMATS)
     with ui.element("div").classes("error-view").props('role="alert"'):
         text("strong", "This cannot be computed")
-        text("p", message)
+        text("p", words.strip())
+        if formats:
+            with folded("Formats that can be read"), ui.element("ul"):
+                for one in listed.split("; "):
+                    text("li", one)
 
 
-def _show_status(work: Work, missing: str) -> None:
+def _answers(work: Work, answer: Answer) -> None:
+    """The answers to an error that one click gives."""
+    for name in work.error_inputs:
+        if name in ANSWERS:
+            with ui.element("div").classes("question").props('role="group"') as group:
+                words, values = ANSWERS[name]
+                group.props["aria-label"] = words
+                text("p", words)
+                for value, shown in values.items():
+                    button = ui.button(shown, on_click=partial(answer, name, value))
+                    button.props("no-caps outline")
+
+
+def _show_status(work: Work, missing: str, answer: Answer) -> None:
     if work.running:
         _show_running(work)
         return
@@ -197,8 +240,11 @@ def _show_status(work: Work, missing: str) -> None:
         if work.lacking or missing:
             note(work.lacking or missing)
         return
+    for name in work.newer:
+        newer_input(work.state, name)
     if work.error:
         error_view(work.error)
+        _answers(work, answer)
         if work.result is not None:
             note("What stands below is the result of earlier inputs. It cannot be used.")
     if work.held and work.result is not None:

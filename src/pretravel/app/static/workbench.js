@@ -5,32 +5,72 @@
 (() => {
   const statusOf = (input) => input.closest(".file-drop").querySelector(".file-drop-status");
 
+  // One request for all files: the list of their names and sizes, and then their contents.
+  function request(address, files, status) {
+    const named = [...files];
+    const list = new Blob([JSON.stringify(named.map((file) => [file.name, file.size]))]);
+    const several = named.length > 1;
+    const query = `?name=${encodeURIComponent(named[0].name)}` + (several ? `&head=${list.size}` : "");
+    const words = several ? `${named.length} files` : named[0].name;
+    return new Promise((done) => {
+      const sent = new XMLHttpRequest();
+      sent.open("POST", address + query);
+      sent.setRequestHeader("X-Pretravel", "upload");
+      sent.setRequestHeader("Content-Type", "application/octet-stream");
+      sent.upload.onprogress = (event) => {
+        const share = event.lengthComputable ? ` ${Math.round((100 * event.loaded) / event.total)} %` : "";
+        status.textContent = `Sending ${words} …${share}`;
+      };
+      const lost = () => done([0, { error: `${words} could not be sent: is the workbench still running?` }]);
+      sent.onerror = sent.onabort = lost;
+      sent.onload = () => {
+        let said = {};
+        try {
+          said = JSON.parse(sent.responseText);
+        } catch {
+          said = { error: `${words} was not taken (${sent.status}): ${sent.responseText.slice(0, 200)}` };
+        }
+        done([sent.status, said]);
+      };
+      status.className = "file-drop-status";
+      status.textContent = `Sending ${words} …`;
+      sent.send(several ? new Blob([list, ...named]) : named[0]);
+    });
+  }
+
+  // A file that belongs to another screen: the way there.
+  function offer(status, said, file) {
+    const button = Object.assign(document.createElement("button"), { type: "button", textContent: said.offer });
+    button.className = "offer";
+    button.addEventListener("click", async () => {
+      const [code, answer] = await request(said.url, [file], status);
+      if (code === 200) location.href = answer.address || said.address;
+      else status.textContent = answer.error;
+    });
+    status.append(" ", button);
+  }
+
   async function send(input, files) {
     const status = statusOf(input);
     const problems = [];
-    const chosen = input.multiple ? [...files] : [...files].slice(0, 1);
+    const limit = Number(input.dataset.limit);
+    let chosen = input.multiple ? [...files] : [...files].slice(0, 1);
     if (chosen.length < files.length) problems.push("Only one file is taken here: the first one.");
-    for (const [index, file] of chosen.entries()) {
-      if (file.size > input.dataset.limit) {
-        const most = Number(input.dataset.limit) / 1e6;
-        problems.push(`${file.name} is larger than ${most} MB, the most that is taken here.`);
-        continue;
-      }
-      status.className = "file-drop-status";
-      status.textContent = `Sending ${file.name} (${index + 1} of ${chosen.length}) …`;
-      try {
-        const address = `${input.dataset.url}?name=${encodeURIComponent(file.name)}`;
-        const headers = { "X-Pretravel": "upload", "Content-Type": "application/octet-stream" };
-        const answer = await fetch(address, { method: "POST", body: file, headers });
-        const said = await answer.json().catch(() => ({}));
-        if (!answer.ok) problems.push(said.error || `${file.name} was not taken (${answer.status})`);
-        else if (said.address) location.href = said.address;
-      } catch {
-        problems.push(`${file.name} could not be sent: is the workbench still running?`);
-      }
+    for (const file of chosen)
+      if (file.size > limit) problems.push(`${file.name} is larger than ${limit / 1e6} MB, the most that is taken here.`);
+    chosen = chosen.filter((file) => file.size <= limit);
+    let said = {};
+    if (chosen.length) {
+      [, said] = await request(input.dataset.url, chosen, status);
+      if (said.error) problems.push(said.error);
+      else if (said.address) location.href = said.address;
     }
     status.textContent = problems.join(" ");
-    status.classList.toggle("problem", problems.length > 0);
+    status.className = `file-drop-status${problems.length ? " problem" : ""}`;
+    if (said.offer) {
+      const named = chosen.find((file) => said.error.startsWith(file.name));
+      offer(status, said, named ?? chosen[0]);
+    }
     input.value = "";
   }
 
@@ -125,6 +165,30 @@
   function connected(yes) {
     document.body.classList.toggle("not-connected", !yes);
     if (lost()) lost().textContent = yes ? "" : lost().dataset.text;
+    if (!yes) setTimeout(whyLost, 2000);
+  }
+
+  // What to do where the connection does not come back by itself. A workbench that was started again has another
+  // token: it refuses this page.
+  async function whyLost() {
+    if (window.socket.connected || !lost()) return;
+    try {
+      const answer = await fetch(location.pathname + location.search, { cache: "no-store" });
+      if (answer.status === 403) lost().textContent = lost().dataset.again;
+      else if (answer.status === 404) lost().textContent = lost().dataset.closed;
+      else if (answer.ok) lost().textContent = lost().dataset.text;
+    } catch {
+      lost().textContent = lost().dataset.ended;
+    }
+    setTimeout(whyLost, 3000);
+  }
+
+  // What is changed without a connection is not computed yet: what stands there is of before.
+  for (const kind of ["input", "change"]) {
+    document.addEventListener(kind, (event) => {
+      if (event.target.closest?.("main") && window.socket && !window.socket.connected)
+        document.body.classList.add("waiting");
+    });
   }
 
   document.addEventListener("input", (event) => {
@@ -162,6 +226,7 @@
       connected(false);
       whenConnected(() => {
         connected(true);
+        setTimeout(() => document.body.classList.remove("waiting"), 1500);
         // Where the server does not know this page any more, it loads again first, and this never runs.
         setTimeout(() => localStorage.removeItem(place()), 5000);
       });

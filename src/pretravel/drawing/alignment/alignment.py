@@ -246,6 +246,11 @@ class Alignment:
         return replace(self.placement, errors=errors)
 
     @property
+    def in_part(self) -> Points:
+        """The compensated points in the frame of the part, with the numbers of their faces."""
+        return points_in_part(self)
+
+    @property
     def undetermined_motions(self) -> tuple[str, ...]:
         """What the touches do not determine, in words, in the frame of the part."""
         return tuple(_words_of_motions(self.undetermined, self.part.size))
@@ -280,7 +285,13 @@ def points_in_part(alignment: Alignment) -> Points:
             for k, move in enumerate(moves)
         }
         shared = {**shared, **along}
-    return replace(part_points, covariance=frozen(covariance), shared=shared)
+    numbers = np.array([face.number for face in alignment.part.faces], dtype=np.int64)
+    return replace(
+        part_points,
+        covariance=frozen(covariance),
+        shared=shared,
+        face=numbers[alignment.feet.face],
+    )
 
 
 def radius_alone(tip_radius: float) -> PretravelMap:

@@ -289,6 +289,11 @@ class MeasuredFeature(WithPlot):
         covariance = sum(self.errors.parts(rows).values())
         return float(np.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0)))
 
+    def __getitem__(self, name: str) -> Quantity:
+        """A quantity by its name: ``feature["diameter"]``, ``feature["roundness"]``."""
+        found = next((each for each in self.stated if each.name == name), None)
+        return self.quantity(name) if found is None else found
+
     def quantity(self, name: str) -> Quantity:
         """One of `quantities`, by name.
 

@@ -49,11 +49,14 @@ class FeatureInWork:
     ----------
     label, kind : str
     faces : tuple of ModelFace
+    numbers : tuple of int
+        Of the faces, as `pretravel faces` lists them; empty where one of them has none.
     """
 
     label: str
     kind: str
     faces: tuple[ModelFace, ...]
+    numbers: tuple[int, ...] = ()
     tolerance: str | None = None
     nominal: float | None = None
     form: float | None = None
@@ -66,7 +69,8 @@ class FeatureInWork:
         point, direction = _nominal_place(self.faces)
         return DrawnFeature(
             kind=self.kind,
-            select=f"{_plain(self.label)}-*",
+            select="" if self.numbers else f"{_plain(self.label)}-*",
+            faces=self.numbers,
             label=self.label,
             axis=None if self.kind == "sphere" else direction,
             at=point,
@@ -97,7 +101,7 @@ class DrawnPmi:
 
     @property
     def drawing(self) -> Drawing:
-        """As `read_features` gives it."""
+        """As `read_drawing` gives it."""
         return Drawing(tuple(each.drawn for each in self.features), self.patterns, self.between)
 
 
@@ -184,7 +188,10 @@ class _Work:
             taken = {each.label for each in self.features.values()}
             while name in taken:
                 name += "x"
-            self.features[key] = FeatureInWork(name, kind, group)
+            known = [self.numbers.get(number, 0) for number in key]
+            self.features[key] = FeatureInWork(
+                name, kind, group, tuple(sorted(known)) if all(known) else ()
+            )
         return self.features[key]
 
     # Items

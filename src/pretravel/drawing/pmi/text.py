@@ -12,8 +12,8 @@ from pretravel.drawing.pmi.items import Place, Pmi, PmiDatum, Size, Tolerance
 _HEAD = """\
 # {title}
 # Features for `pretravel measure`, as docs/how-to/tolerances.md describes them.
-# Touches of a feature are those whose labels begin with its name and a hyphen: change `select`
-# where yours are called otherwise.
+# Touches of a feature are those on its faces, as `pretravel align --points` writes them; or state
+# `select = "bore1-*"`, the labels of the touches, instead of `faces`.
 """
 
 
@@ -172,8 +172,9 @@ def _comment(line: ItemLine) -> str:
 def _feature_text(own: FeatureInWork, numbers: dict[int, int]) -> str:
     drawn = own.drawn
     faces = ", ".join(str(numbers.get(face.number, f"#{face.number}")) for face in own.faces)
+    by_label = f"select = {_text(drawn.select)}  # face{'s' * (len(own.faces) > 1)} {faces}"
     lines = ["[[feature]]", f"label = {_text(drawn.label)}", f"kind = {_text(drawn.kind)}"]
-    lines.append(f"select = {_text(drawn.select)}  # face{'s' * (len(own.faces) > 1)} {faces}")
+    lines.append(f"faces = {list(drawn.faces)}" if drawn.faces else by_label)
     lines += [] if drawn.at is None else [f"at_mm = {_vector(drawn.at)}"]
     lines += [] if drawn.axis is None else [f"axis = {_vector(drawn.axis)}"]
     lines += [] if drawn.nominal is None else [f"nominal_mm = {_number(drawn.nominal)}"]

@@ -9,6 +9,7 @@ from functools import partial
 from nicegui import ui
 
 from pretravel.app import (
+    WORKS,
     ScreenState,
     Work,
     described_fields,
@@ -30,7 +31,7 @@ from pretravel.app import (
     warning,
 )
 from pretravel.base import MICROMETRE
-from pretravel.drawing.features.conformity import Conformity
+from pretravel.drawing.screen.tolerance_table import rows_in, tolerance_table
 from pretravel.drawing.screen.work import (
     FEATURE_FORM,
     FEATURES,
@@ -39,12 +40,15 @@ from pretravel.drawing.screen.work import (
     groups_of,
 )
 from pretravel.drawing.tasks.measure import BY_LABEL
-from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows
+from pretravel.drawing.tasks.measure.lines import ToleranceLine
+from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows, short_report
 from pretravel.measurement import named_feature
-from pretravel.show import decimals, number_text
+from pretravel.show import Judgement, decimals, number_text
 from pretravel.task import command_line
 
 _USUAL = ("feature", "size_tolerance", "form_tolerance", "u_machine_um")
+_OF_TABLE = ("u_machine_um", "probability")
+"""What counts where the table states the tolerances."""
 _MORE = tuple(name for name in FEATURE_FORM.names if name not in _USUAL)
 _FEATURE, _SELECT, _EACH = map(FEATURE_FORM.stored_name, ("feature", "select", "by_prefix"))
 
@@ -60,18 +64,27 @@ def features_tab(state: ScreenState, result: PartResult) -> None:
 
     by_label_at_first()
     here([state.listen], by_label_at_first)
-    if groups:
-        live([state.listen], lambda: _chips(state, groups), lambda: _chosen(state, groups))
-    with ui.element("div").classes("field-grid"):
-        described_fields(state, FEATURE_FORM, _USUAL)
-    with folded("More settings"):
-        described_fields(state, FEATURE_FORM, _MORE)
-        note(f"Labels of the points: {', '.join(labels[:8])} …")
-        file_drop(
-            state, "drawing", "Instead: all features and tolerances of the drawing",
-            endings=(".toml", ".qif", ".dmi"),
-            hint="A table [[feature]] for each, as for pretravel measure --features; or a plan",
-        )  # fmt: skip
+    file_drop(
+        state, "drawing", "The drawing (if the model states no tolerances)",
+        endings=(".toml", ".qif", ".dmi"),
+        hint="A table [[feature]] for each, as for pretravel measure --drawing; or a plan",
+    )  # fmt: skip
+    tolerance_table(state, result, lambda: WORKS.of(state, FEATURES))
+
+    def fields() -> None:
+        if rows_in(state):
+            with ui.element("div").classes("field-grid"):
+                described_fields(state, FEATURE_FORM, _OF_TABLE)
+            return
+        if groups:
+            live([state.listen], lambda: _chips(state, groups), lambda: _chosen(state, groups))
+        with ui.element("div").classes("field-grid"):
+            described_fields(state, FEATURE_FORM, _USUAL)
+        with folded("More settings"):
+            described_fields(state, FEATURE_FORM, _MORE)
+            note(f"Labels of the points: {', '.join(labels[:8])} …")
+
+    live([state.listen], fields, lambda: bool(rows_in(state)))
     built: list[bool] = []
 
     def show(result: PartFeatures) -> None:
@@ -120,21 +133,46 @@ def _shown(result: PartFeatures) -> ui.element:
     verdict_card(document.verdict, document.judgement)
     for words in document.warnings:
         warning(words)
+    lines = result.features.lines
     rows = _main_rows(feature_rows(result.features.features, result.features.relations))
     with ui.element("div").classes("table-frame").props('tabindex="0" role="region"') as frame:
-        frame.props["aria-label"] = "Features"
+        frame.props["aria-label"] = "Tolerances" if lines else "Features"
         with ui.element("table").classes("sortable feature-rows"):
+            headings = _OF_LINES if lines else _OF_ROWS
             with ui.element("thead"), ui.element("tr"):
-                for heading in ("feature", "", "before/mm", "after/mm", "tolerance", "U/µm",
-                                "verdict"):  # fmt: skip
+                for heading in headings:
                     text("th", heading).props('scope="col"')
             with ui.element("tbody"):
-                for row in rows:
+                for line in lines:
+                    _line(line)
+                for row in [] if lines else rows:
                     _row(row)
     for section in document.sections:
         folded_until_opened(section.heading, partial(section_view, section))
     folded_until_opened("Full report", lambda: document_view(document))
     return frame
+
+
+_OF_LINES = ("feature", "characteristic", "limits", "value", "U", "k", "verdict")
+_OF_ROWS = ("feature", "", "before/mm", "after/mm", "tolerance", "U/µm", "verdict")
+
+
+def _line(line: ToleranceLine) -> None:
+    """One tolerance: what fails stands first, in colour and in words."""
+    with ui.element("tr"):
+        text("th", line.feature).props('scope="row"')
+        text("td", line.named).props('data-label="characteristic"')
+        with ui.element("td"):
+            text("span", line.limits)
+            if math.isfinite(line.value):
+                _bar((line.lower, line.upper), line.value, None, line.expanded_u)
+        for heading, words in (
+            ("value", line.value_text), ("U", line.u_text), ("k", line.k_text),
+        ):  # fmt: skip
+            text("td", words, "number").props(f'data-label="{heading}"')
+        cell = ui.element("td").classes("row-verdict")
+        with cell, ui.element("span").classes(f"row-judgement {line.level}"):
+            sign_and_word(Judgement(line.level, line.words), "span")
 
 
 def _main_rows(rows: list[FeatureRow]) -> list[FeatureRow]:
@@ -155,7 +193,8 @@ def _row(row: FeatureRow) -> None:
         text("td", number_text(after, decimals(4)), "number").props('data-label="after"')
         with ui.element("td"):
             if conformity is not None:
-                _bar(conformity, before, quantity.expanded_u)
+                ends = (conformity.lower, conformity.upper)
+                _bar(ends, conformity.value, before, quantity.expanded_u)
         known = math.isfinite(quantity.expanded_u)
         expanded = number_text(quantity.expanded_u / MICROMETRE) if known else ""
         text("td", expanded, "number").props('data-label="U/µm"')
@@ -165,12 +204,12 @@ def _row(row: FeatureRow) -> None:
                     sign_and_word(row.judgement, "span")
 
 
-def _bar(conformity: Conformity, before: float | None, expanded_u: float) -> None:
+def _bar(limits: tuple[float, float], here: float, before: float | None, expanded_u: float) -> None:
     """The tolerance as a zone, the value before as a ring, that after as a dot with its U."""
-    lower, upper = conformity.lower, conformity.upper
+    lower, upper = limits
     ends = [end for end in (lower, upper) if math.isfinite(end)]
-    values = [conformity.value - expanded_u, conformity.value + expanded_u]
-    values = [value for value in values if math.isfinite(value)] or [conformity.value]
+    values = [here - expanded_u, here + expanded_u]
+    values = [value for value in values if math.isfinite(value)] or [here]
     width = max(ends[-1] - ends[0], *(abs(value - end) for value in values for end in ends))
     low, high = min(ends) - 0.5 * width, max(ends) + 0.5 * width
 
@@ -179,7 +218,7 @@ def _bar(conformity: Conformity, before: float | None, expanded_u: float) -> Non
         return 100.0 * min(max((value - low) / (high - low), 0.0), 1.0)
 
     words = (
-        f"{conformity.value:.4f} mm, tolerance {_limit(lower)} to {_limit(upper)} mm, "
+        f"{here:.4f} mm, tolerance {_limit(lower)} to {_limit(upper)} mm, "
         f"U {expanded_u / MICROMETRE:.2f} µm"
     )
     with ui.element("div").classes("tolerance-bar").props('role="img"') as bar:
@@ -192,7 +231,7 @@ def _bar(conformity: Conformity, before: float | None, expanded_u: float) -> Non
         ui.element("span").classes("whisker").style(
             f"left: {start:.2f}%; width: {end - start:.2f}%"
         )
-        ui.element("span").classes("after").style(f"left: {place(conformity.value):.2f}%")
+        ui.element("span").classes("after").style(f"left: {place(here):.2f}%")
 
 
 def _limit(value: float) -> str:
@@ -208,6 +247,10 @@ def _to_keep(work: Work) -> None:
         page_button(
             work, lambda result: result.document, _command_of,
             name="features.html",
+        )  # fmt: skip
+        page_button(
+            work, lambda result: short_report(result.document), _command_of,
+            name="tolerances.pdf", label="PDF of one or two pages",
         )  # fmt: skip
 
 

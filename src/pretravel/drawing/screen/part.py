@@ -34,7 +34,6 @@ from pretravel.app import (
     result_place,
     same_elsewhere,
     screen_places,
-    switch_field,
     table_view,
     text,
     work_status,
@@ -101,12 +100,35 @@ def _inputs(state: ScreenState) -> None:
         state, "part", "3. The part (if you have it)",
         endings=(".step", ".stp", ".iges", ".igs"),
     )  # fmt: skip
-    switch_field(state, "aligned", "The part lies anywhere: find it from the touches")
+    live(
+        [state.listen],
+        lambda: _where(state),
+        lambda: (bool(state.settings.get("aligned")), bool(state.files["part"])),
+    )
     _example(state)
     with folded("More settings"):
         described_fields(state, PART_FORM, PART_FORM.names)
     with folded("Settings of the alignment"):
         described_fields(state, ALIGN_FORM, ALIGN_FORM.names)
+
+
+def _where(state: ScreenState) -> None:
+    """Whether the touches are in the frame of the part, or the part is found from them."""
+    if not state.files["part"]:
+        return
+
+    def found(*, aligned: bool) -> None:
+        state.settings["aligned"] = aligned
+
+    if state.settings.get("aligned"):
+        note("The part may lie anywhere: it is found from the touches.")
+        words, aligned = "The touches are in the frame of the part", False
+    else:
+        note("Touches are taken in the frame of the part. Do they lie elsewhere?")
+        words, aligned = "Find the part", True
+    ui.button(words, icon="my_location", on_click=lambda: found(aligned=aligned)).props(
+        "no-caps outline"
+    )
 
 
 _EXAMPLES = {

@@ -10,10 +10,22 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.app import Inputs, Job, ScreenState, TaskForm, own_map, with_file_names
+from pretravel.app import (
+    Inputs,
+    Job,
+    ScreenState,
+    StoredFile,
+    TaskForm,
+    own_map,
+    with_file_names,
+)
 from pretravel.base import FloatArray, IntArray, PretravelError, temporary_folder
+from pretravel.drawing.pmi.model import read_model_drawing
+from pretravel.drawing.screen.rows import ToleranceRow, drawing_of, restored, rows_of
 from pretravel.drawing.tasks.align import Align, AlignedPart
 from pretravel.drawing.tasks.measure import Measure, MeasuredFeatures
+from pretravel.drawing.tolerances.features_file import Drawing, read_drawing
+from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 from pretravel.files import read_points
 from pretravel.maps import PretravelMap
 from pretravel.measurement import contact_slide, label_prefix, point_budget, points_at
@@ -26,7 +38,9 @@ from pretravel.uncertainty import Budget
 
 PART_FORM = TaskForm(Compensate, shared=("units", "feed"))
 ALIGN_FORM = TaskForm(Align, without=("tip_diameter", "extrapolate"), prefix="align_")
-FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"}, prefix="measure_")
+FEATURE_FORM = TaskForm(Measure, start={"feature": "plane"}, without=("annex",), prefix="measure_")
+TOLERANCES = "tolerances"
+"""Setting with the rows of the table of tolerances."""
 _OF_DRAWING = ("association", "probability", "u_machine_um")
 """Settings that go with a drawing, which states the others for each feature."""
 _MEASURED_FACES = ("plane", "cylinder", "cone", "sphere", "torus")
@@ -214,9 +228,15 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     """
     drawing = inputs.optional_file("drawing")
     given = FEATURE_FORM.given(inputs.settings)
+    rows = restored(str(inputs.settings.get(TOLERANCES) or ""))
+    if rows:
+        given = {name: given[name] for name in _OF_DRAWING if name in given}
+        given |= {"drawing": Path("drawing.toml"), "part": inputs.optional_file("part")}
+        task = Measure(points=Path("points.csv"), output=_FEATURES, **given)
+        return _measured(result, task, drawing=drawing_of(rows))
     if drawing is not None:
         given = {name: given[name] for name in _OF_DRAWING if name in given}
-        given |= {"features": drawing, "part": inputs.optional_file("part")}
+        given |= {"drawing": drawing, "part": inputs.optional_file("part")}
     return _measured(result, Measure(points=Path("points.csv"), output=_FEATURES, **given))
 
 
@@ -257,22 +277,59 @@ def _pattern(labels: Sequence[str], rows: IntArray) -> tuple[str, ...]:
 
 
 def _measured(
-    result: PartResult, task: Measure, rows: IntArray | None = None, label: str = ""
+    result: PartResult,
+    task: Measure,
+    rows: IntArray | None = None,
+    label: str = "",
+    drawing: Drawing | None = None,
 ) -> PartFeatures:
     # The points as a file of them has them, so that the command finds the same last digit.
     with temporary_folder() as folder:
         result.write_points(folder / "points.csv")
         points = read_points(folder / "points.csv")
+    if result.part is not None and result.face is not None:
+        numbers = np.array([face.number for face in result.part.faces], dtype=np.int64)
+        points = replace(points, face=numbers[result.face])
     if rows is not None:
         points = replace(points_at(points, rows), labels=(label,) * len(rows))
         found = replace(task, select=(label,)).measured(points)
+    elif drawing is not None:
+        found = task.measured(points, task.wanted_of(drawing, part=result.part), result.part)
     else:
-        found = task.measured(points)
+        found = task.measured(points, part=result.part if task.part is not None else None)
     same = with_file_names(task) if rows is None or task.select else None
     return PartFeatures(found, found.document(), same)
 
 
 _FEATURES = Path("features.csv")
+
+
+def filled_rows(part: StoredFile | None, drawing: StoredFile | None) -> list[ToleranceRow]:
+    """The rows of a drawing; without one, those of the model's own tolerances (PMI).
+
+    Raises
+    ------
+    PretravelError
+        Neither a drawing nor a model is there, or one that cannot be read.
+    """
+    with temporary_folder() as folder:
+        if drawing is not None:
+            path = folder / drawing.name
+            path.write_bytes(drawing.content)
+            if path.suffix.lower() in PLAN_ENDINGS:
+                return rows_of(read_plan_features(path)[0])
+            return rows_of(read_drawing(path))
+        if part is None or not part.name.lower().endswith((".step", ".stp")):
+            raise PretravelError("drop the STEP file of the part, or the file of its drawing")
+        path = folder / part.name
+        path.write_bytes(part.content)
+        model = read_model_drawing(path)
+        if not model.has_pmi:
+            raise PretravelError(
+                f"{part.name} states no tolerances (semantic PMI of AP242): take a row for each "
+                "touched face, and type them"
+            )
+        return rows_of(model.drawn.drawing)
 
 
 def example_map(folder: Path) -> tuple[str, bytes]:
@@ -310,7 +367,7 @@ FEATURES = Job(
     "features",
     measure_newest,
     "Measuring the features",
-    settings=FEATURE_FORM.stored,
+    settings=(*FEATURE_FORM.stored, TOLERANCES),
     files=("drawing", "part"),
     needs=("touches",),
     after=(COMPENSATION,),

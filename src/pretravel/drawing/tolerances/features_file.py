@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +15,15 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 )
 
 
+def face_name(faces: Sequence[int]) -> str:
+    """The name of a feature that is called by its faces.
+
+    >>> face_name([3]), face_name([3, 4])
+    ('face3', 'face3,4')
+    """
+    return f"face{','.join(map(str, faces))}"
+
+
 @dataclass(frozen=True)
 class DrawnFeature:
     """One feature of a drawing; the words are those of the options of `pretravel measure`.
@@ -20,10 +31,11 @@ class DrawnFeature:
     Attributes
     ----------
     kind : str
+        Empty: that of its faces, from the part.
     select : str
         Its points by label, with * and ?, or by number.
     label : str
-        Its name; the selection when empty.
+        Its name; the faces or the selection when empty.
     association : str or None
         gaussian, minimum-zone, inscribed, circumscribed or tangent. None: that of the option.
     axis, at : tuple of float or None
@@ -38,10 +50,13 @@ class DrawnFeature:
         Tolerances to datums, which are other features of the drawing.
     form_association : str or None
         By which the form is decided: minimum-zone or gaussian. None: that of the option.
+    faces : tuple of int
+        Its points by the faces on which they lie, as `pretravel faces` numbers them; instead of
+        `select`.
     """
 
-    kind: str
-    select: str
+    kind: str = ""
+    select: str = ""
     label: str = ""
     association: str | None = None
     axis: tuple[float, float, float] | None = None
@@ -52,9 +67,32 @@ class DrawnFeature:
     form_tolerance: float | None = None
     geometric: tuple[GeometricTolerance, ...] = ()
     form_association: str | None = None
+    faces: tuple[int, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Its label, or what chooses its points."""
+        return self.label or self.select or face_name(self.faces)
+
+    @property
+    def has_tolerances(self) -> bool:
+        """Whether the drawing allows it anything."""
+        stated = (self.tolerance, self.position_tolerance, self.form_tolerance)
+        return bool(self.geometric) or any(each is not None for each in stated)
 
     def __post_init__(self) -> None:
-        if self.association is not None:
+        if bool(self.select) == bool(self.faces):
+            raise PretravelError(
+                f"feature '{self.label}' states both faces and select: state one of them"
+                if self.faces
+                else f"feature '{self.label}' states neither faces nor select: state the faces of "
+                "its points (faces = [3]), or their labels"
+            )
+        if not self.kind and not self.faces:
+            raise PretravelError(f"feature '{self.name}' needs its kind: plane, cylinder, bore, …")
+        if any(number < 1 for number in self.faces):
+            raise PretravelError(f"feature '{self.name}': faces are counted from 1")
+        if self.association is not None and self.kind:
             try:
                 check_criterion(self.association, self.kind)
             except PretravelError as error:  # of a key, not of an option
@@ -158,7 +196,7 @@ class Drawing:
     @property
     def names(self) -> list[str]:
         """Of the features, in order."""
-        return [each.label or each.select for each in self.feature]
+        return [each.name for each in self.feature]
 
 
 _STRUCTURE = TomlStructure(hint="docs/how-to/tolerances.md shows a whole file")
@@ -173,7 +211,7 @@ _STRUCTURE.table(GeometricTolerance, zone="tolerance_mm")
 _STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm")
 
 
-def read_features(path: str | Path) -> Drawing:
+def read_drawing(path: str | Path) -> Drawing:
     r"""Read the features of a drawing: one table ``[[feature]]`` for each.
 
     Tables ``[[feature.geometric]]`` are tolerances to datums, ``[[pattern]]`` positions of several
@@ -197,7 +235,7 @@ def read_features(path: str | Path) -> Drawing:
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "features.toml"
     >>> text = '[[feature]]\nkind = "bore"\nselect = "bore1*"\nnominal_mm = 20.0\n'
-    >>> read_features(path.write_text(text) and path).feature[0].nominal
+    >>> read_drawing(path.write_text(text) and path).feature[0].nominal
     20.0
     """
     document = read_toml(path, "file of features")
@@ -209,3 +247,39 @@ def read_features(path: str | Path) -> Drawing:
         if str(path) in str(error):
             raise
         raise PretravelError(f"{path}: {error}", inputs=error.inputs) from None
+
+
+def drawing_text(drawing: Drawing) -> str:
+    """A drawing as the file that `read_drawing` reads.
+
+    Parameters
+    ----------
+    drawing : Drawing
+
+    >>> print(drawing_text(Drawing((DrawnFeature("plane", faces=(3,), form_tolerance=0.02),))))
+    [[feature]]
+    kind = "plane"
+    form_tolerance_mm = 0.02
+    faces = [3]
+    <BLANKLINE>
+    """
+    blocks = []
+    for each in drawing.feature:
+        blocks.append(_table_text("[[feature]]", each))
+        blocks += [_table_text("[[feature.geometric]]", one) for one in each.geometric]
+    blocks += [_table_text("[[pattern]]", each) for each in drawing.pattern]
+    blocks += [_table_text("[[between]]", each) for each in drawing.between]
+    return "\n".join(blocks)
+
+
+def _table_text(
+    head: str, value: DrawnFeature | GeometricTolerance | DrawnPattern | DrawnRelation
+) -> str:
+    keys = _STRUCTURE.keys(type(value))
+    stated = {key: getattr(value, name) for name, key in keys.items() if name != "geometric"}
+    lines = [
+        f"{key} = {json.dumps(each, ensure_ascii=False)}"
+        for key, each in stated.items()
+        if each is not None and each not in ("", ())
+    ]
+    return "\n".join([head, *lines]) + "\n"

@@ -81,6 +81,11 @@ class InspectedFeature:
         """All that is stated of the feature, with what its tolerances to datums ask."""
         return (*self.feature.stated, *(each.quantity for each in self.geometric))
 
+    def __getitem__(self, name: str) -> Quantity:
+        """A quantity by its name: ``bore["diameter"]``, ``bore["position to A|B|C"]``."""
+        found = next((each.quantity for each in self.geometric if each.quantity.name == name), None)
+        return self.feature[name] if found is None else found
+
     def with_geometric(self, results: Sequence[GeometricResult]) -> InspectedFeature:
         """With the results of its tolerances to datums."""
         decided = [decided_if_known(each.conformity, self.feature) for each in results]
@@ -108,6 +113,8 @@ class Together:
     u_machine : float
         Standard uncertainty of a length by other causes than the probe. [mm]
     remarks : tuple of str
+    tolerance : str
+        With its datums, as of `GeometricTolerance.name`; empty for a distance or an angle.
     """
 
     labels: tuple[str, ...]
@@ -115,6 +122,30 @@ class Together:
     conformity: Conformity
     u_machine: float
     remarks: tuple[str, ...] = ()
+    tolerance: str = ""
+
+    @property
+    def name(self) -> str:
+        return ", ".join(self.labels)
+
+
+@dataclass(frozen=True)
+class OpenTolerance:
+    """A tolerance of a drawing that was not decided, since something was not measured.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    characteristic : str
+    limits : pair of float
+        [mm, or degrees of an angle]
+    reason : str
+    """
+
+    labels: tuple[str, ...]
+    characteristic: str
+    limits: tuple[float, float]
+    reason: str
 
     @property
     def name(self) -> str:

@@ -30,7 +30,8 @@ def without_searches(found: FileReadings | FilePositions) -> FileReadings | File
     """Keep the last touch of each place that was touched twice, one after the other.
 
     Where the feeds are known, a touch is left out if the next one is slower at the same place. Else
-    the touches must be pairs, and the second one of each is kept.
+    the touches must be pairs, and the second one of each is kept; or each place was touched three
+    times (five …), and the last one of each is kept.
 
     Parameters
     ----------
@@ -53,16 +54,21 @@ def without_searches(found: FileReadings | FilePositions) -> FileReadings | File
         touches = found.touches
         lines = touches.lines or tuple(range(1, len(touches) + 1))
         keep = _last_ones(touches.positions, touches.feeds, None, lines, touches.source or "")
-        told = (*found.warnings, _left_out(keep))
+        left_out = _left_out(keep, by_feeds=touches.feeds is not None)
+        told = (*found.warnings, left_out)
         return replace(found, touches=touches.take(keep), warnings=told)
     keep = _last_ones(found.positions, found.feeds, found.contact, found.lines, found.path)
-    understood = "; ".join(filter(None, (found.understood, _left_out(keep))))
+    left_out = _left_out(keep, by_feeds=found.feeds is not None)
+    understood = "; ".join(filter(None, (found.understood, left_out)))
     return replace(found.take(keep), understood=understood)
 
 
-def _left_out(keep: BoolArray) -> str:
+def _left_out(keep: BoolArray, *, by_feeds: bool) -> str:
     count = int(np.sum(~keep))
-    return f"{count} fast touch{'es' if count != 1 else ''} before slow ones left out"
+    touches = f"touch{'es' if count != 1 else ''}"
+    if not by_feeds:
+        return f"{count} earlier {touches} of their places left out"
+    return f"{count} fast {touches} before slow ones left out"
 
 
 def follows_its_search(
@@ -204,6 +210,18 @@ def _first_of_several(positions: FloatArray, normals: FloatArray | None) -> tupl
     return (("first",) + ("second",) * (size - 1)) * places
 
 
+def _odd_size(positions: FloatArray) -> int:
+    """How often each place was touched in turn, where the number is the same and odd; otherwise 0.
+
+    Of an even number, half can be searches: they are pairs.
+    """
+    apart = np.linalg.norm(np.diff(positions, axis=0), axis=1) >= _ONE_PLACE
+    ends = np.concatenate([[-1], np.flatnonzero(apart), [len(positions) - 1]])
+    sizes = set(np.diff(ends).tolist())
+    size = int(sizes.pop())
+    return size if not sizes and size > 1 and size % 2 else 0
+
+
 def _last_ones(
     positions: FloatArray,
     feeds: FloatArray | None,
@@ -216,6 +234,10 @@ def _last_ones(
         keep[:-1] = ~follows_its_search(positions, feeds, contact)[1:]
         return keep
     touched = [row for row in range(len(positions)) if contact is None or contact[row]]
+    size = _odd_size(positions[touched])
+    if size:
+        keep[[row for place, row in enumerate(touched) if (place + 1) % size]] = False
+        return keep
     while touched:
         first, second = touched[0], touched[1] if len(touched) > 1 else touched[0]
         far = float(np.linalg.norm(positions[second] - positions[first]))

@@ -227,7 +227,16 @@ def calibration_budget(
         Of the mean pretravel of one direction.
     """
     own = own_repeatability(calibration, count or min(d.count for d in calibration.directions))
-    return tuple(components) if own is None else (*rig_sources(components), own)
+    stated = (*components, *step_of_ruler(calibration))
+    return stated if own is None else (*rig_sources(stated), own)
+
+
+def step_of_ruler(calibration: RigCalibration) -> tuple[LengthComponent, ...]:
+    """The line of a coarse step of the ruler, which repeats and directions can have in common."""
+    if not calibration.u_step:
+        return ()
+    name = f"step of the ruler ({calibration.step / MICROMETRE:.4g} µm)"
+    return (LengthComponent(name, "B", calibration.u_step),)
 
 
 def rig_sources(components: Sequence[LengthComponent]) -> tuple[LengthComponent, ...]:

@@ -15,6 +15,7 @@ from pretravel.laboratory.rig.lobes import scatter_about_lobes
 from pretravel.laboratory.rig.outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.maps import BEFORE_CONTACT, LARGEST_PRETRAVEL
+from pretravel.qualification import kept_by_repeats, refuse_coarse
 from pretravel.uncertainty import COVERAGE, COVERAGE_FACTOR, coverage_factor
 
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)(?:p(\d+(?:\.\d+)?))?_\d+$")
@@ -144,6 +145,9 @@ class RigCalibration:
         not the repeatability.
     probability : float
         Of the intervals.
+    step, u_step : float
+        Of the ruler, where it is coarser than the sampling, and the standard uncertainty of a
+        pretravel by the step, which repeats do not reduce; otherwise zero. [mm]
     """
 
     touches: tuple[RigTouch, ...]
@@ -161,6 +165,8 @@ class RigCalibration:
     with_outliers: RigCalibration | None
     starts_differ: bool
     probability: float
+    step: float = 0.0
+    u_step: float = 0.0
 
     def __repr__(self) -> str:
         return (
@@ -316,6 +322,7 @@ def calibrate_rig(
         )
     excluded = _excluded_traces(touches, exclude)
     evaluated = _plausible_touches([t for t in touches if t.trace not in excluded])
+    refuse_coarse(max(touch.step for touch in evaluated), "the traces")
     with_all = _calibration(touches, evaluated, excluded, probability)
     outliers = _trace_outliers(evaluated) if search_outliers else []
     if not outliers:
@@ -377,7 +384,12 @@ def _calibration(
         key=lambda d: (math.isnan(d.azimuth), abs(d.polar - 0.5 * math.pi), d.azimuth, d.name)
     )
     repeatability = _pooled_repeatability(directions, groups, probability)
-    directions = _with_pooled_scatter(directions, groups, repeatability)
+    step = max(touch.step for touch in evaluated)
+    # Both ends of a pretravel are read in steps.
+    u_step = math.sqrt(2.0) * kept_by_repeats(
+        step, repeatability.measured / math.sqrt(2.0) if repeatability.dof > 0.0 else 0.0
+    )
+    directions = _with_pooled_scatter(directions, groups, repeatability, u_step)
     means = np.array([d.pretravel for d in directions])
     shifts = _shifts(evaluated)
     without = [t.trace for t in touches if not math.isfinite(t.pretravel)]
@@ -386,9 +398,11 @@ def _calibration(
         directions=tuple(directions),
         repeatability=repeatability,
         pretravel=float(means.mean()),
-        u_pretravel=_u_of_overall_mean(directions, repeatability),
+        u_pretravel=math.hypot(_u_of_overall_mean(directions, repeatability), u_step),
         anisotropy=_range_of(means.tolist()),
-        anisotropy_interval=frozen(_anisotropy_interval(directions, repeatability, probability)),
+        anisotropy_interval=frozen(
+            _anisotropy_interval(directions, repeatability, probability, u_step)
+        ),
         hysteresis=float(shifts.mean()) if len(shifts) else math.nan,
         largest_hysteresis=float(shifts[np.argmax(np.abs(shifts))]) if len(shifts) else math.nan,
         left_out=tuple(name for name in without if name not in excluded),
@@ -399,6 +413,8 @@ def _calibration(
             d.count > 1 and d.trigger_range > 3.0 * max(d.pretravel_range, 1e-5) for d in directions
         ),
         probability=probability,
+        step=step,
+        u_step=u_step,
     )
 
 
@@ -486,8 +502,9 @@ def _with_pooled_scatter(
     directions: Sequence[DirectionPerformance],
     groups: Mapping[str, Sequence[RigTouch]],
     repeatability: Spread,
+    u_step: float,
 ) -> list[DirectionPerformance]:
-    """The directions with the uncertainties that the repeats of all of them give.
+    """The directions with the uncertainties that the repeats of all of them and the step give.
 
     Two or three repeats of one direction alone would often state too small an uncertainty.
     """
@@ -497,15 +514,18 @@ def _with_pooled_scatter(
     found = []
     for d in directions:
         shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
-        u = repeatability.value / math.sqrt(d.count)
+        u = math.hypot(repeatability.value / math.sqrt(d.count), u_step)
+        # Few repeats may be alike by chance; edges between samples are not.
+        expanded = max(factor * repeatability.measured, edges) / math.sqrt(d.count)
         found.append(
             replace(
                 d,
                 u_pretravel=u,
-                # Few repeats may be alike by chance; edges between samples are not.
-                expanded_pretravel=max(factor * repeatability.measured, edges) / math.sqrt(d.count),
-                u_hysteresis=u_hysteresis / shown,
-                expanded_hysteresis=expanded_hysteresis / shown,
+                expanded_pretravel=math.hypot(expanded, COVERAGE_FACTOR * u_step),
+                u_hysteresis=math.hypot(u_hysteresis / shown, u_step),
+                expanded_hysteresis=math.hypot(
+                    expanded_hysteresis / shown, COVERAGE_FACTOR * u_step
+                ),
             )
         )
     return found
@@ -564,7 +584,10 @@ def _u_of_overall_mean(directions: Sequence[DirectionPerformance], repeatability
 
 
 def _anisotropy_interval(
-    directions: Sequence[DirectionPerformance], repeatability: Spread, probability: float
+    directions: Sequence[DirectionPerformance],
+    repeatability: Spread,
+    probability: float,
+    u_step: float,
 ) -> FloatArray:
     """Coverage interval of the largest difference of two means (Tukey, Kramer), (2,). [mm]"""
     if repeatability.dof <= 0.0 or len(directions) == 1:
@@ -579,4 +602,5 @@ def _anisotropy_interval(
             *(((math.inf, repeatability.value),) if repeatability.of_sampling else ()),
         )
     )
+    half = math.hypot(half, COVERAGE_FACTOR * math.sqrt(2.0) * u_step)
     return np.array([max(measured - half, 0.0), measured + half])

@@ -15,6 +15,7 @@ from pretravel.laboratory.rig.signals import (
     LevelChange,
     RodMotion,
     RulerPosition,
+    coarse_step,
     laser_at_edge,
     laser_kink,
     level_changes,
@@ -94,6 +95,7 @@ def rig_touch(trace: RigTrace) -> RigTouch:
         zero_shift=record.laser_after - record.laser_before,
         feed=motion.speed * 60.0,
         notes=tuple(notes),
+        step=coarse_step(trace, motion.speed * trace.interval),
     )
 
 

@@ -14,6 +14,7 @@ from pretravel.laboratory.rig.budget import (
     length_budget,
     own_repeatability,
     rig_sources,
+    step_of_ruler,
 )
 from pretravel.laboratory.rig.calibration import RigCalibration
 from pretravel.maps import DirectionSupport, Origin, PretravelMap, Provenance, TabulatedBasis
@@ -54,7 +55,8 @@ def rig_map(
             "(rig_+Z_1)"
         )
     support = DirectionSupport(from_angles(np.array([d.polar for d in directions]), azimuths))
-    common = length_budget(rig_sources(components), abs(calibration.pretravel)).combined
+    shared = (*rig_sources(components), *step_of_ruler(calibration))
+    common = length_budget(shared, abs(calibration.pretravel)).combined
     own = [own_repeatability(calibration, d.count) for d in directions]
     # What uses a map takes k = 2: of few repeats, that of Student's t is in the standard deviation.
     variances = [

@@ -164,6 +164,18 @@ def _run_around(inside: BoolArray, place: int) -> tuple[int, int]:
     )
 
 
+def coarse_step(trace: RigTrace, gap: float) -> float:
+    """The step of the ruler where the line through an edge can lie within one; otherwise zero. [mm]
+
+    Parameters
+    ----------
+    trace : RigTrace
+    gap : float
+        Travel between two samples. [mm]
+    """
+    return trace.step if trace.step > 2 * _EDGE_SAMPLES * gap else 0.0
+
+
 def ruler_at_edge(trace: RigTrace, edge: int, moving: slice, noise: float) -> RulerPosition:
     """Ruler half-way between the two samples where a level changed.
 
@@ -182,6 +194,7 @@ def ruler_at_edge(trace: RigTrace, edge: int, moving: slice, noise: float) -> Ru
         # Where the rod starts, stops or stands: the samples themselves.
         near = trace.ruler[max(edge - 2, 0) : edge + 2]
         step = abs(float(trace.ruler[edge] - trace.ruler[edge - 1]))
+        step = max(step, coarse_step(trace, step))
         u = math.sqrt(noise**2 / len(near) + step**2 / 12.0)
         return RulerPosition(float(np.median(near)), u)
     when = 0.5 * (trace.time[edge - 1] + trace.time[edge])
@@ -193,8 +206,10 @@ def ruler_at_edge(trace: RigTrace, edge: int, moving: slice, noise: float) -> Ru
     dof = max(len(t) - 2, 1)
     scatter = max(float(np.sum((r - design @ solution) ** 2)) / dof, noise**2)
     cofactor = float(np.linalg.inv(design.T @ design)[0, 0])
-    # The edge lies anywhere between its two samples: a rectangular distribution.
+    # The edge lies anywhere between its two samples, or in the step of the ruler that contains the
+    # line: a rectangular distribution.
     gap = abs(float(solution[1])) * float(trace.time[edge] - trace.time[edge - 1])
+    gap = max(gap, coarse_step(trace, gap))
     return RulerPosition(float(solution[0]), math.sqrt(scatter * cofactor + gap**2 / 12.0))
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, PretravelError, frozen
+from pretravel.qualification import step_of_readings
 
 REFERENCE_TEMPERATURE = 20.0
 """Of dimensions (ISO 1). [°C]"""
@@ -75,6 +77,11 @@ class RigTrace:
         """Median time between samples. [s]"""
         return float(np.median(np.diff(self.time)))
 
+    @cached_property
+    def step(self) -> float:
+        """The step in which the ruler is read; zero where none is seen. [mm]"""
+        return step_of_readings(self.ruler)
+
 
 @dataclass(frozen=True)
 class RigTouch:
@@ -96,6 +103,8 @@ class RigTouch:
         Speed of the rod at contact. [mm/min]
     notes : tuple of str
         Irregularities of the signals, as sentences.
+    step : float
+        Of the ruler, where the line through an edge can lie within one; otherwise zero. [mm]
     """
 
     trace: str
@@ -110,6 +119,7 @@ class RigTouch:
     zero_shift: float
     feed: float
     notes: tuple[str, ...]
+    step: float = 0.0
 
     @property
     def pretravel(self) -> float:

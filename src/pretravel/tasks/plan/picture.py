@@ -60,7 +60,7 @@ def part_view(part: Part, title: str = "") -> View:
     else:
         note = "too many faces for their numbers: point at the middle of a face"
     count = f"{len(numbers)} face{'s' * (len(numbers) != 1)}"
-    chart = SpaceChart("Faces and their numbers", tuple(marks), "part", note=note)
+    chart = SpaceChart("Faces and their numbers", tuple(marks), "part", note=note, bare=True)
     return View(f"{title or part.name}: {count}", (chart,))
 
 

@@ -1,4 +1,4 @@
-"""Make probing programs for LinuxCNC: on a sphere, on a part, and subroutines to call by hand."""
+"""Make probing programs for LinuxCNC, and subroutines to call by hand."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
-from pretravel.base import ANGLE, DEGREE, PretravelError
+from pretravel.base import ANGLE, DEGREE, FEED, PretravelError
 from pretravel.task import (
     FOLDER,
     PROGRAMS,
@@ -26,6 +26,7 @@ from pretravel.task import (
     Turn,
     Vector,
     When,
+    angles,
     feeds_list,
     is_shape,
     output,
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 
 _RINGS = "0,20,40,60,75,90"
 _TOUCHES_ON_THE_EQUATOR = 24
+_RINGS_OF_AXIS = "0,40,80"
+_TOUCHES_AT_AN_ANGLE = 8
 _RINGS_PATTERN = When("pattern", ("rings",))
 _NAMED = 20
 """Targets that are left out and named."""
@@ -185,11 +188,7 @@ class ProgramSphere(ProgramTask):
         from pretravel.files import read_machine
         from pretravel.touches import Targets
 
-        if self.shank >= self.diameter:
-            raise PretravelError(
-                f"a shank of {self.shank:g} mm: it must be thinner than the sphere",
-                inputs=("shank", "diameter"),
-            )
+        _check_shank(self.shank, self.diameter)
         known = read_machine(self.machine)
         normals = self._directions() @ probe_rotation(rotation=self.turn_deg * DEGREE).T
         middle, radius = np.array(self.center), 0.5 * self.diameter
@@ -216,6 +215,124 @@ class ProgramSphere(ProgramTask):
             count = _TOUCHES_ON_THE_EQUATOR if self.count is None else self.count
             return ring_pattern([angle * DEGREE for angle in rings.degrees], count)
         return patterns()[self.pattern]()
+
+
+class ProgramAxis(ProgramTask):
+    """Touch a reference sphere at several angles of a rotary axis, for pretravel axis.
+
+    The centre of the sphere at the first angle and a place on the axis are known roughly: the
+    sphere may be off by less than clearance_mm, and is off by up to twice the error of the axis.
+    The axis turns while the tip is at the safe height. At each angle the same directions are
+    touched; labels of the log begin with the angle. The control must not move X, Y and Z with the
+    axis (tool centre point): M429 in LinuxCNC's sample of xyzac-trt-kins.
+    """
+
+    name = "program axis"
+    group = "Control"
+    example = (
+        "pretravel program axis mill.toml --axis C --angles 0:300:60 --diameter 25 "
+        "--center 60,0,0 --about 0,0,0 -o axis.ngc"
+    )
+
+    machine: MachinePath
+    axis: Annotated[
+        Literal["A", "B", "C"], Field(help="Rotary axis: A lies along x, B along y, C along z.")
+    ]
+    angles: Annotated[
+        Angles,
+        Field(
+            help="Angles of the axis, in degrees, in their order: three or more.",
+            parse=angles,
+            metavar="ANGLES",
+        ),
+    ]
+    diameter: Annotated[float, REFERENCE_SPHERE]
+    center: Annotated[
+        Vector,
+        Field(
+            help="Centre of the sphere at the first angle, in work coordinates, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ]
+    about: Annotated[
+        Vector,
+        Field(
+            help="A place on the axis, in work coordinates, in mm; along the axis any.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ]
+    sense: Annotated[
+        Literal["against", "with"],
+        Field(
+            help="against: the sphere turns against the angle, right-handed about the machine's "
+            "axis, as on a table; with: it turns with the angle.",
+        ),
+    ] = "against"
+    turning_feed: Annotated[
+        float, Field(help="Feed of the rotary axis, in degrees/min.", range=FEED)
+    ] = 1000.0
+    polar: Annotated[
+        Angles,
+        Field(
+            help="Polar angles of the rings, in degrees; 90 is the equator.",
+            parse=polar_angles,
+            metavar="ANGLES",
+        ),
+    ] = Angles(_RINGS_OF_AXIS)
+    count: Annotated[
+        int,
+        Field(help="Touches on the equator; other rings are as dense.", range=(1, 10_000)),
+    ] = _TOUCHES_AT_AN_ANGLE
+    shank: Annotated[
+        float,
+        Field(
+            help="Diameter of a vertical shank below the sphere, in mm; 0: none.",
+            range=(0.0, 1000.0),
+            unit="mm",
+            only=(When("axis", ("C",)),),
+        ),
+    ] = 0.0
+
+    def run(self, progress: Progress = SILENT) -> PlannedProgram:
+        """Plan the touches at all angles, and the moves between them.
+
+        Raises
+        ------
+        PretravelError
+            As `plan_axis_program`.
+        """
+        import numpy as np
+
+        from pretravel.base import ring_pattern
+        from pretravel.controls import SphereObstacle, TurnedSphere, plan_axis_program
+        from pretravel.files import read_machine
+
+        _check_shank(self.shank, self.diameter)
+        known = read_machine(self.machine)
+        normals = ring_pattern([angle * DEGREE for angle in self.polar.degrees], self.count)
+        obstacle = SphereObstacle(np.array(self.center), 0.5 * self.diameter, self.shank)
+        sense = -1 if self.sense == "against" else 1
+        with progress.working("planning"):
+            program = plan_axis_program(
+                TurnedSphere(self.axis, np.array(self.about), sense, obstacle),
+                [angle * DEGREE for angle in self.angles.degrees],
+                normals,
+                known,
+                turning_feed=self.turning_feed,
+                feeds=self.feeds or (),
+                repeats=self.repeats,
+            )
+        return _planned(self, program)
+
+
+def _check_shank(shank: float, diameter: float) -> None:
+    if shank >= diameter:
+        raise PretravelError(
+            f"a shank of {shank:g} mm: it must be thinner than the sphere",
+            inputs=("shank", "diameter"),
+        )
 
 
 class ProgramPart(ProgramTask):

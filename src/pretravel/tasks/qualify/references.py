@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +13,7 @@ from pretravel.task import PAGES, Field, Progress, Result, Task, with_reading
 from pretravel.tasks.qualify.several_tips import STAR
 
 if TYPE_CHECKING:
-    from pretravel.files import FileReadings
+    from pretravel.files import FileReadings, ReadingOptions
     from pretravel.maps import SetupOptions
     from pretravel.qualification import Qualification, Reference, ReferenceFit
     from pretravel.show import Document
@@ -199,6 +199,19 @@ def references_of(
             f"two references are called {double[0]}", inputs=("reference", "block")
         )
     return found
+
+
+def on_references(options: ReadingOptions, references: Sequence[Reference]) -> ReadingOptions:
+    """What is known of the files: work offsets move references as a whole, without a plan.
+
+    The touches of one round reference alone get their normals from its centre.
+    """
+    options = replace(options, anywhere=options.plan is None)
+    shape = references[0].shape if len(references) == 1 else ""
+    size = references[0].sizes[0] if len(references) == 1 and references[0].sizes else None
+    if shape in ("ring", "pin"):
+        return replace(options, ring=True, pin=shape == "pin", reference_diameter=size)
+    return replace(options, reference_diameter=size) if shape == "sphere" else options
 
 
 def fitted_references(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -312,16 +313,21 @@ def qualification_view(qualification: Qualification, title: str = "") -> View:
         directions,
         [("pretravel", observed / MICROMETRE, False), ("residual", residuals, True)],
     )
-    around = map_and_touches(pretravel_map, directions, observed, labels)
+    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
+    # A touch that the map leaves out sets no scale: it is named where the residuals stand.
+    used = np.setdiff1d(np.arange(len(directions)), outliers)
+    own = tuple(labels[row] for row in used)
+    around = map_and_touches(pretravel_map, directions[used], observed[used], own)
+    if outliers:
+        around = replace(around, note=f"{around.note} Outliers are not drawn here.")
     if is_ring(directions):
         return View(title, (around, _residuals_on_ring(qualification, directions, labels)), 2)
-    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
-    scale = Scale.of("touch less map", "µm", residuals, signed=True)
+    scale = Scale.of("touch less map", "µm", residuals[used], signed=True)
     by_place = chart_by_place(
         directions, residuals, scale, "residuals by place", labels=labels,
         groups=qualification.groups, ringed=("named as outlier", outliers),
     )  # fmt: skip
-    body = map_body(pretravel_map, directions, observed, labels)
+    body = map_body(pretravel_map, directions[used], observed[used], own)
     return View(title, (map_top_view(pretravel_map), around, by_place, body), 2)
 
 

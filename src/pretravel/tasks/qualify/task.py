@@ -36,6 +36,7 @@ from pretravel.tasks.qualify.references import (
     OnReferences,
     QualifiedReferences,
     fitted_references,
+    on_references,
     references_of,
     size_warnings,
 )
@@ -243,7 +244,9 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             u_temperature=self.u_temperature,
             form=form if self.stated("sphere_form_um") else None,
         )
-        readings = self.read_touches(progress, tip_diameter=self.tip_diameter).in_machine_axes()
+        options = self.reading_options(tip_diameter=self.tip_diameter, exclude=self.exclude)
+        options = on_references(options, references)
+        readings = self.read_with(options, progress).in_machine_axes()
         setup: SetupOptions = {
             "tip_diameter": self.tip_diameter,
             "sphere_form": form,

@@ -6,7 +6,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.base import DELAY, DISTANCE, FEED, FRICTION, MICROMETRE, NOISE, limits
+from pretravel.base import (
+    DELAY,
+    DISTANCE,
+    FEED,
+    FRICTION,
+    MICROMETRE,
+    NOISE,
+    PretravelError,
+    limits,
+)
 from pretravel.task import (
     CONTACT_MODEL,
     GRAVITY,
@@ -83,7 +92,7 @@ class Simulate(PlacedPart, Reported):
         float,
         Field(
             help="Coulomb's coefficient of friction at the tip: with 0 the tip slides freely, with "
-            "1000 it sticks.",
+            "1000 it sticks; the default is friction of [tip] in the description.",
             range=FRICTION,
             without=(_A_MAP,),
         ),
@@ -147,6 +156,7 @@ class Simulate(PlacedPart, Reported):
 
         placement = self.placement()
         known, name = self._known()
+        known, friction = self._friction_at_the_tip(known)
         shape = parse_surface(self.surface)
         wanted = read_targets(self.targets, shape, approach=self.approach)
         setup = simulation.PartSetup(
@@ -155,7 +165,7 @@ class Simulate(PlacedPart, Reported):
                 if isinstance(known, Probe)
                 else material(self.workpiece)
             ),
-            friction=self.friction,
+            friction=friction,
             clearance=self.clearance,
             check_stylus=self.stem,
             placement=placement,
@@ -183,6 +193,23 @@ class Simulate(PlacedPart, Reported):
         return SimulatedPart(
             self, f"{name} on {self.surface}", shape, simulated, placement, tuple(warnings)
         )
+
+    def _friction_at_the_tip(
+        self, known: Probe | TipBehaviour
+    ) -> tuple[Probe | TipBehaviour, float]:
+        """The friction of tip and part, which the touch has; the probe without it."""
+        from pretravel.prediction import Probe
+
+        if not isinstance(known, Probe) or known.tip.friction == 0.0:
+            return known, self.friction
+        described = known.tip.friction
+        if self.stated("friction") and self.friction != described:
+            raise PretravelError(
+                f"friction {self.friction:g}: {self.probe} has {described:g} in [tip]; state one "
+                "of them",
+                inputs=("friction", "probe"),
+            )
+        return replace(known, tip=replace(known.tip, friction=0.0)), described
 
     def _rotation(self, known: Probe | TipBehaviour) -> FloatArray:
         """From the frame of the probe to that of the machine, (3, 3)."""

@@ -18,6 +18,7 @@ from pretravel.show import (
     Dots,
     KeyFigure,
     LineMark,
+    Moment,
     Picture,
     PlaneChart,
     Rule,
@@ -34,6 +35,9 @@ from pretravel.show import (
 )
 from pretravel.six_seats import SEAT_NAMES
 from pretravel.surface import Surface, tangent_basis
+
+_MOST_MOMENTS = 200
+"""Of a slider on a page; of more steps every second, third … is shown."""
 
 
 def slide_document(
@@ -126,7 +130,7 @@ def slide_view(history: SlideHistory, surface: Surface, title: str = "") -> View
     """
     charts: tuple[Chart, ...] = (
         slide_chart(history, surface),
-        *([_seats_over_feed(history)] if _any_known(history) else []),
+        *([_seats_by_step(history), _seats_over_feed(history)] if _any_known(history) else []),
         *_curves(history),
     )
     return View(title or "A tip slides", charts)
@@ -185,6 +189,18 @@ def slide_step_view(history: SlideHistory, surface: Surface, tip_radius: float, 
     kept = tuple(mark for mark in chart.marks if not isinstance(mark, SpaceArrow))
     here_now = replace(chart, marks=kept + state)
     return View(chart.title, (here_now, _seats_now(history, row), *_curves(history, row)))
+
+
+def _seats_by_step(history: SlideHistory) -> PlaneChart:
+    """The seats at the first step; a page has a slider for the others."""
+    rows = np.arange(len(history))
+    shown = rows[:: math.ceil(len(rows) / _MOST_MOMENTS)]
+    charts = [_seats_now(history, int(row)) for row in shown]
+    moments = tuple(
+        Moment(f"step {history.step[row]}, feed {history.feed[row] / MICROMETRE:.2f} µm", own.marks)
+        for row, own in zip(shown, charts, strict=True)
+    )
+    return replace(charts[0], moments=moments)
 
 
 def _seats_now(history: SlideHistory, row: int) -> PlaneChart:

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
-_MOST_LISTED = 8
 _MORE = "--verbose, or -o report.html"
 
 
@@ -194,6 +193,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         PretravelError
             Several placements explain the touches, or none does.
         """
+        from pretravel.drawing.alignment.aligning import only_placement
         from pretravel.drawing.alignment.alignment import TipCentres, align
         from pretravel.measurement import with_step_of_touches
 
@@ -202,7 +202,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         extrapolate = self.extrapolate or self.map_file is None
         start, found_from = self._start(tips), "the start"
         if start is None:
-            start = self._found(tips, part, pretravel_map, extrapolate=extrapolate)
+            start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
             found_from = "the touches alone"
         elif self.start is None:
             found_from = "the targets of the touches"
@@ -230,33 +230,6 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         if tips.nominal_points is None or len(tips) < 3:
             return None
         return placement_onto(tips.nominal_points, tips.positions)
-
-    def _found(
-        self, tips: TipCentres, part: Part, pretravel_map: PretravelMap, *, extrapolate: bool
-    ) -> Placement:
-        """The one placement that explains the touches."""
-        from pretravel.base import typed_placement
-        from pretravel.drawing.alignment.alignment_search import found_placements
-
-        found = found_placements(tips, part, pretravel_map, extrapolate=extrapolate)
-        if not found:
-            raise PretravelError(
-                f"no placement of {self.part.name} explains the touches. Is it the right part, in "
-                "mm, and are these tip centres? State an approximate placement",
-                inputs=("start",),
-            )
-        if len(found) == 1:
-            return found[0].placement
-        listed = "\n".join(
-            f"  {typed_placement(each.placement)}   (residuals {1e3 * each.scatter:.1f} µm)"
-            for each in found[:_MOST_LISTED]
-        )
-        more = "\n  …" if len(found) > _MOST_LISTED else ""
-        raise PretravelError(
-            f"{len(found)} placements explain the touches: the part is symmetric, or the touches "
-            f"are too few to distinguish them. State the right one as the start:\n{listed}{more}",
-            inputs=("start",),
-        )
 
     def datums(self, part: Part) -> list[Datum]:
         """The datums, with the indices of their faces.
@@ -347,12 +320,11 @@ class AlignedPart(Result):
         """Write the placement, or the points in the frame of the part."""
         task, alignment = self.task, self.alignment
         if output == "points":
-            from pretravel.drawing.alignment.alignment import points_in_part
             from pretravel.files import write_points
 
             write_points(
                 path,
-                points_in_part(alignment),
+                alignment.in_part,
                 f"{task.touches_name} aligned on {task.part.name}, in the frame of the part",
                 nominal_points=alignment.feet.local.point,
             )

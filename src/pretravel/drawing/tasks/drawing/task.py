@@ -25,7 +25,7 @@ class ReadDrawing(Reported):
     ]
     output: Annotated[
         Path | None,
-        output("The features for `measure --features`: .toml; or a page.", ".toml", *PAGES),
+        output("The features for `measure --drawing`: .toml; or a page.", ".toml", *PAGES),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> FoundDrawing:

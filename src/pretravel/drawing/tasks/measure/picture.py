@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray
 from pretravel.drawing.features.measured_feature import MeasuredFeature
+from pretravel.drawing.tasks.measure.lines import SIGNS, ToleranceLine
 from pretravel.drawing.tolerances.tolerances import InspectedFeature
 from pretravel.show import (
     Area,
@@ -21,8 +23,16 @@ from pretravel.show import (
     PlaneChart,
     PolarChart,
     Rule,
+    Scale,
+    SpaceChart,
+    SpaceLines,
+    SpaceMark,
+    SpaceMesh,
+    SpaceNotes,
     View,
 )
+from pretravel.surface import Face, Part, face_triangles
+from pretravel.tasks.plan import body_marks
 from pretravel.uncertainty import across
 
 _MOST_CHARTS = 12
@@ -51,6 +61,112 @@ def features_view(features: Sequence[InspectedFeature], title: str = "") -> View
         for one in shown
     ]
     return View(f"{title}{more}", tuple(charts))
+
+
+_ELEVATION, _AZIMUTH = 35.0, -55.0
+_POLE = 0.12  # height of a flag, of the size of the part
+_SIDEWAYS = 0.2  # largest mean of the normals of a feature that is seen from all sides
+_NEAREST = 3
+"""Touches of a face that give the colour of a place on it."""
+
+
+def verdicts_view(
+    part: Part,
+    features: Sequence[InspectedFeature],
+    lines: Sequence[ToleranceLine],
+    title: str = "",
+) -> View:
+    """The part, its faces coloured by the deviations of their touches, with a flag at each feature.
+
+    Parameters
+    ----------
+    part : Part
+    features : sequence of InspectedFeature
+        With the faces of their points.
+    lines : sequence of ToleranceLine
+        The worst one gives a feature its sign.
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    touched: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
+    for each in features:
+        points = each.feature.points
+        if points.face is None or points.deviation is None:
+            continue
+        for number in np.unique(points.face).tolist():
+            mine = points.face == number
+            row = (points.positions[mine], points.deviation[mine] / MICROMETRE)
+            touched.setdefault(number, []).append(row)
+    every = [values for rows in touched.values() for _, values in rows]
+    marks: list[SpaceMark] = [
+        *body_marks(_without(part, touched), opacity=1.0),
+        *(
+            _coloured(face, len(part.faces), touched[face.number])
+            for face in part.faces if face.number in touched
+        ),
+        *body_marks(part, opacity=0.0)[1:],
+    ]  # fmt: skip
+    scale = Scale.of("deviation", "µm", np.concatenate(every or [np.zeros(1)]), signed=True)
+    marks += _flags(part, features, lines)
+    chart = SpaceChart(
+        "Deviations of the touched faces", tuple(marks), "part", scale=scale,
+        elevation=_ELEVATION, azimuth=_AZIMUTH, bare=True,
+    )  # fmt: skip
+    return View(title or "Part", (chart,))
+
+
+def _without(part: Part, touched: Mapping[int, object]) -> Part:
+    """The faces that were not touched."""
+    return replace(
+        part, faces=tuple(face for face in part.faces if face.number not in touched), chosen=()
+    )
+
+
+def _coloured(face: Face, count: int, rows: Sequence[tuple[FloatArray, FloatArray]]) -> SpaceMesh:
+    """A face with the deviations of its nearest touches, weighted by their distance."""
+    shown = face_triangles(face, faces=count)
+    places = np.vstack([places for places, _ in rows])
+    values = np.concatenate([values for _, values in rows])
+    away = np.linalg.norm(shown.points[:, None] - places[None], axis=2)
+    near = np.argsort(away, axis=1)[:, :_NEAREST]
+    weight = 1.0 / (np.take_along_axis(away, near, axis=1) ** 2 + 1e-6)
+    found = np.sum(weight * values[near], axis=1) / np.sum(weight, axis=1)
+    return SpaceMesh(shown.points, shown.corners, values=found)
+
+
+def _flags(
+    part: Part, features: Sequence[InspectedFeature], lines: Sequence[ToleranceLine]
+) -> list[SpaceMark]:
+    """The name of each feature that is seen, with the sign of its worst verdict."""
+    elevation, azimuth = np.radians([_ELEVATION, _AZIMUTH])
+    eye = np.array([
+        np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
+    ])  # fmt: skip
+    found: dict[Colour, list[tuple[FloatArray, FloatArray, str]]] = {}
+    for each in features:
+        feature = each.feature
+        normal = feature.association.outward.mean(axis=0)
+        if np.linalg.norm(normal) > _SIDEWAYS and normal @ eye < 0.0:
+            continue
+        own = [line for line in lines if feature.label in line.feature.split(", ")]
+        foot = feature.points.positions.mean(axis=0)
+        direction = np.array([0.0, 0.0, 1.0]) if np.linalg.norm(normal) <= _SIDEWAYS else normal
+        tip = foot + _POLE * part.size * direction
+        sign = f"{SIGNS[own[0].level]} " if own else ""
+        colour: Colour = _FLAGS[own[0].level] if own else "ink"
+        found.setdefault(colour, []).append((foot, tip, f"{sign}{feature.label}"))
+    marks: list[SpaceMark] = []
+    for colour, rows in found.items():
+        feet, tips, words = (list(each) for each in zip(*rows, strict=True))
+        marks.append(SpaceLines(np.array(feet), np.array(tips), colour=colour, width=1.2))
+        marks.append(SpaceNotes(np.array(tips), tuple(f" {word}" for word in words), colour))
+    return marks
+
+
+_FLAGS: Mapping[str, Colour] = {"bad": "limit", "caution": "series2", "good": "ink"}
 
 
 def _deviations(feature: MeasuredFeature) -> tuple[FloatArray, FloatArray | None]:

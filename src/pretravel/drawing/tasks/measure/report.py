@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -29,8 +29,22 @@ from pretravel.drawing.features.measured_feature import (
     Quantity,
     normals_off,
 )
-from pretravel.drawing.tasks.measure.picture import features_view
-from pretravel.drawing.tolerances.tolerances import InspectedFeature, Together, side_of_failure
+from pretravel.drawing.tasks.measure.lines import (
+    LEVELS,
+    LINES,
+    ToleranceLine,
+    count_words,
+    lines_data,
+    lines_table,
+    tolerance_lines,
+)
+from pretravel.drawing.tasks.measure.picture import features_view, verdicts_view
+from pretravel.drawing.tolerances.tolerances import (
+    InspectedFeature,
+    OpenTolerance,
+    Together,
+    side_of_failure,
+)
 from pretravel.files import LaboratoryStatements, comparison_sentence
 from pretravel.show import (
     Column,
@@ -47,6 +61,7 @@ from pretravel.show import (
     signed_decimals,
     value_text,
 )
+from pretravel.surface import Part
 from pretravel.uncertainty import COVERAGE_FACTOR
 
 _MOST_COVARIANCES = 50  # features
@@ -66,6 +81,7 @@ _FORM_BESIDE = (
     "least squares; others may exist where the form is large"
 )
 _BETWEEN = "Between features"
+_RULE = "decisions by the default rule of"
 _COMMON = (
     "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
     "those of normals, axes or lines. Errors that both features have in common are in u as far as "
@@ -73,11 +89,13 @@ _COMMON = (
 )
 
 
-def features_document(
+def features_document(  # noqa: PLR0913
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
     together: Sequence[Together] = (),
     *,
+    left_open: Sequence[OpenTolerance] = (),
+    part: Part | None = None,
     points_name: str = "",
     statements: LaboratoryStatements | None = None,
     warnings: Sequence[str] = (),
@@ -91,6 +109,10 @@ def features_document(
         Distances and angles between them.
     together : sequence of Together
         Decisions about several of them.
+    left_open : sequence of OpenTolerance
+        Tolerances whose features were not measured.
+    part : Part or None
+        That is drawn with its verdicts.
     points_name : str
         Of the file with the points.
     statements : LaboratoryStatements or None
@@ -104,10 +126,12 @@ def features_document(
     """
     title = f"{points_name}, features" if points_name else "Features"
     measured = [inspected.feature for inspected in features]
+    lines = tolerance_lines(features, together, left_open)
     decided = [(_name(i.feature), i.feature.errors.machine, c)
                for i in features for c in i.conformities]  # fmt: skip
     decided += [(each.name, each.u_machine, each.conformity) for each in together]
-    tables = [_results_table(features, together)]
+    tables = [lines_table(lines)] if lines else []
+    tables.append(_results_table(features, together))
     angles = _angles_table(measured)
     tables += [angles] if angles is not None else []
     tables += [_relations_table(relations)] if relations else []
@@ -115,11 +139,21 @@ def features_document(
     budgets = tuple(budget for feature in measured for budget in feature_budgets(feature))
     return Document(
         title=title,
-        verdict=_verdict(features, together),
-        judgement=_judgement(features, together),
+        verdict=_verdict(features, together, lines),
+        judgement=_judgement(features, together, left_open),
         tables=tuple(tables),
         sections=tuple(_budget_section(each) for each in features),
         pictures=(
+            *(
+                [
+                    Picture(
+                        "Deviations of the touched faces, and the verdicts",
+                        lambda: verdicts_view(part, features, lines, title),
+                    )
+                ]
+                if part is not None and any(m.points.face is not None for m in measured)
+                else []
+            ),
             Picture(
                 "Residuals before and after compensation",
                 lambda: features_view(features, title),
@@ -132,7 +166,10 @@ def features_document(
         ),
         warnings=(*warnings, *_warnings(measured)),
         budgets=budgets,
-        data=_data(features, relations, together),
+        data=(
+            *([lines_data(lines)] if lines else []),
+            *_data(features, relations, together),
+        ),
     )
 
 
@@ -180,12 +217,11 @@ def features_summary(
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"
     note = f"{left}, decisions in numbers, budgets and notes: {more_in}"
-    return replace(
-        document,
-        tables=(replace(table, columns=tuple(columns)), *((angles,) if angles else ())),
-        sections=(),
-        notes=(note,),
-    )
+    lines = [each for each in document.tables if each.title == LINES]
+    rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))
+    if lines and (len(features) != 1):
+        rest, note = (), f"{len(rows)} quantities, {note.partition(', ')[2]}"
+    return replace(document, tables=(*lines, *rest), sections=(), notes=(note,))
 
 
 @dataclass(frozen=True)
@@ -332,25 +368,20 @@ _WITHOUT_MACHINE = (
 )
 
 
-_LEVELS: Mapping[ConformityVerdict, Literal["good", "caution", "bad"]] = {
-    ConformityVerdict.DOES_NOT_CONFORM: "bad",
-    ConformityVerdict.UNDECIDED: "caution",
-    ConformityVerdict.CONFORMS: "good",
-}
-"""The worst first."""
-
-
 def _decision(conformity: Conformity, u_machine: float) -> Judgement:
-    return Judgement(_LEVELS[conformity.verdict], conformity_words(conformity, u_machine))
+    return Judgement(LEVELS[conformity.verdict], conformity_words(conformity, u_machine))
 
 
 def _judgement(
-    features: Sequence[InspectedFeature], together: Sequence[Together]
+    features: Sequence[InspectedFeature],
+    together: Sequence[Together],
+    left_open: Sequence[OpenTolerance],
 ) -> Judgement | None:
     """The worst decision; None without a tolerance."""
     found = [(each.verdict, each.feature.errors.machine) for each in features]
     found += [(each.conformity.verdict, each.u_machine) for each in together]
-    for verdict, level in _LEVELS.items():
+    found += [(ConformityVerdict.UNDECIDED, 1.0) for _ in left_open]
+    for verdict, level in LEVELS.items():
         machine = [u for each, u in found if each is verdict]
         if machine:
             words = verdict_words(verdict, min(machine))
@@ -358,41 +389,31 @@ def _judgement(
     return None
 
 
-def _verdict(features: Sequence[InspectedFeature], together: Sequence[Together]) -> str:
+def _verdict(
+    features: Sequence[InspectedFeature],
+    together: Sequence[Together],
+    lines: Sequence[ToleranceLine],
+) -> str:
     """What was found, and what it does not state."""
     lacking = any(i.verdict is not None and not i.feature.errors.machine for i in features)
     lacking = lacking or any(not each.u_machine for each in together)
-    return _found(features, together) + (_WITHOUT_MACHINE if lacking else "")
+    return _found(features, together, lines) + (_WITHOUT_MACHINE if lacking else "")
 
 
-def _found(features: Sequence[InspectedFeature], together: Sequence[Together]) -> str:
-    if len(features) == 1 and not together:
+def _found(
+    features: Sequence[InspectedFeature],
+    together: Sequence[Together],
+    lines: Sequence[ToleranceLine],
+) -> str:
+    if len(features) == 1 and not together and len(lines) < 2:
         return _verdict_of_one(features[0])
-    u_machine = features[0].feature.errors.machine
-    decided = [(_name(i.feature), i.verdict) for i in features]
-    decided += [
-        (f"{each.quantity.name} of {each.name}", each.conformity.verdict) for each in together
-    ]
-    words = []
-    for verdict in ConformityVerdict:
-        names = [name for name, found in decided if found is verdict]
-        if not names:
-            continue
-        which = "" if verdict is ConformityVerdict.CONFORMS else f" ({', '.join(names)})"
-        words.append(f"{len(names)} {_number_of(verdict, len(names), u_machine)}{which}")
-    count = f"{len(features)} features"
+    if not lines:
+        return f"{len(features)} features"
+    machines = [each.feature.errors.machine for each in features]
+    machines += [each.u_machine for each in together]
+    words = count_words(lines, features, min(machines, default=0.0))
     forms = any(c.of_touched_points for i in features for c in i.conformities)
-    of_points = f"; forms{AT_TOUCHED_POINTS}" if forms else ""
-    return f"{count}: {', '.join(words)}{of_points}" if words else count
-
-
-def _number_of(verdict: ConformityVerdict, count: int, u_machine: float) -> str:
-    """The words of a verdict after a number of features."""
-    words = verdict_words(verdict, u_machine)
-    if count == 1:
-        return words
-    several = {"conforms": "conform", "does not conform": "do not conform"}
-    return several.get(words, words)
+    return words + (f"; forms{AT_TOUCHED_POINTS}" if forms else "")
 
 
 def _verdict_of_one(inspected: InspectedFeature) -> str:
@@ -674,7 +695,7 @@ def _notes(
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
-            "decisions by the default rule of ISO 14253-1:2017: proven with a probability of "
+            f"{_RULE} ISO 14253-1:2017: proven with a probability of "
             f"{100 * first.required:g} %, at one limit {first.coverage:.3f} u. "
             + comparison_sentence("ISO 14253-1", statements)
         )
@@ -827,3 +848,24 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
         "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
         "angles in minutes.",
     )  # fmt: skip
+
+
+def short_report(document: Document) -> Document:
+    """The report on one or two pages: the tolerances, the part, and the rule of the decisions.
+
+    Parameters
+    ----------
+    document : Document
+        The whole report.
+    """
+    rule = [note for note in document.notes if note.startswith(_RULE)]
+    asked = "all quantities, budgets, settings and hashes of files: the .html page, or --annex"
+    return replace(
+        document,
+        tables=tuple(table for table in document.tables if table.title == LINES),
+        sections=(),
+        pictures=document.pictures[:1],
+        notes=(*rule, asked),
+        budgets=(),
+        data=(),
+    )

@@ -30,15 +30,16 @@ from pretravel.task import (
 if TYPE_CHECKING:
     from pretravel.drawing.features.between_features import FeatureRelation
     from pretravel.drawing.features.measured_feature import MeasuredFeature
+    from pretravel.drawing.tasks.measure.lines import ToleranceLine
     from pretravel.drawing.tolerances.features_file import Drawing
-    from pretravel.drawing.tolerances.tolerance_frame import PlacedFeature
     from pretravel.drawing.tolerances.tolerances import (
         FeatureTolerances,
         InspectedFeature,
+        OpenTolerance,
         Together,
     )
     from pretravel.measurement import Points
-    from pretravel.show import Document, Table
+    from pretravel.show import Document, Table, WorkRecord
     from pretravel.surface import Part
 
 
@@ -89,7 +90,7 @@ class Measure(LaboratoryReport):
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     association: Annotated[
@@ -107,15 +108,15 @@ class Measure(LaboratoryReport):
             },
         ),
     ] = "gaussian"
-    features: Annotated[
+    drawing: Annotated[
         Path | None,
         Field(
-            help="All features of a drawing with their tolerances: .toml, or "
-            "a plan, .qif or .dmi. In the .toml a table [[feature]] for each, with kind, select, "
-            "label, association, axis, at_mm, tolerance, nominal_mm, position_tolerance_mm, "
-            "form_tolerance_mm, form_association; [[feature.geometric]] with kind, tolerance_mm, "
-            "datums, material; [[pattern]]; [[between]].",
-            label="Features of a drawing",
+            help="All features of a drawing with their tolerances: .toml, as pretravel drawing "
+            "writes it, or a plan, .qif or .dmi. In the .toml a table [[feature]] for each, with "
+            "kind, faces or select, label, association, axis, at_mm, tolerance, nominal_mm, "
+            "position_tolerance_mm, form_tolerance_mm, form_association; [[feature.geometric]] "
+            "with kind, tolerance_mm, datums, material; [[pattern]]; [[between]].",
+            label="Drawing",
             reads=True,
             states="the file states it for each feature",
         ),
@@ -127,7 +128,7 @@ class Measure(LaboratoryReport):
             "nominal surface of a profile, and nominal places that the drawing's file leaves out.",
             label="Part",
             reads=True,
-            only=("features",),
+            only=("drawing",),
         ),
     ] = None
     select: Annotated[
@@ -138,7 +139,7 @@ class Measure(LaboratoryReport):
             metavar="LABELS",
             label="Points by label",
             hint="bore1* bore2*: each is one; empty: all points",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = ()
     by_prefix: Annotated[
@@ -147,7 +148,7 @@ class Measure(LaboratoryReport):
             help="One feature for each name before a number: bore1-1, …",
             option="--group",
             label="One feature for each name before a number",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = False
     axis: Annotated[
@@ -158,7 +159,7 @@ class Measure(LaboratoryReport):
             hint="0,0,1; empty: across the plane of the points",
             parse=unit_vector,
             metavar="X,Y,Z",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     at: Annotated[
@@ -170,7 +171,7 @@ class Measure(LaboratoryReport):
             metavar="X,Y,Z",
             label="Nominal position",
             hint="10,20,0 in mm",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     size_tolerance: Annotated[
@@ -183,7 +184,7 @@ class Measure(LaboratoryReport):
             metavar="LIMITS",
             label="Tolerance of the diameter",
             hint="20.000..20.021, 20.. or ..20.021",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     nominal: Annotated[
@@ -193,7 +194,7 @@ class Measure(LaboratoryReport):
             range=(0.0, 1e5),
             unit="mm",
             label="Nominal diameter",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     position_tolerance: Annotated[
@@ -203,7 +204,7 @@ class Measure(LaboratoryReport):
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the position",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     form_tolerance: Annotated[
@@ -213,7 +214,7 @@ class Measure(LaboratoryReport):
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the form",
-            without=("features",),
+            without=("drawing",),
         ),
     ] = None
     form_association: Annotated[
@@ -279,6 +280,14 @@ class Measure(LaboratoryReport):
             hint="Empty: none; 2000 takes seconds",
         ),
     ] = None
+    annex: Annotated[
+        bool,
+        Field(
+            help="Print all quantities, budgets, settings and hashes on a .pdf, too; it has one or "
+            "two pages without them.",
+            label="All quantities, budgets and settings on the PDF",
+        ),
+    ] = False
     residuals: Annotated[
         Path | None,
         Field(
@@ -291,12 +300,17 @@ class Measure(LaboratoryReport):
         """Read the points and measure their features."""
         from pretravel.files import ReadingOptions, points_and_notes
 
-        if self.feature is None and self.features is None:
+        if self.feature is None and self.drawing is None:
             raise PretravelError(
                 "state the feature of the points, or the file with all features of the drawing",
-                inputs=("feature", "features"),
+                inputs=("feature", "drawing"),
             )
-        wanted = self.wanted()  # what is wrong there is said before the points are read
+        part = None
+        if self.part is not None:
+            from pretravel.surface import read_part
+
+            part = read_part(self.part)
+        wanted = self.wanted(part)  # what is wrong there is said before the points are read
         radius = None if self.tip_diameter is None else 0.5 * self.tip_diameter
         options = ReadingOptions(units=self.units, series=self.series, tip_radius=radius)
         points, notes = points_and_notes(self.points, options)
@@ -306,12 +320,25 @@ class Measure(LaboratoryReport):
                 inputs=("tip_diameter",),
             )
         with progress.working(f"measuring the features of {len(points)} points"):
-            found = self.measured(points, wanted)
+            found = self.measured(points, wanted, part)
         return replace(found, left_out=(*notes, *found.left_out))
 
-    def wanted(self) -> Wanted:
+    def wanted(self, part: Part | None = None) -> Wanted:
         """What is to be measured: the drawing is read, and its tolerances are checked."""
-        drawing, left_out = self.drawing()
+        drawing, left_out = self.read_drawing()
+        return self.wanted_of(drawing, left_out, part)
+
+    def wanted_of(
+        self, drawing: Drawing | None, left_out: tuple[str, ...] = (), part: Part | None = None
+    ) -> Wanted:
+        """What is to be measured of a drawing."""
+        if drawing is not None:
+            from pretravel.drawing.tolerances.drawing_on_part import drawing_on_part
+
+            try:
+                drawing = drawing_on_part(drawing, part)
+            except PretravelError as error:
+                raise PretravelError(f"{self.drawing}: {error}", inputs=error.inputs) from None
         return Wanted(drawing, left_out, self._tasks_of(drawing))
 
     def _tasks_of(self, drawing: Drawing | None) -> dict[str, Measure]:
@@ -327,19 +354,21 @@ class Measure(LaboratoryReport):
             return {"": self}
         tasks = {}
         for row in drawing.feature:
-            name = row.label or row.select
+            name = row.name
             try:
+                limits = None if row.tolerance is None else tolerance(row.tolerance)
+                from_nominal = limits is not None and not limits.are_limits
                 tasks[name] = replace(
                     self,
                     feature=row.kind,
-                    features=None,
+                    drawing=None,
                     part=None,
-                    select=(row.select,),
+                    select=(row.select,) if row.select else (),
                     association=cast("Criterion", row.association or self.association),
                     axis=None if row.axis is None else unit_vector(_typed(row.axis)),
                     at=None if row.at is None else vector(_typed(row.at)),
-                    size_tolerance=None if row.tolerance is None else tolerance(row.tolerance),
-                    nominal=row.nominal,
+                    size_tolerance=limits,
+                    nominal=row.nominal if from_nominal else None,
                     position_tolerance=row.position_tolerance,
                     form_tolerance=row.form_tolerance,
                     form_association=cast(
@@ -348,19 +377,19 @@ class Measure(LaboratoryReport):
                 )
                 tasks[name].tolerances()
             except PretravelError as error:
-                raise PretravelError(f"{self.features}: {name}: {error}") from None
+                raise PretravelError(f"{self.drawing}: {name}: {error}") from None
         return tasks
 
-    def drawing(self) -> tuple[Drawing | None, tuple[str, ...]]:
+    def read_drawing(self) -> tuple[Drawing | None, tuple[str, ...]]:
         """What the file of features states, None without one; and what of a plan was left out."""
-        from pretravel.drawing.tolerances.features_file import read_features
+        from pretravel.drawing.tolerances.features_file import read_drawing
         from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 
-        if self.features is None:
+        if self.drawing is None:
             return None, ()
-        if self.features.suffix.lower() in PLAN_ENDINGS:
-            return read_plan_features(self.features)
-        return read_features(self.features), ()
+        if self.drawing.suffix.lower() in PLAN_ENDINGS:
+            return read_plan_features(self.drawing)
+        return read_drawing(self.drawing), ()
 
     def tolerances(self) -> FeatureTolerances:
         """The tolerances of each feature.
@@ -407,7 +436,9 @@ class Measure(LaboratoryReport):
         assert size.high is not None
         return nominal + size.low, nominal + size.high
 
-    def measured(self, points: Points, wanted: Wanted | None = None) -> MeasuredFeatures:
+    def measured(
+        self, points: Points, wanted: Wanted | None = None, part: Part | None = None
+    ) -> MeasuredFeatures:
         """Measure the features of points that have been read.
 
         Parameters
@@ -415,6 +446,8 @@ class Measure(LaboratoryReport):
         points : Points
         wanted : Wanted, optional
             Of this task, where it was read before.
+        part : Part, optional
+            Whose faces are the nominal places that a drawing leaves out.
 
         Raises
         ------
@@ -424,12 +457,14 @@ class Measure(LaboratoryReport):
         """
         from pretravel.measurement import points_of_features
 
-        wanted = wanted or self.wanted()
+        wanted = wanted or self.wanted(part)
+        if wanted.drawing is not None:
+            return self._measured_drawing(points, wanted, part)
         found: list[InspectedFeature] = []
         nominals: dict[tuple[str, str], float] = {}
         left_out: list[str] = []
         misses: list[str] = []
-        for name, task in wanted.tasks.items():
+        for task in wanted.tasks.values():
             by_label = task.feature == BY_LABEL
             chosen = points_of_features(points, task.select, by_prefix=task.by_prefix or by_label)
             if by_label:
@@ -438,19 +473,60 @@ class Measure(LaboratoryReport):
             inspected = []
             for label, mine in chosen.items():
                 kept, said = _without_far_heights(mine, str(task.feature))
-                inspected.append(_measured(name or label, kept, task))
+                inspected.append(_measured(label, kept, task))
                 misses += said
             nominals |= _nominals(inspected, task)
             found += inspected
-        if wanted.drawing is None:
-            result = replace(_result(self, tuple(found), ()), left_out=(*left_out, *misses))
-            return replace(result, nominals=nominals)
-        to_datums, together = _to_datums(self, wanted.drawing, wanted.tasks, found)
-        for row in wanted.drawing.between:
-            if row.nominal is not None:
-                nominals[", ".join(row.features), row.quantity] = row.nominal
-        result = replace(_result(self, to_datums, together), left_out=(*wanted.left_out, *misses))
+        result = replace(_result(self, tuple(found), ()), left_out=(*left_out, *misses))
         return replace(result, nominals=nominals)
+
+    def _measured_drawing(
+        self, points: Points, wanted: Wanted, part: Part | None
+    ) -> MeasuredFeatures:
+        """The features of a drawing; those whose faces were not touched are named."""
+        from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
+        from pretravel.measurement import points_of_features, points_on_faces
+
+        drawing = wanted.drawing
+        assert drawing is not None
+        drawn = DrawnFeatures(self, drawing, wanted.tasks, {}, {}, part)
+        nominals: dict[tuple[str, str], float] = {}
+        said: list[str] = []
+        for row in drawing.feature:
+            task = wanted.tasks[row.name]
+            if row.faces:
+                mine = points_on_faces(points, row.faces)
+            else:
+                (mine,) = points_of_features(points, task.select).values()
+            if not len(mine):
+                drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
+                continue
+            kept, far = _without_far_heights(mine, str(task.feature))
+            try:
+                drawn.found[row.name] = _measured(row.name, kept, task)
+            except PretravelError as error:
+                if not row.faces:
+                    raise
+                drawn.reasons[row.name] = str(error).removeprefix(f"{row.name}: ")
+                continue
+            said += far
+            nominals |= _nominals([drawn.found[row.name]], task)
+        inspected, together = drawn.decide()
+        nominals |= {
+            (", ".join(row.features), row.quantity): row.nominal
+            for row in drawing.between if row.nominal is not None
+        }  # fmt: skip
+        said += [
+            f"{row.name} is not measured: {drawn.reasons[row.name]}"
+            for row in drawing.feature if row.name in drawn.reasons and not row.has_tolerances
+        ]  # fmt: skip
+        result = _result(self, inspected, together, tuple(drawn.open))
+        left_out = (*wanted.left_out, *said)
+        return replace(result, left_out=left_out, nominals=nominals, part=part)
+
+
+def _faces_words(faces: Sequence[int]) -> str:
+    return f"face{'s' * (len(faces) > 1)} {', '.join(map(str, faces))}"
 
 
 def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
@@ -527,6 +603,9 @@ class MeasuredFeatures(Result):
         What of a plan is not measured, and why.
     nominals : mapping of (feature, quantity) to float
         Nominal values that were stated. [mm or degrees]
+    open : tuple of OpenTolerance
+        Tolerances of the drawing whose features were not measured.
+    part : Part or None
     """
 
     task: Measure
@@ -536,6 +615,29 @@ class MeasuredFeatures(Result):
     exit_code: int = 0
     left_out: tuple[str, ...] = ()
     nominals: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    open: tuple[OpenTolerance, ...] = ()
+    part: Part | None = None
+
+    @property
+    def lines(self) -> list[ToleranceLine]:
+        """One for each tolerance: what fails, what cannot be decided, the others."""
+        from pretravel.drawing.tasks.measure.lines import tolerance_lines
+
+        return tolerance_lines(self.features, self.together, self.open)
+
+    def __getitem__(self, label: str) -> InspectedFeature:
+        """A feature by its label.
+
+        Raises
+        ------
+        PretravelError
+            No feature is called so.
+        """
+        for each in self.features:
+            if each.feature.label == label:
+                return each
+        known = ", ".join(each.feature.label for each in self.features)
+        raise PretravelError(f"no feature is called '{label}'; there are {known}")
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
@@ -562,6 +664,8 @@ class MeasuredFeatures(Result):
             self.features,
             self.relations,
             self.together,
+            left_open=self.open,
+            part=self.part,
             points_name=task.points.name,
             statements=statements,
             warnings=warnings,
@@ -594,6 +698,18 @@ class MeasuredFeatures(Result):
         by_trials = [table for table in report.tables if table.title == TRIALS]
         return replace(brief, tables=(*brief.tables, *by_trials))
 
+    def write_report(self, path: Path, record: WorkRecord | None = None) -> None:
+        """Write the report; a PDF has one or two pages where nothing more is asked for."""
+        task = self.task
+        whole = task.annex or task.lab is not None or not self.lines
+        if path.suffix.lower() != ".pdf" or whole:
+            super().write_report(path, record)
+            return
+        from pretravel.drawing.tasks.measure.report import short_report
+        from pretravel.show import write_report
+
+        write_report(path, short_report(self.document()), template=self.template)
+
     def write(self, output: str, path: Path) -> None:
         """Write the features, quantities as columns or for statistics; or the residuals."""
         from pretravel.drawing.features.feature_results import (
@@ -615,7 +731,10 @@ class MeasuredFeatures(Result):
 
 
 def _result(
-    task: Measure, features: tuple[InspectedFeature, ...], together: tuple[Together, ...]
+    task: Measure,
+    features: tuple[InspectedFeature, ...],
+    together: tuple[Together, ...],
+    left_open: tuple[OpenTolerance, ...] = (),
 ) -> MeasuredFeatures:
     from pretravel.drawing.features.between_features import relations_between
     from pretravel.drawing.features.conformity import ConformityVerdict
@@ -625,114 +744,9 @@ def _result(
     proven = (None, ConformityVerdict.CONFORMS)
     verdicts = [each.verdict for each in features]
     verdicts += [each.conformity.verdict for each in together]
-    all_proven = all(verdict in proven for verdict in verdicts)
-    return MeasuredFeatures(task, features, relations, together, 0 if all_proven else ANSWER)
-
-
-def _to_datums(
-    task: Measure, drawing: Drawing, tasks: Mapping[str, Measure], found: Sequence[InspectedFeature]
-) -> tuple[tuple[InspectedFeature, ...], tuple[Together, ...]]:
-    """The features with their tolerances to datums, and the decisions about several features."""
-    from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
-    from pretravel.drawing.tolerances.tolerances import Together, decided_if_known
-
-    part = None
-    if task.part is not None:
-        from pretravel.surface import read_part
-
-        part = read_part(task.part)
-    placed = {
-        name: _placed(each, tasks[name], part)
-        for name, each in zip(drawing.names, found, strict=True)
-    }
-    inspected = []
-    for row, each in zip(drawing.feature, found, strict=True):
-        name = row.label or row.select
-        try:
-            results = [
-                inspect_geometry([placed[name]], tolerance, placed, task.probability)
-                for tolerance in row.geometric
-            ]
-        except PretravelError as error:
-            raise PretravelError(f"{task.features}: {name}: {error}") from None
-        inspected.append(each.with_geometric(results) if results else each)
-    together = []
-    for pattern in drawing.pattern:
-        members = [placed[name] for name in pattern.features]
-        try:
-            result = inspect_geometry(members, pattern.tolerance, placed, task.probability)
-        except PretravelError as error:
-            raise PretravelError(f"{task.features}: {pattern.label}: {error}") from None
-        decided = decided_if_known(result.conformity, members[0].feature)
-        u_machine = task.u_machine_um * MICROMETRE
-        fitted = f"{result.free} motions that the datums leave free were fitted"
-        remarks = (*result.remarks, *((fitted,) if result.free else ()))
-        together.append(
-            Together(tuple(pattern.features), result.quantity, decided, u_machine, remarks)
-        )
-    together += [_between(task, drawing, index, placed) for index in range(len(drawing.between))]
-    return tuple(inspected), tuple(together)
-
-
-def _placed(inspected: InspectedFeature, task: Measure, part: Part | None) -> PlacedFeature:
-    """A feature with its nominal place: stated, or that of the faces beneath its points."""
-    import numpy as np
-
-    from pretravel.drawing.tolerances.geometric_tolerances import nominal_of_part
-    from pretravel.drawing.tolerances.tolerance_frame import PlacedFeature
-
-    limits = task.tolerances().size
-    size = task.nominal
-    if size is None and limits is not None and math.isfinite(limits[0] + limits[1]):
-        size = 0.5 * (limits[0] + limits[1])
-    at, axis = (None if each is None else np.array(each) for each in (task.at, task.axis))
-    stated = PlacedFeature(inspected.feature, at, axis, size, limits, part)
-    return stated if part is None else nominal_of_part(stated, part)
-
-
-def _between(
-    task: Measure, drawing: Drawing, index: int, placed: dict[str, PlacedFeature]
-) -> Together:
-    """A distance or an angle with its tolerance."""
-    from pretravel.base import DEGREE
-    from pretravel.drawing.features.between_features import relations_between
-    from pretravel.drawing.features.conformity import size_conformity
-    from pretravel.drawing.tolerances.tolerances import Together, decided_if_known
-
-    row = drawing.between[index]
-    both = [placed[name].feature for name in row.features]
-    found = [
-        each.quantity for each in relations_between(both) if each.quantity.name == row.quantity
-    ]
-    names = " and ".join(row.features)
-    if not found:
-        raise PretravelError(
-            f"{task.features}: {names} have no {row.quantity} (features that are not parallel have "
-            "no distance, and centres no angle)"
-        )
-    try:
-        limits = replace(
-            task,
-            features=None,
-            part=None,
-            size_tolerance=tolerance(row.tolerance),
-            nominal=row.nominal,
-        ).tolerances().size  # fmt: skip
-    except PretravelError as error:
-        raise PretravelError(f"{task.features}: {names}: {error}") from None
-    assert limits is not None
-    scale = DEGREE if row.quantity == "angle" else 1.0
-    quantity = found[0]
-    decided = size_conformity(
-        quantity.name,
-        quantity.value,
-        quantity.u,
-        (limits[0] * scale, limits[1] * scale),
-        task.probability,
-        dof=quantity.dof,
-    )
-    return Together(
-        row.features, quantity, decided_if_known(decided, both[0]), task.u_machine_um * MICROMETRE
+    all_proven = all(verdict in proven for verdict in verdicts) and not left_open
+    return MeasuredFeatures(
+        task, features, relations, together, 0 if all_proven else ANSWER, open=left_open
     )
 
 

@@ -22,6 +22,7 @@ from pretravel.app import (
     kept,
     live,
     note,
+    own_data_back,
     page_button,
     panel,
     result_button,
@@ -84,6 +85,7 @@ def _inputs(state: ScreenState) -> None:
     ui.button("Try it with example data", icon="school", on_click=partial(_fill, state)).props(
         "no-caps flat"
     )
+    own_data_back(state)
     with panel("Reference"):
         described_fields(state, FORM, _REFERENCE)
     with panel("Limits"):
@@ -104,10 +106,7 @@ def _standard(state: ScreenState) -> str:
 
 async def _fill(state: ScreenState) -> None:
     name, content = await asyncio.to_thread(example_touches, _standard(state))
-    for setting, value in EXAMPLE_SETTINGS.items():
-        state.settings[setting] = value
-    state.files["map"] = ()
-    state.files["touches"] = (StoredFile(name, content),)
+    state.fill(EXAMPLE_SETTINGS, {"map": (), "touches": (StoredFile(name, content),)})
 
 
 def _to_keep(work: Work) -> None:

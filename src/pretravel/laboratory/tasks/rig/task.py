@@ -376,12 +376,14 @@ class CalibratedRig(Result):
         """Irregularities of the traces, and doubts about the budget."""
         from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
         from pretravel.laboratory.rig.scale import scale_doubts
+        from pretravel.qualification import coarse_warnings
 
         return [
             *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),
             *budget_doubts(self.components),
             *(() if self.checked is None else scale_doubts(self.checked)),
             *repeatability_doubts(self.calibration, self.components),
+            *coarse_warnings(self.calibration.step),
         ]
 
     def document(self) -> Document:

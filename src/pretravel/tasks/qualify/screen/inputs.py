@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
 from pretravel.app import (
+    ANSWERS,
     ScreenState,
     described_field,
     described_fields,
     download_button,
     folded,
     folded_until_opened,
+    live,
     note,
     outcome,
     panel,
@@ -46,7 +50,34 @@ _COLUMN_WORDS = {
 
 def understood(state: ScreenState) -> None:
     """What was read of the file, its first lines, and what the file does not state."""
-    outcome(state, LOOK, lambda result: _show_look(state, result))
+    outcome(
+        state,
+        LOOK,
+        lambda result: _show_look(state, result),
+        answer=partial(answer_about_file, state),
+    )
+    live([state.listen], lambda: _about_file(state), lambda: _answers_key(state))
+
+
+def _answers_key(state: ScreenState) -> object:
+    files = state.files["touches"]
+    return files and (files[0].digest, [_settings_of(state)[name] for name in ANSWERS])
+
+
+def _about_file(state: ScreenState) -> None:
+    """Unit and decimal sign as they are understood: an answer can be taken back."""
+    if not state.files["touches"]:
+        return
+    stated = _settings_of(state)
+    with ui.element("div").classes("field-row about-file"):
+        for name, label in (("units", "Unit of the file"), ("decimal", "Decimal sign")):
+            options: dict[str | None, str] = {None: "as the file shows it"}
+            options.update(ANSWERS[name][1])
+            field = ui.select(options, label=label, value=stated[name])
+            field.props('outlined dense behavior="menu"').classes("field")
+            field.on_value_change(
+                lambda event, name=name: answer_about_file(state, name, event.value)
+            )
 
 
 def _show_look(state: ScreenState, result: LookResult) -> None:
@@ -57,12 +88,9 @@ def _show_look(state: ScreenState, result: LookResult) -> None:
         text("p", f"Read: {count} touches ({result.found.known.what}).", "read-line")
         if result.found.understood:
             note(result.found.understood)
-    if "units" in result.asked:
-        _question(state, "units", "In which unit are the lengths of this file?",
-                  {"mm": "Millimetres", "inch": "Inches"})  # fmt: skip
-    if "decimal" in result.asked:
-        _question(state, "decimal", "What is the comma in the numbers of this file?",
-                  {"comma": "Comma: decimals", "point": "Point: decimals"})  # fmt: skip
+    for name in ANSWERS:
+        if name in result.asked:
+            _question(state, name, *ANSWERS[name])
     if result.lines or result.found is not None:
         with folded("First lines of the file", opened=bool(result.question)):
             if result.lines:
@@ -81,7 +109,7 @@ def _settings_of(state: ScreenState) -> EngineerSettings:
     return EngineerSettings.of(state.settings, state.files["touches"][0].content)
 
 
-def _answer(state: ScreenState, name: str, value: Any) -> None:
+def answer_about_file(state: ScreenState, name: str, value: Any) -> None:
     """State something about the file that is there; it does not hold for another one."""
     mark = file_mark(state.files["touches"][0].content)
     before = state.settings.get("answers", {})
@@ -89,7 +117,7 @@ def _answer(state: ScreenState, name: str, value: Any) -> None:
     state.settings["answers"] = kept | {name: value}
 
 
-def _question(state: ScreenState, name: str, words: str, answers: dict[str, str]) -> None:
+def _question(state: ScreenState, name: str, words: str, answers: Mapping[str, str]) -> None:
     """A question with one button for each answer."""
     with ui.element("div").classes("question").props('role="group"') as group:
         group.props["aria-label"] = words
@@ -97,7 +125,7 @@ def _question(state: ScreenState, name: str, words: str, answers: dict[str, str]
         for value, shown in answers.items():
 
             def answer(chosen: str = value) -> None:
-                _answer(state, name, chosen)
+                answer_about_file(state, name, chosen)
 
             ui.button(shown, on_click=answer).props("no-caps outline")
 
@@ -116,12 +144,12 @@ def _column_choices(state: ScreenState, result: LookResult) -> None:
 
         def choose(event: Any, role: str = role) -> None:
             stated = dict(_settings_of(state)["columns"])
-            _answer(state, "columns", stated | {role: event.value or "none"})
+            answer_about_file(state, "columns", stated | {role: event.value or "none"})
 
         field.on_value_change(choose)
 
     def as_found() -> None:
-        _answer(state, "columns", {})
+        answer_about_file(state, "columns", {})
 
     if _settings_of(state)["columns"]:
         ui.button("Find the columns by their names again", on_click=as_found).props("no-caps flat")

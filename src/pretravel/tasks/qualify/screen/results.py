@@ -35,6 +35,7 @@ from pretravel.app import (
     work_status,
 )
 from pretravel.show import PolarChart, SpaceChart, plotly_figure
+from pretravel.tasks.qualify.screen.inputs import answer_about_file
 from pretravel.tasks.qualify.screen.settings import tasks_of
 from pretravel.tasks.qualify.screen.touches import touches_table
 from pretravel.tasks.qualify.screen.work import (
@@ -60,7 +61,7 @@ def results(state: ScreenState, places: ScreenPlaces) -> None:
     """The picture and the tabs."""
     fit, export = WORKS.of(state, FIT), WORKS.of(state, EXPORT)
     with places.status:
-        work_status(state, FIT)
+        work_status(state, FIT, answer=partial(answer_about_file, state))
     with places.picture:
         _touches_in_space(state)
     with places.tab("Verdict"):

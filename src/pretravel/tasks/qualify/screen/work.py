@@ -351,6 +351,7 @@ FIT = Job(
     files=("touches",),
     needs=("touches",),
     after=(LOOK,),
+    report=lambda result: None if result is None else result.report,
 )
 EXPORT = Job(
     "export",

@@ -1,0 +1,108 @@
+"""Where a part lies, from touches alone: the search from nothing, and the alignment from there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pretravel.base import Placement, PretravelError, typed_placement
+from pretravel.drawing.alignment.alignment import Alignment, Datum, TipCentres
+from pretravel.drawing.alignment.alignment import align as align_from
+from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.files import ReadingOptions, one_normal, read_readings
+from pretravel.maps import PretravelMap
+from pretravel.surface import Part
+from pretravel.touches import Touches
+
+_MOST_LISTED = 8
+
+
+def align(
+    touches: Touches | str | Path,
+    part: Part,
+    pretravel_map: PretravelMap,
+    *,
+    start: Placement | None = None,
+    datums: Sequence[Datum] = (),
+    extrapolate: bool = False,
+) -> Alignment:
+    """Determine where a part lies in the machine, from touches on its faces.
+
+    Parameters
+    ----------
+    touches : Touches, str or Path
+        Tip centres, in the axes of the machine; or a file of them, which needs no normals. The
+        normals of `Touches` are taken as directions of approach alone.
+    part : Part
+    pretravel_map : PretravelMap
+    start : Placement, optional
+        Near the answer. Without it the placement is searched for from nothing.
+    datums : sequence of Datum, optional
+        In the order of the drawing; without them the best fit on all touched faces.
+    extrapolate : bool
+        Also for normals outside the directions of the map.
+
+    Returns
+    -------
+    Alignment
+        `Alignment.in_part` has the compensated points in the frame of the part, each with the
+        number of its face.
+
+    Raises
+    ------
+    PretravelError
+        No placement explains the touches, or several do.
+    InputError
+        A file that is not one of touches.
+    """
+    if isinstance(touches, Touches):
+        tips = TipCentres.of(touches)
+    else:
+        options = ReadingOptions(normals_from=one_normal([0.0, 0.0, 1.0]))
+        read = read_readings(touches, options).in_machine_axes()
+        tips = TipCentres.of(read.touches, stated_approaches=not read.normals_taken)
+    if start is None:
+        start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
+    return align_from(tips, part, pretravel_map, start, datums=datums, extrapolate=extrapolate)
+
+
+def only_placement(
+    tips: TipCentres, part: Part, pretravel_map: PretravelMap, *, extrapolate: bool = False
+) -> Placement:
+    """The one placement that explains touches.
+
+    Parameters
+    ----------
+    tips : TipCentres
+    part : Part
+    pretravel_map : PretravelMap
+    extrapolate : bool
+
+    Returns
+    -------
+    Placement
+
+    Raises
+    ------
+    PretravelError
+        None explains them, or several do.
+    """
+    found = found_placements(tips, part, pretravel_map, extrapolate=extrapolate)
+    if not found:
+        raise PretravelError(
+            f"no placement of {part.name} explains the touches. Is it the right part, in "
+            "mm, and are these tip centres? State an approximate placement",
+            inputs=("start",),
+        )
+    if len(found) == 1:
+        return found[0].placement
+    listed = "\n".join(
+        f"  {typed_placement(each.placement)}   (residuals {1e3 * each.scatter:.1f} µm)"
+        for each in found[:_MOST_LISTED]
+    )
+    more = "\n  …" if len(found) > _MOST_LISTED else ""
+    raise PretravelError(
+        f"{len(found)} placements explain the touches: the part is symmetric, or the touches "
+        f"are too few to distinguish them. State the right one as the start:\n{listed}{more}",
+        inputs=("start",),
+    )

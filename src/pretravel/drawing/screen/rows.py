@@ -1,0 +1,214 @@
+"""The tolerances of a drawing as rows of a table that a person edits; nothing touches a page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from pretravel.base import PretravelError
+from pretravel.drawing.features.measured_feature import FORM_NAMES
+from pretravel.drawing.tolerances.features_file import (
+    Drawing,
+    DrawnFeature,
+    DrawnPattern,
+    DrawnRelation,
+    face_name,
+)
+from pretravel.drawing.tolerances.tolerance_frame import (
+    POSITION,
+    TOLERANCE_KINDS,
+    GeometricTolerance,
+)
+from pretravel.measurement import SIZE_NAMES
+from pretravel.surface import Part
+
+NONE, SIZE, FORM, DISTANCE, ANGLE = "", "size", "form", "distance", "angle"
+OWN_POSITION = "position in the part"
+"""A position without datums, to the nominal place of the feature."""
+CHARACTERISTICS = (NONE, SIZE, FORM, OWN_POSITION, *TOLERANCE_KINDS, DISTANCE, ANGLE)
+"""What a row can state; none: a datum without a tolerance."""
+
+
+@dataclass(frozen=True)
+class ToleranceRow:
+    """One row: a tolerance, or a feature that is a datum alone.
+
+    Attributes
+    ----------
+    feature : str
+        Label; labels with commas of a pattern, and of a distance or an angle.
+    characteristic : str
+        Of `CHARACTERISTICS`.
+    limits : str
+        As it is typed: ``11.95..12.05``, ``0.02``.
+    datums : str
+        ``A|B|C(M)``.
+    material : str
+    faces : tuple of int
+        Of a feature that no other row states before.
+    stated : mapping of str to value
+        What else the drawing states of the feature: kind, select, at, axis, nominal, …
+    """
+
+    feature: str
+    characteristic: str = NONE
+    limits: str = ""
+    datums: str = ""
+    material: str = ""
+    faces: tuple[int, ...] = ()
+    stated: dict[str, Any] = field(default_factory=dict)
+
+    def called(self, kind: str) -> str:
+        """The characteristic as a line calls it, for a kind of feature: flatness, a diameter."""
+        if self.characteristic == SIZE:
+            return SIZE_NAMES.get(kind, "diameter")
+        if self.characteristic == FORM:
+            return FORM_NAMES.get(kind, "form")
+        if self.characteristic == OWN_POSITION:
+            return POSITION
+        if self.characteristic in (DISTANCE, ANGLE):
+            return self.characteristic
+        datums = tuple(word.strip() for word in self.datums.split("|") if word.strip())
+        to = f" to {'|'.join(datums)}" if datums else ""
+        return f"{self.characteristic}{f' ({self.material})' if self.material else ''}{to}"
+
+
+_STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association")
+
+
+def rows_of(drawing: Drawing) -> list[ToleranceRow]:
+    """The rows of a drawing, each tolerance in one; a datum without a tolerance has one, too."""
+    rows = []
+    for each in drawing.feature:
+        stated = {name: getattr(each, name) for name in _STATED if getattr(each, name)}
+        own = [ToleranceRow(each.name, SIZE, each.tolerance)] if each.tolerance else []
+        if each.form_tolerance is not None:
+            own.append(ToleranceRow(each.name, FORM, f"{each.form_tolerance:.10g}"))
+        if each.position_tolerance is not None:
+            own.append(ToleranceRow(each.name, OWN_POSITION, f"{each.position_tolerance:.10g}"))
+        own += [
+            ToleranceRow(each.name, g.kind, f"{g.zone:.10g}", "|".join(g.datums), g.material)
+            for g in each.geometric
+        ]
+        first, *others = own or [ToleranceRow(each.name)]
+        rows += [replace(first, faces=each.faces, stated=stated), *others]
+    rows += [
+        ToleranceRow(", ".join(p.features), POSITION, f"{p.position_tolerance:.10g}",
+                     "|".join(p.datums), p.material)
+        for p in drawing.pattern
+    ]  # fmt: skip
+    rows += [
+        ToleranceRow(", ".join(b.features), b.quantity, b.tolerance,
+                     stated={} if b.nominal is None else {"nominal": b.nominal})
+        for b in drawing.between
+    ]  # fmt: skip
+    return rows
+
+
+def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
+    """The drawing that rows state.
+
+    Raises
+    ------
+    PretravelError
+        A row that contradicts another one, or whose limits are not numbers, with its feature.
+    """
+    features: dict[str, DrawnFeature] = {}
+    for row in rows:
+        if "," not in row.feature and (row.faces or row.stated):
+            features.setdefault(
+                row.feature, DrawnFeature(label=row.feature, faces=row.faces, **_typed(row.stated))
+            )
+    patterns, between = [], []
+    for row in rows:
+        names = tuple(name.strip() for name in row.feature.split(","))
+        datums = tuple(word.strip() for word in row.datums.split("|") if word.strip())
+        if row.characteristic in (DISTANCE, ANGLE):
+            if len(names) != 2:
+                raise PretravelError(f"{row.feature}: a {row.characteristic} is between two")
+            nominal = row.stated.get("nominal")
+            between.append(
+                DrawnRelation((names[0], names[1]), row.limits, row.characteristic, nominal)
+            )
+        elif len(names) > 1:
+            label = f"pattern{len(patterns) + 1}"
+            patterns.append(DrawnPattern(label, names, _zone(row), datums, row.material))
+        elif names[0] not in features:
+            raise PretravelError(f"{row.feature}: no row states its faces")
+        else:
+            features[names[0]] = _with(features[names[0]], row, datums)
+    return Drawing(tuple(features.values()), tuple(patterns), tuple(between))
+
+
+def _typed(stated: dict[str, Any]) -> dict[str, Any]:
+    """Values as the types have them: a stored row has lists for tuples."""
+    return {name: tuple(v) if isinstance(v, list) else v for name, v in stated.items()}
+
+
+def _zone(row: ToleranceRow) -> float:
+    try:
+        return float(row.limits.strip().replace(",", "."))
+    except ValueError:
+        raise PretravelError(
+            f"{row.feature}, {row.characteristic}: the width of the zone is a number in mm, not "
+            f"'{row.limits}'"
+        ) from None
+
+
+def _with(feature: DrawnFeature, row: ToleranceRow, datums: tuple[str, ...]) -> DrawnFeature:
+    if row.characteristic == NONE or not row.limits.strip():
+        return feature
+    taken = {
+        SIZE: feature.tolerance, FORM: feature.form_tolerance,
+        OWN_POSITION: feature.position_tolerance,
+    }.get(row.characteristic)  # fmt: skip
+    if taken is not None:
+        raise PretravelError(f"{row.feature}: two rows state its {row.characteristic}")
+    if row.characteristic == SIZE:
+        return replace(feature, tolerance=row.limits)
+    if row.characteristic == FORM:
+        return replace(feature, form_tolerance=_zone(row))
+    if row.characteristic == OWN_POSITION:
+        return replace(feature, position_tolerance=_zone(row))
+    own = GeometricTolerance(row.characteristic, _zone(row), datums, row.material)
+    return replace(feature, geometric=(*feature.geometric, own))
+
+
+def rows_of_faces(part: Part, touched: Sequence[int]) -> list[ToleranceRow]:
+    """A row for each touched face that can be measured, to fill in.
+
+    Parameters
+    ----------
+    part : Part
+    touched : sequence of int
+        Numbers of faces.
+    """
+    from pretravel.drawing.tolerances.drawing_on_part import MEASURED_FACES
+
+    return [
+        ToleranceRow(
+            face_name([face.number]),
+            FORM if face.kind == "plane" else SIZE,
+            faces=(face.number,),
+            stated={"kind": face.kind},
+        )
+        for face in part.faces
+        if face.number in touched and face.kind in MEASURED_FACES
+    ]
+
+
+def stored(rows: Sequence[ToleranceRow]) -> str:
+    """Rows as one text of a project."""
+    names = [each.name for each in fields(ToleranceRow)]
+    return json.dumps([{name: getattr(row, name) for name in names} for row in rows])
+
+
+def restored(text: str) -> list[ToleranceRow]:
+    """The rows of a text; none where it is not one of `stored`."""
+    try:
+        found = json.loads(text or "[]")
+        return [ToleranceRow(**{**row, "faces": tuple(row["faces"])}) for row in found]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return []

@@ -1,0 +1,316 @@
+"""The answer to a drawing: one line for each tolerance, what fails first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE
+from pretravel.drawing.features.conformity import (
+    Conformity,
+    ConformityVerdict,
+    conformity_words,
+    verdict_words,
+)
+from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
+from pretravel.drawing.tolerances.tolerances import (
+    InspectedFeature,
+    OpenTolerance,
+    Together,
+    side_of_failure,
+)
+from pretravel.show import Column, Table, number_text, significant
+
+SYMBOLS = {
+    "position": "⊕", "flatness": "▱", "roundness": "○", "cylindricity": "/○/", "straightness": "―",
+    "profile": "◠", "perpendicularity": "⊥", "parallelism": "∥", "angularity": "∠",
+    "run-out": "↗", "total run-out": "↗↗", "coaxiality": "◎", "concentricity": "◎",
+    "symmetry": "≡", "diameter": "⌀", "angle": "∠", "width": "↔", "distance": "↔",
+}  # fmt: skip
+"""Of characteristics, like those of ISO 1101, in signs that usual fonts have."""
+Level = Literal["bad", "caution", "good"]
+LEVELS: dict[ConformityVerdict, Level] = {
+    ConformityVerdict.DOES_NOT_CONFORM: "bad",
+    ConformityVerdict.UNDECIDED: "caution",
+    ConformityVerdict.CONFORMS: "good",
+}
+"""The worst first."""
+SIGNS = {"bad": "✖", "caution": "?", "good": "✔"}
+NOT_MEASURED = "not measured"
+_SHOWN = 4  # names in a sentence
+
+
+@dataclass(frozen=True)
+class ToleranceLine:
+    """One tolerance with its decision.
+
+    Attributes
+    ----------
+    feature, characteristic : str
+        ``bore1``; ``position to A|B|C``.
+    lower, upper : float
+        Limits; infinite where there is none, and zero at the lower end of a zone. [mm or degrees]
+    unit : str
+        mm or °.
+    value, expanded_u, k : float
+        Not numbers where nothing was measured. [mm or degrees]
+    at_most : float or None
+        The upper end of a form that is not distinguished from the errors of the points. [mm]
+    verdict : ConformityVerdict
+    words : str
+        The verdict in words, with its reason.
+    """
+
+    feature: str
+    characteristic: str
+    lower: float
+    upper: float
+    unit: str
+    value: float
+    expanded_u: float
+    k: float
+    verdict: ConformityVerdict
+    words: str
+    at_most: float | None = None
+
+    @property
+    def level(self) -> Level:
+        """Colour and sign of the verdict."""
+        return LEVELS[self.verdict]
+
+    @property
+    def named(self) -> str:
+        """The characteristic with its symbol: ``⌀ diameter``."""
+        name = self.characteristic.partition(" to ")[0].partition(" (")[0]
+        symbol = SYMBOLS.get(name, "")
+        return f"{symbol} {self.characteristic}".strip()
+
+    @property
+    def limits(self) -> str:
+        """``11.95 to 12.05 mm``; ``0.1 mm`` of a zone."""
+        low, high = (f"{end:.7g}" for end in (self.lower, self.upper))
+        if math.isinf(self.upper):
+            return _with_unit(f"from {low}", self.unit)
+        if self.lower == 0.0 or math.isinf(self.lower):
+            return _with_unit(f"{'up to ' if math.isinf(self.lower) else ''}{high}", self.unit)
+        return _with_unit(f"{low} to {high}", self.unit)
+
+    @property
+    def value_text(self) -> str:
+        """With the digits that U carries; a form below the noise as its bound."""
+        if self.at_most is not None:
+            return _with_unit(f"at most {_digits_of(self.at_most, self.expanded_u)}", self.unit)
+        if not math.isfinite(self.value):
+            return ""
+        return _with_unit(_digits_of(self.value, self.expanded_u), self.unit)
+
+    @property
+    def u_text(self) -> str:
+        """U with two digits: in µm, or in degrees."""
+        if not math.isfinite(self.expanded_u):
+            return ""
+        if self.unit == "°":
+            return f"{number_text(self.expanded_u, significant(2))}°"
+        return f"{number_text(self.expanded_u / MICROMETRE, significant(2))} µm"
+
+    @property
+    def k_text(self) -> str:
+        return number_text(self.k, significant(3)) if math.isfinite(self.k) else ""
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text}{unit}" if unit == "°" else f"{text} {unit}"
+
+
+def _digits_of(value: float, expanded_u: float) -> str:
+    """A value with the digits that its U carries: down to the second digit of U.
+
+    >>> _digits_of(12.00212, 0.0041), _digits_of(12.00212, 0.31)
+    ('12.0021', '12.00')
+    """
+    known = math.isfinite(expanded_u) and expanded_u > 0.0
+    count = 1 - math.floor(math.log10(expanded_u)) if known else 4
+    return f"{value:.{min(max(count, 0), 9)}f}"
+
+
+def tolerance_lines(
+    features: Sequence[InspectedFeature],
+    together: Sequence[Together] = (),
+    left_open: Sequence[OpenTolerance] = (),
+) -> list[ToleranceLine]:
+    """A line for each tolerance: what fails, what cannot be decided, the others.
+
+    Parameters
+    ----------
+    features : sequence of InspectedFeature
+    together : sequence of Together
+    left_open : sequence of OpenTolerance
+        What was not measured.
+
+    Returns
+    -------
+    list of ToleranceLine
+        Of one verdict in the order of the drawing.
+    """
+    found = []
+    for each in features:
+        feature = each.feature
+        quantities = {q.name: q for q in each.stated}
+        found += [
+            _line(
+                feature.label or feature.kind,
+                decided.name,
+                quantities.get(decided.name),
+                decided,
+                feature.errors.machine,
+                _reason(decided, feature),
+            )
+            for decided in each.conformities
+        ]
+    found += [
+        _line(one.name, one.tolerance or one.quantity.name, one.quantity, one.conformity,
+              one.u_machine)
+        for one in together
+    ]  # fmt: skip
+    found += [
+        ToleranceLine(
+            one.name,
+            one.characteristic,
+            *one.limits,
+            "°" if one.characteristic == "angle" else "mm",
+            *(3 * (math.nan,)),
+            ConformityVerdict.UNDECIDED,
+            f"{NOT_MEASURED}: {one.reason}",
+        )
+        for one in left_open
+    ]
+    order = list(LEVELS)
+    return sorted(found, key=lambda line: order.index(line.verdict))
+
+
+def _line(
+    name: str,
+    characteristic: str,
+    quantity: Quantity | None,
+    decided: Conformity,
+    u_machine: float,
+    reason: str = "",
+) -> ToleranceLine:
+    angle = quantity is not None and quantity.angle
+    scale = DEGREE if angle else 1.0
+    value = decided.value if quantity is None else quantity.value
+    u = decided.u if quantity is None else quantity.u
+    expanded = 2.0 * u if quantity is None else quantity.expanded_u
+    ends = None if quantity is None else quantity.ends
+    below = ends is not None and ends[0] <= 0.0 and value <= 0.0
+    words = conformity_words(decided, u_machine)
+    return ToleranceLine(
+        name,
+        characteristic,
+        decided.lower / scale if math.isfinite(decided.lower) else _lower(decided),
+        decided.upper / scale,
+        "°" if angle else "mm",
+        value / scale,
+        expanded / scale,
+        expanded / u if u > 0.0 else math.nan,
+        decided.verdict,
+        f"{words}: {reason}" if reason else words,
+        ends[1] if ends is not None and below else None,
+    )
+
+
+def _lower(decided: Conformity) -> float:
+    """The lower end of a zone is zero; a size without a lower limit has none."""
+    name = decided.name.partition(" to ")[0].partition(" (")[0]
+    sized = name in ("diameter", "width", "tube diameter", "distance", "angle")
+    return decided.lower if sized else 0.0
+
+
+def _reason(decided: Conformity, feature: MeasuredFeature) -> str:
+    fails = decided.verdict is ConformityVerdict.DOES_NOT_CONFORM
+    return (
+        side_of_failure(decided, feature.side)
+        if fails and decided.name == feature.size_name
+        else ""
+    )
+
+
+LINES = "Tolerances"
+"""Title of the table of tolerances."""
+
+
+def lines_table(lines: Sequence[ToleranceLine]) -> Table:
+    """The lines as a table of words; a verdict has its sign.
+
+    Parameters
+    ----------
+    lines : sequence of ToleranceLine
+    """
+    return Table(
+        (
+            Column.of("feature", [line.feature for line in lines]),
+            Column.of("characteristic", [line.named for line in lines]),
+            Column.of("limits", [line.limits for line in lines]),
+            Column.of("value", [line.value_text for line in lines]),
+            Column.of("U", [line.u_text for line in lines]),
+            Column.of("k", [line.k_text for line in lines]),
+            Column.of("verdict", [f"{SIGNS[line.level]} {line.words}" for line in lines]),
+        ),
+        title=LINES,
+        levels=tuple(line.level for line in lines),
+    )
+
+
+def lines_data(lines: Sequence[ToleranceLine]) -> Table:
+    """The lines in numbers, for programs. [mm or degrees]"""
+    return Table.of(
+        {
+            "feature": [line.feature for line in lines],
+            "characteristic": [line.characteristic for line in lines],
+            "unit": ["deg" if line.unit == "°" else "mm" for line in lines],
+            **{
+                name: np.array([getattr(line, name) for line in lines])
+                for name in ("lower", "upper", "value", "expanded_u", "k")
+            },
+            "verdict": [line.words for line in lines],
+        },
+        LINES,
+    )
+
+
+def count_words(
+    lines: Sequence[ToleranceLine], features: Sequence[InspectedFeature], u_machine: float
+) -> str:
+    """What the lines say together: ``7 of 9 tolerances conform; 2 features without a tolerance``.
+
+    Parameters
+    ----------
+    lines : sequence of ToleranceLine
+    features : sequence of InspectedFeature
+    u_machine : float
+        Without it nothing is called conforming. [mm]
+    """
+    parts = []
+    for verdict in LEVELS:
+        mine = [line for line in lines if line.verdict is verdict]
+        if verdict is not ConformityVerdict.CONFORMS and mine:
+            words = verdict_words(verdict, u_machine)
+            words = (
+                {"does not conform": "do not conform"}.get(words, words) if len(mine) > 1 else words
+            )
+            names = "; ".join(f"{each.feature}: {each.characteristic}" for each in mine[:_SHOWN])
+            more = "; …" if len(mine) > _SHOWN else ""
+            parts.append(f"{len(mine)} {words} ({names}{more})")
+    good = sum(line.verdict is ConformityVerdict.CONFORMS for line in lines)
+    words = verdict_words(ConformityVerdict.CONFORMS, u_machine)
+    total = f"{len(lines)} tolerance{'s' * (len(lines) > 1)}"
+    conform = "conform" if words == "conforms" and good != 1 else words
+    parts.append(f"{good} of {total} {conform}")
+    labels = {name for line in lines for name in line.feature.split(", ")}
+    bare = sum((each.feature.label or each.feature.kind) not in labels for each in features)
+    without = f"; {bare} feature{'s' * (bare > 1)} without a tolerance" if bare else ""
+    return ", ".join(parts) + without

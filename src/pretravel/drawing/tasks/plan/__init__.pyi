@@ -1,0 +1,3 @@
+"""What other rooms use of this one."""
+
+from .task import Plan as Plan

@@ -1,0 +1,131 @@
+"""Choose points of a surface to touch, or those that the tolerances of a drawing need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pretravel.base import DEGREE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.task import SILENT, Field, Progress, Result
+from pretravel.tasks.plan import PlanTargets
+
+if TYPE_CHECKING:
+    from pretravel.drawing.tasks.plan.needed import NeededTouches
+    from pretravel.show import Document
+    from pretravel.surface import Part
+
+
+class Plan(PlanTargets):
+    """Choose points of a surface to touch, as targets for simulate or for a machine.
+
+    With a drawing they are the touches that its tolerances need, in the order to take them.
+    """
+
+    drawing: Annotated[
+        Path | None,
+        Field(
+            help="A drawing, .toml, as pretravel drawing writes it: the touches that its "
+            "tolerances need, so many that U is a tenth of each where this can be had, where the "
+            "stylus reaches them, datums first.",
+            label="Drawing",
+            reads=True,
+            states="the tolerances state how many",
+        ),
+    ] = None
+    u_touch_um: Annotated[
+        float,
+        Field(
+            help="Standard uncertainty of one touch, in µm, from which the number of touches "
+            "follows.",
+            range=(1e-3, 1e3),
+            label="u of one touch",
+            only=("drawing",),
+        ),
+    ] = 1.0
+    tip_diameter: Annotated[
+        float,
+        Field(help="Diameter of the tip, in mm.", range=TIP_BALL, only=("drawing",)),
+    ] = 2.0
+    stem_diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the stylus above the tip, in mm; without it, half of the tip's.",
+            range=TIP_BALL,
+            label="Diameter of the stem",
+            only=("drawing",),
+        ),
+    ] = None
+
+    def run(self, progress: Progress = SILENT) -> Result:
+        """Choose the points."""
+        if self.drawing is None:
+            return super().run(progress)
+        from pretravel.drawing.tasks.plan.needed import Stylus, needed_touches
+        from pretravel.drawing.tolerances.features_file import read_drawing
+        from pretravel.probing import InspectionRegion
+        from pretravel.surface import read_part
+
+        if self.grid or self.spacing or self.curvature_um:
+            raise PretravelError(
+                "the number of touches follows from the tolerances: leave out grid, spacing and "
+                "curvature",
+                inputs=("drawing", "grid", "spacing", "curvature"),
+            )
+        drawing = read_drawing(self.drawing)
+        part = read_part(self.surface)
+        stem = 0.5 * self.tip_diameter if self.stem_diameter is None else self.stem_diameter
+        stylus = Stylus(0.5 * self.tip_diameter, 0.5 * stem, self.axis)
+        region = InspectionRegion(
+            self.margin, self.u, self.v, self.max_polar_deg * DEGREE, self.axis
+        )
+        with progress.working(f"planning {self.drawing.name}"):
+            found = needed_touches(drawing, part, stylus, self.u_touch_um * MICROMETRE, region)
+        return PlannedDrawing(self, part, found)
+
+
+@dataclass(frozen=True)
+class PlannedDrawing(Result):
+    """The touches of a drawing.
+
+    Attributes
+    ----------
+    task : Plan
+    part : Part
+    found : NeededTouches
+    """
+
+    task: Plan
+    part: Part
+    found: NeededTouches
+
+    def document(self) -> Document:
+        """The report: how many touches each feature has, and the U that they give."""
+        from pretravel.show import Column, Digits, Table
+        from pretravel.tasks.plan import plan_document
+
+        rows = self.found.rows
+        table = Table(
+            (
+                Column.of("feature", [row[0] for row in rows]),
+                Column.of("touches", [row[1] for row in rows], digits=Digits(0)),
+                Column.of("U about", [row[2] / MICROMETRE for row in rows], "µm"),
+                Column.of("narrowest tolerance", [row[3] for row in rows], "mm", Digits(4)),
+            ),
+            title="Touches of each feature",
+            explanation="U of the feature by the touches alone; form and machine come to it.",
+        )
+        title = f"Touches of {self.task.drawing.name if self.task.drawing else ''}"
+        document = plan_document(self.found.plan, self.part, title)
+        return replace(
+            document,
+            tables=(table, *document.tables),
+            warnings=(*document.warnings, *self.found.warnings),
+        )
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the targets."""
+        del output
+        from pretravel.files import plan_table, write_csv_table
+
+        write_csv_table(path, plan_table(self.found.plan))

@@ -1,0 +1,142 @@
+"""The daily check: two clicks, an answer in a word, a colour and micrometres, days that stay."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pretravel.files.probe_history import read_history
+from tests.browser import screens
+from tests.browser.screens import downloaded, settled, tab
+from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
+from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
+from tests.support.commands import run
+
+
+def _day(folder: Path, day: int, *, longer: float = 0.0) -> Path:
+    """The example's touches of another day; `longer` moves them outwards. [mm]"""
+    head, *rows = SPHERE.read_text().splitlines()
+    noise = np.random.default_rng(day).normal(scale=1e-4, size=(len(rows), 3))
+    lines = [head]
+    for row, shift in zip(rows, noise, strict=True):
+        values = np.array(row.split(","), dtype=np.float64)
+        values[:3] += shift + longer * values[3:6]
+        lines.append(",".join(f"{value:.7f}" for value in values))
+    path = folder / f"day{day}.csv"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def _qualified(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, f"{workbench.address}engineer")
+    drop(page, SPHERE.read_bytes())
+    state_diameters(page)
+    step(page, "Choose your control")
+
+
+def _check(page: Any, path: Path, word: str) -> None:
+    screens.drop(page, "daily", "touches", path)
+    page.wait_for_selector(f".file-name:has-text('{path.name}')")
+    page.wait_for_selector(f".verdict-card:has-text('{word}')")
+    settled(page)
+
+
+def test_a_day_is_two_clicks_and_the_days_stay(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    _qualified(page, workbench)
+    opened(page, workbench.address)
+    # The first thing on home, once there is a map.
+    page.wait_for_selector(".daily-first")
+    first = page.locator("main .panel h2").first.inner_text()
+    assert first == "Daily check"
+    page.get_by_role("link", name="Drop today's touches").click()  # the first click
+    page.wait_for_selector('.file-name:has-text("map.json")')  # the map of this project
+    days = [_day(tmp_path, day) for day in (1, 2, 3)]
+    _check(page, days[0], "No change found")  # the second: the file
+    assert re.search(r"largest difference from the map\s*\d+\.\d µm", page.inner_text(".document"))
+    assert "qualify again" in page.inner_text(".document")
+    for path in days[1:]:
+        _check(page, path, "No change found")
+    page.wait_for_selector(".document:has-text('from 3 checks in the history')")
+    # The next morning: another tab, after a look at another screen.
+    opened(page, f"{workbench.address}daily")
+    page.wait_for_selector(".document:has-text('from 3 checks in the history')")
+    assert serious_problems(page) == []
+    tab(page, "Files")
+    mine = downloaded(page, "history.jsonl", tmp_path)
+    # The command goes on with the same file, and has the same lines.
+    theirs, made = tmp_path / "theirs.jsonl", tmp_path / "map.json"
+    run("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6", "-o", made)
+    for path in days:
+        run("verify", path, "--map", made, "--diameter", "24.9987", "--history", theirs)
+    for ours, command in zip(read_history(mine), read_history(theirs), strict=True):
+        assert {**ours.values, "time": ""} == {**command.values, "time": ""}
+    longer = _day(tmp_path, 4, longer=0.004)
+    run("verify", longer, "--map", made, "--diameter", "24.9987", "--history", mine, code=3)
+    run("history", mine)
+
+
+def test_a_changed_probe_is_red_and_said_on_home(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    _qualified(page, workbench)
+    opened(page, f"{workbench.address}daily")
+    page.wait_for_selector('.file-name:has-text("map.json")')
+    _check(page, _day(tmp_path, 1, longer=0.004), "Changed: qualify again")
+    assert "bad" in str(page.locator(".verdict-card").first.get_attribute("class"))
+    opened(page, workbench.address)
+    page.wait_for_selector(".daily-first:has-text('Changed: qualify again')")
+
+
+def test_the_log_of_yesterday_is_no_check_of_today(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    _qualified(page, workbench)
+    opened(page, f"{workbench.address}daily")
+    page.wait_for_selector('.file-name:has-text("map.json")')
+    days = [_day(tmp_path, day) for day in (1, 2)]
+    for path in days:
+        _check(page, path, "No change found")
+    screens.drop(page, "daily", "touches", days[0])
+    page.wait_for_selector(".error-view:has-text('these touches are in the history already')")
+    # A day that was no check is taken out again, and a new history begins.
+    page.get_by_text("History of the probe", exact=True).click()
+    page.get_by_role("button", name="Begin a new history").click()
+    _check(page, days[0], "No change found")
+    page.wait_for_selector(".document:has-text('from 1 check in the history')")
+
+
+def test_a_history_of_the_command_goes_on_here(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    made, history = tmp_path / "map.json", tmp_path / "probe7.jsonl"
+    run("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6", "-o", made)
+    for day in (1, 2):
+        path = _day(tmp_path, day)
+        run("verify", path, "--map", made, "--diameter", "24.9987", "--history", history)
+    opened(page, f"{workbench.address}task/repeat")
+    screens.drop(page, "task-repeat", "log", history)
+    page.locator("button.offer").click()  # it belongs to the daily check
+    page.wait_for_url("**/daily?*")
+    screens.drop(page, "daily", "map", made)
+    page.get_by_label("Diameter of the reference [mm]").first.fill("24.9987")
+    _check(page, _day(tmp_path, 3), "No change found")
+    page.wait_for_selector(".document:has-text('from 3 checks in the history')")
+
+
+def test_task_history_takes_the_file(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    made, history = tmp_path / "map.json", tmp_path / "probe7.jsonl"
+    run("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6", "-o", made)
+    path = _day(tmp_path, 1)
+    run("verify", path, "--map", made, "--diameter", "24.9987", "--history", history)
+    opened(page, f"{workbench.address}task/history")
+    screens.drop(page, "task-history", "places", history)
+    page.wait_for_selector('.file-name:has-text("probe7.jsonl")')
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".document:has-text('1 verification')")

@@ -1,0 +1,40 @@
+"""The table of tolerances: the model's own fill it, and what fails stands first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pretravel.drawing.screen.work import example_map
+from pretravel.task.example_data import example_folder
+from tests.browser.screens import drop, settled
+from tests.browser.workbench_server import RunningWorkbench, opened
+
+EXAMPLES = example_folder()
+
+
+def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_path: Any) -> None:
+    """A boss of 14 mm fails 14 g6 of the model; another limit that is typed is kept."""
+    name, content = example_map(EXAMPLES)
+    (tmp_path / name).write_bytes(content)
+    opened(page, workbench.address)
+    page.get_by_role("heading", name="Measure a part").click()
+    page.wait_for_selector("main h1:has-text('Measure a part')")
+    drop(page, "part", "touches", EXAMPLES / "bracket_tip_centres.csv")
+    drop(page, "part", "map", tmp_path / name)
+    drop(page, "part", "part", EXAMPLES / "bracket_pmi.step")
+    page.get_by_role("button", name="Find the part").click()
+    page.get_by_role("button", name="Fill from the model or the drawing").click()
+    page.wait_for_selector(".tolerance-rows tbody tr")
+    page.get_by_role("button", name="Measure", exact=True).click()
+    first = page.locator(".feature-rows tbody tr").first
+    first.wait_for()
+    settled(page)
+    assert first.locator("th").inner_text() == "cylinder13"
+    assert "does not conform" in first.inner_text() or "outside" in first.inner_text()
+    row = page.locator(".tolerance-rows tbody tr:has(th:text-is('cylinder13'))").first
+    row.locator("td.number:has-text('mm')").wait_for()  # its value stands beside what is typed
+    page.screenshot(path=tmp_path / "table.png", full_page=True)
+    page.get_by_label("limits of cylinder13").fill("13.9..14.1")
+    page.wait_for_timeout(1000)
+    page.get_by_role("button", name="Measure", exact=True).click()
+    page.wait_for_selector(".verdict:not(:has-text('cylinder13: diameter'))")

@@ -1,0 +1,122 @@
+"""From a model with PMI, and touches without normals and labels, to a line for each tolerance.
+
+The part and its touches are those of `examples/data`: its boss is 14 mm (bracket.step), the PMI of
+bracket_pmi.step asks 14 g6, 13.983 to 13.994 mm (ISO 286-1): it must fail.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pretravel
+from pretravel.base.errors import PretravelError
+from pretravel.drawing.tasks.measure.lines import LEVELS
+from pretravel.measurement.points import Points
+from tests.support.commands import both_outputs, run
+from tests.support.examples import EXAMPLES
+
+MODEL = EXAMPLES / "bracket_pmi.step"
+TOUCHES = EXAMPLES / "bracket_touches.csv"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("by_faces")
+    run("qualify", EXAMPLES / "sphere_touches.csv", "--diameter", 24.9987, "--tip-diameter", 6,
+        "--u-diameter", 0.1, "-o", place / "map.json")  # fmt: skip
+    run("drawing", MODEL, "-o", place / "drawing.toml")
+    run("align", EXAMPLES / "bracket_tip_centres.csv", "--part", MODEL, "--map",
+        place / "map.json", "--points", place / "points.csv")  # fmt: skip
+    return place
+
+
+@pytest.fixture(scope="module")
+def points(folder: Path) -> Points:
+    return pretravel.read_points(folder / "points.csv")
+
+
+def test_three_commands_to_the_lines(folder: Path) -> None:
+    told = run("measure", folder / "points.csv", "--drawing", folder / "drawing.toml", "--part",
+               MODEL, "--u-machine", 1, code=3)  # fmt: skip
+    rows = told.splitlines()
+    assert rows[0].startswith("1 does not conform (cylinder13: diameter)")
+    assert "1 feature without a tolerance" in rows[0]
+    heading = rows.index("Tolerances")
+    assert rows[heading + 2].startswith("cylinder13")
+    assert "✖ does not conform: too large" in rows[heading + 2]
+    assert sum("✔ conforms" in row for row in rows) == 5
+
+
+def test_faces_of_points(points: Points) -> None:
+    """What the labels say of the same touches; plane3 is face 3, bore1 face 12, boss face 13."""
+    labels = [row.partition(",")[0]
+              for row in TOUCHES.read_text().splitlines()[1:]]  # fmt: skip
+    assert points.face is not None
+    of_label = {"plane3": 3, "plane16": 16, "bore1": 12, "bore2": 14, "boss": 13}
+    for label, face in zip(labels, points.face.tolist(), strict=True):
+        name = label.partition("-")[0]
+        if name in of_label:
+            assert face == of_label[name], label
+    assert len(points[points.face == 12]) == 8
+
+
+def test_python_gives_the_same(folder: Path, points: Points) -> None:
+    part = pretravel.read_part(MODEL)
+    drawing = pretravel.read_drawing(folder / "drawing.toml")
+    result = pretravel.measure_drawing(points, drawing, part=part, u_machine=1e-3)
+    assert result.report().startswith("1 does not conform (cylinder13: diameter)")
+    assert [line.level for line in result.lines] == sorted(
+        (line.level for line in result.lines), key=list(LEVELS.values()).index
+    )
+    diameter = result["cylinder13"]["diameter"]
+    assert abs(diameter.value - 14.0) < diameter.expanded_u + 2e-3
+    aligned = pretravel.align(
+        EXAMPLES / "bracket_tip_centres.csv", part, pretravel.read_map(folder / "map.json")
+    )
+    assert np.array_equal(aligned.in_part.face, points.face)
+
+
+def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None:
+    rows = (
+        pretravel.DrawnFeature(faces=(5,), form_tolerance=0.01),
+        pretravel.DrawnFeature(faces=(3,), geometric=(
+            pretravel.GeometricTolerance("parallelism", 0.01, ("face5",)),
+        )),
+    )  # fmt: skip
+    part = pretravel.read_part(MODEL)
+    result = pretravel.measure_drawing(points, pretravel.Drawing(rows), part=part)
+    assert result.exit_code == 3
+    assert [line.words for line in result.lines] == [
+        "not measured: no touch is on face 5",
+        "not measured: face5: no touch is on face 5",
+    ]
+    assert "0 of 2 tolerances" in result.report()
+
+
+def test_points_without_faces_are_refused_by_name(points: Points) -> None:
+    plain = Points.plain(points.positions, points.labels)
+    drawing = pretravel.Drawing((pretravel.DrawnFeature("plane", faces=(3,)),))
+    with pytest.raises(PretravelError, match="do not state the faces"):
+        pretravel.measure_drawing(plain, drawing)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ({"faces": (3,), "select": "a*"}, "both faces and select"),
+        ({"kind": "plane"}, "neither faces nor select"),
+        ({"faces": (0,)}, "counted from 1"),
+    ],
+)
+def test_a_feature_states_its_points_once(row: dict[str, object], words: str) -> None:
+    with pytest.raises(PretravelError, match=words):
+        pretravel.DrawnFeature(**row)  # type: ignore[arg-type]
+
+
+def test_the_former_option_warns(folder: Path) -> None:
+    _, warned = both_outputs("measure", folder / "points.csv", "--features",
+                             folder / "drawing.toml", "--part", MODEL, code=3)  # fmt: skip
+    assert "--features is deprecated: it is called --drawing now" in warned

@@ -1,0 +1,67 @@
+"""The touches that a drawing needs, on the bracket: how many, where the stylus reaches, the order.
+
+Faces: 3 the top (A), 2 and 1 sides (B, C), 12 a bore of 12 mm, 13 a boss with 14 g6.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pretravel.drawing.tasks.plan.needed import MOST, Stylus, needed_touches
+from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
+from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
+from pretravel.probing import InspectionRegion
+from pretravel.surface import read_part
+from tests.support.commands import rows, run
+from tests.support.examples import EXAMPLES
+
+MODEL = EXAMPLES / "bracket_pmi.step"
+PART = read_part(MODEL)
+STYLUS = Stylus(1.5, 0.75)
+
+
+def planned(*features: DrawnFeature, stylus: Stylus = STYLUS, u: float = 1e-3):  # type: ignore[no-untyped-def]
+    return needed_touches(Drawing(features), PART, stylus, u, InspectionRegion())
+
+
+def test_datums_first_and_each_feature_together(tmp_path: Path) -> None:
+    run("drawing", MODEL, "-o", tmp_path / "drawing.toml")
+    told = run("plan", MODEL, "--drawing", tmp_path / "drawing.toml", "--tip-diameter", 3,
+               "-o", tmp_path / "plan.csv")  # fmt: skip
+    assert "narrowest tolerance" in told
+    faces = [row["face"] for row in rows(tmp_path / "plan.csv")]
+    order = [faces[0], *(b for a, b in zip(faces, faces[1:], strict=False) if a != b)]
+    assert order[:3] == ["3", "2", "1"]
+    assert len(order) == len(set(faces))  # nobody comes back to a face
+
+
+def test_a_narrower_tolerance_has_more_touches() -> None:
+    """U = 2 · 2 u / √n of a plane is a tenth of T: n = (40 u / T)²; at most sixty."""
+    wide = planned(DrawnFeature(faces=(4,), form_tolerance=0.1))
+    narrow = planned(DrawnFeature(faces=(4,), form_tolerance=0.008))
+    tight = planned(DrawnFeature(faces=(4,), form_tolerance=0.001))
+    assert len(wide.plan) < 15
+    assert 25 <= len(narrow.plan) <= 36
+    assert len(tight.plan) <= 2 * MOST
+    assert narrow.rows[0][2] <= 0.1 * 0.008
+    assert any("of the tolerance" in each for each in tight.warnings)
+
+
+def test_what_the_stylus_does_not_reach_is_left_out() -> None:
+    """Face 8 is an undercut below the top; a tip of 14 mm does not enter a bore of 12 mm."""
+    bore = DrawnFeature(faces=(12,), tolerance="11.9..12.1")
+    plane = DrawnFeature(faces=(3,), form_tolerance=0.05)
+    assert set(planned(bore, plane).plan.face.tolist()) == {3, 12}
+    large = planned(bore, plane, stylus=Stylus(7.0, 3.5))
+    assert 12 not in large.plan.face
+    assert any("face12: the stylus reaches no place" in each for each in large.warnings)
+
+
+def test_a_datum_is_touched_as_its_tolerance_needs() -> None:
+    own = GeometricTolerance("perpendicularity", 0.01, ("face3",))
+    found = planned(DrawnFeature(faces=(2,), geometric=(own,)))
+    assert list(dict.fromkeys(found.plan.face.tolist())) == [3, 2]
+    assert [row[3] for row in found.rows] == [0.01, 0.01]
+    assert np.all(found.plan.normal @ np.array([0.0, 0.0, 1.0]) > -1e-6)
