@@ -1,65 +1,14 @@
 """The rows of docs/validation.md on four papers: nothing numbered is left out, each has a verdict.
 
-The rows are made from the markers `published` of the tests; here are those of items without a test.
+The rows are made from the markers `published` of the tests, and from
+docs/results/published-without-test.csv.
 """
 
 from __future__ import annotations
 
 import pytest
 
-from docs.generated_reference import Published, published_rows
-
-WITHOUT_TEST = [
-    Published(
-        "Rodrigues 2021",
-        "Figures 1.1 to 1.5",
-        what="photographs, principle",
-        ours="–",
-        theirs="–",
-        verdict="not software",
-    ),
-    Published(
-        "Rodrigues 2021",
-        "Figures 2.1 to 2.7, 2.9 to 2.11",
-        what="flow of the model, CAD, mesh, supports",
-        ours="meshes of our own: [finite elements](#finite-elements-against-exact-results)",
-        theirs="ANSYS",
-        verdict="not software (theirs); no number",
-        command="pretravel fem omp40-2 -o fem.html",
-    ),
-    Published(
-        "Rodrigues 2021",
-        "Figures 2.16, 2.17",
-        what="set-up of the experiment",
-        ours="–",
-        theirs="–",
-        verdict="not software",
-    ),
-    Published(
-        "Rodrigues 2021",
-        "Figures 4.21, 4.22",
-        what="first guess of their solver",
-        ours="–",
-        theirs="–",
-        verdict="not software: no guess is needed",
-    ),
-    Published(
-        "Rodrigues 2021",
-        "Figures 4.26, 4.29, 4.32",
-        what="drawings of the styluses",
-        ours="–",
-        theirs="–",
-        verdict="not software",
-    ),
-    Published(
-        "Ren 2020",
-        "Figures 2, 3, 7",
-        what="probe and rig",
-        ours="–",
-        theirs="–",
-        verdict="not software",
-    ),
-]
+from docs.generated_reference import published_rows
 
 
 def _numbered(**counts: int) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import typer
@@ -22,6 +23,14 @@ _RENAMED = {("measure", "--features"): "--drawing"}
 """Options by their command and their former name, and their names of today."""
 
 
+WHOLE_HELP = "--help-all"
+OPTIONS, SPECIAL, OUTPUT = "Options", "In special cases", "Output"
+_LONG = 80
+"""Characters of a first sentence, of which more is cut at its colon."""
+_FOLDED = ("Reading a file", SPECIAL)
+"""Parts of the help of which the short one states the names alone."""
+
+
 class Command(TyperCommand):
     """A command that adds its options to the messages of the library.
 
@@ -34,6 +43,10 @@ class Command(TyperCommand):
         """Read the arguments; a value that cannot be used is named with its option."""
         args = [self._renamed(word) for word in args]
         ctx.meta[TYPED] = tuple(args)
+        if WHOLE_HELP in args:
+            ctx.meta[WHOLE_HELP] = True
+            typer.echo(self.get_help(ctx))
+            ctx.exit()
         self._refuse_twice(args)
         try:
             rest: list[str] = super().parse_args(ctx, args)
@@ -47,6 +60,37 @@ class Command(TyperCommand):
             if any(isinstance(n, float) and not math.isfinite(n) for n in numbers):
                 raise PretravelError(f"{typed_name(parameter)} {value}: it must be finite")
         return rest
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help as plain text: options in parts, the first sentence of each.
+
+        With ``--help-all`` all of every text, and every part.
+        """
+        whole = ctx.meta.get(WHOLE_HELP, False)
+        self.format_usage(ctx, formatter)
+        text = "\n\n".join((self.help or "").split("\n\n")[: None if whole else 2])
+        with formatter.indentation():
+            formatter.write_paragraph()
+            formatter.write_text(text)
+        for title, parameters in self._parts(ctx).items():
+            with formatter.section(title):
+                if title in _FOLDED and not whole:
+                    formatter.write_text(", ".join(map(typed_name, parameters)))
+                else:
+                    formatter.write_dl([_help_row(each, ctx, whole) for each in parameters])
+        formatter.write_paragraph()
+        formatter.write_text(self.epilog or "")
+        if not whole:
+            formatter.write_text(f"All options, and all about them: {WHOLE_HELP}")
+
+    def _parts(self, ctx: Any) -> dict[str, list[Any]]:
+        """Arguments and options below their titles, those for all work first."""
+        parts: dict[str, list[Any]] = {"Arguments": [], OPTIONS: [], OUTPUT: []}
+        for each in self.get_params(ctx):
+            is_option = isinstance(each, TyperOption)
+            title = getattr(each, "rich_help_panel", None) or OPTIONS if is_option else "Arguments"
+            parts.setdefault(title, []).append(each)
+        return {title: found for title, found in parts.items() if found}
 
     def _renamed(self, word: str) -> str:
         """The option that replaces a deprecated one, which is said on stderr."""
@@ -92,6 +136,20 @@ class Command(TyperCommand):
                 if name in (parameter.name, longest.lstrip("-").replace("-", "_")):
                     return longest
         return ""
+
+
+def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
+    """Spelling and text of an argument or option; of a short one the first sentence."""
+    name, text = parameter.get_help_record(ctx) or (typed_name(parameter), parameter.help or "")
+    if whole:
+        return name, text
+    name = re.sub(r"(?: RANGE)? *\[[^\]]*<=[^\]]*\]", "", name)
+    default = re.search(r"default: ([^;\]]+)", text)
+    first = re.split(r"(?<=[\w)])\. (?=[A-Z])|; ", parameter.help or text, maxsplit=1)[0]
+    if len(first) > _LONG:
+        first = first.partition(": ")[0]
+    first = first.rstrip(".")
+    return name, f"{first}. [{default[1]}]" if default else f"{first}."
 
 
 def typed_name(parameter: Any) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import MISSING, dataclass
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pretravel.base import PretravelError
-from pretravel.cli.command import TYPED, Command
+from pretravel.cli.command import OPTIONS, OUTPUT, SPECIAL, TYPED, Command
 from pretravel.cli.files import check_files
 from pretravel.cli.running import input_files, record_of
 from pretravel.task import (
@@ -59,9 +58,10 @@ def command_of(task: type[Task]) -> Any:
     alone.command(
         task.name.split()[-1],
         cls=Command,
-        help=_shown(inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0]),
-        epilog=_shown(f"Example: {task.example}"),
+        help=inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0],
+        epilog=f"Example: {task.example}",
         rich_help_panel=task.group,
+        context_settings={"max_content_width": 100},
     )(callback)
     return typer.main.get_command(alone)
 
@@ -101,7 +101,7 @@ def _parameters(task: type[Task]) -> Iterator[inspect.Parameter]:
             setting.name,
             inspect.Parameter.KEYWORD_ONLY,
             default=default,
-            annotation=Annotated[_type(setting), _information(setting)],
+            annotation=Annotated[_type(setting), _information(setting, _section(task, setting))],
         )
 
 
@@ -117,9 +117,22 @@ def _type(setting: Setting) -> Any:
     return kind if _required(setting) else kind | None
 
 
-def _information(setting: Setting) -> Any:
+def _section(task: type[Task], setting: Setting) -> str:
+    """The part of the help in which an option stands."""
+    if setting.field.writes:
+        return OUTPUT
+    if setting.field.only:
+        return SPECIAL
+    declared = (
+        each for each in task.__mro__ if setting.name in vars(each).get("__annotations__", ())
+    )
+    return str(vars(next(declared, task)).get("section", "")) or OPTIONS
+
+
+def _information(setting: Setting, section: str) -> Any:
     field = setting.field
-    common: dict[str, Any] = {"help": _shown(setting.help), "metavar": field.metavar or None}
+    common: dict[str, Any] = {"help": setting.help, "metavar": field.metavar or None}
+    common["rich_help_panel"] = section
     if field.parse is not None or field.names is not None:
         common["parser"] = _parser(setting)
     elif setting.kind in (float, int) and field.range is not None:
@@ -128,11 +141,6 @@ def _information(setting: Setting) -> Any:
         return typer.Argument(**common)
     names = (setting.option, *filter(None, (field.short,)))
     return typer.Option(*names, **common)
-
-
-def _shown(text: str) -> str:
-    """A text in which words in square brackets are shown, where typer reads them as its markup."""
-    return re.sub(r"(\\*)(?=\[[a-z#/@])", r"\1\1\\", text)
 
 
 def _parser(setting: Setting) -> Callable[[str], Any]:

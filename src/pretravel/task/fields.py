@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
 
 from pretravel.base import (
     ANGLE,
@@ -335,6 +335,8 @@ Verbose: TypeAlias = Annotated[
 class Reported(Task):
     """Settings of tasks that show a report."""
 
+    section: ClassVar[str] = "Output"
+
     plot: Annotated[Path | None, Field(help="Picture: .png, .svg or .pdf.", writes=PICTURES)] = None
     verbose: Verbose = False
 
@@ -356,6 +358,8 @@ def output(text: str, *endings: str, report_json: bool = False) -> Field:
 
 class LaboratoryReport(Reported):
     """Settings of tasks whose reports a laboratory keeps."""
+
+    section: ClassVar[str] = "Output"
 
     lab: Annotated[
         Path | None,
@@ -418,6 +422,8 @@ Series: TypeAlias = Annotated[
 class OfOneTip(Task):
     """Settings of tasks that take the touches of one tip."""
 
+    section: ClassVar[str] = "Reading a file"
+
     tip: Annotated[
         str | None,
         Field(
@@ -431,6 +437,8 @@ class OfOneTip(Task):
 
 class TouchTables(Task):
     """Settings of tasks that read tables of touches: what a file does not state itself."""
+
+    section: ClassVar[str] = "Reading a file"
 
     units: StatedUnits = None
     file_format: FileFormatName = None
@@ -547,6 +555,8 @@ class TouchTables(Task):
 class TouchFiles(TouchTables):
     """Settings of tasks on touches from files."""
 
+    section: ClassVar[str] = "Reading a file"
+
     touches: Annotated[
         tuple[Path, ...],
         Field(
@@ -644,6 +654,8 @@ FEED_OF_TOUCHES = Field(
 
 class TouchFilesWithFeed(TouchFiles):
     """Settings of tasks on touches from files, which can state the feed of all touches."""
+
+    section: ClassVar[str] = "Reading a file"
 
     feed: Annotated[float | None, FEED_OF_TOUCHES] = None
 

@@ -66,17 +66,34 @@ def test_without_words_the_help_is_shown() -> None:
 
 @pytest.mark.parametrize("words", _commands(), ids=" ".join)
 def test_what_is_written_is_what_is_shown(
-    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+    words: tuple[str, ...],
 ) -> None:
-    """Each text of a description is in the help, letter by letter, brackets too."""
-    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 10_000)  # no text is broken
+    """Each text of a description is in the whole help, letter by letter, brackets too."""
     name = " ".join(words)
     if name not in PLACES:  # the list of commands; a group
         return
     task = task_named(name)
-    shown = " ".join(run(*words, "--help").split())
+    shown = _unbroken(run(*words, "--help-all"))
     written = [task.example, (task.__doc__ or "").partition("\n\nAttributes\n")[0]]
     written += [setting.help for setting in settings_of(task)]
     for text in written:
         for part in text.split("\n\n"):
-            assert " ".join(part.split()) in shown
+            assert _unbroken(part) in shown
+
+
+@pytest.mark.parametrize("words", _commands(), ids=" ".join)
+def test_the_short_help_fits_on_a_page(words: tuple[str, ...]) -> None:
+    """It is 80 lines at most, and names every option."""
+    name = " ".join(words)
+    if name not in PLACES:
+        return
+    lines = run(*words, "--help").splitlines()
+    assert len(lines) <= 80
+    shown = _unbroken("\n".join(lines))
+    for setting in settings_of(task_named(name)):
+        assert setting.field.positional or setting.option.split("/")[0] in shown
+
+
+def _unbroken(text: str) -> str:
+    """A text without blanks, where lines are broken between words, in long ones and at hyphens."""
+    return "".join(text.split())

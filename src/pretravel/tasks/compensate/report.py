@@ -192,8 +192,7 @@ def _in_short(points: PointsSummary) -> str:
         return ""
     left = _left_by_corrections(points)
     if "map" not in left:
-        most = value_text(left["one radius for all"].largest / MICROMETRE, "µm")
-        return f"; one radius for all of them would leave errors up to {most}"
+        return ""
     before, after = (
         value_text(left[name].spread / MICROMETRE, "µm") for name in ("tip radius alone", "map")
     )

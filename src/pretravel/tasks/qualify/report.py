@@ -160,7 +160,7 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "assumed",
             f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "
-            "a usual value, common to all points; state u of the certificate",
+            "a usual value; state u of the certificate",
         ),
     )
 

@@ -140,7 +140,7 @@ def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
     if pretravel_map.single_touch > POOR_PROBE:
         return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
     if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > pretravel_map.single_touch:
-        return f"touch the reference at {worst} too, where the map is least certain"
+        return f"touch {worst} too: u of the map is largest there"
     if not saved:
         return "write the map to a file (.json), then compensate a part with it"
     return "compensate a part with the map; verify the probe from time to time"

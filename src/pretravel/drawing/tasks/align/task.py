@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
+_MORE = "--verbose, or -o report.html"
 
 
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
@@ -306,7 +307,9 @@ class AlignedPart(Result):
         from dataclasses import replace
 
         left = f"{len(report.tables) - 1} tables of deviations"
-        note = f"{left}, and notes: --verbose, or -o report.html"
+        output = self.task.output
+        page = output is not None and output.suffix in PAGES
+        note = f"{left}, and notes: {'in the page, or --verbose' if page else _MORE}"
         return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
 
     def page(self) -> Document:

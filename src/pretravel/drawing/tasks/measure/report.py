@@ -182,6 +182,8 @@ def features_summary(
     document: Document,
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
+    *,
+    more_in: str = "--verbose, or -o report.html",
 ) -> Document:
     """The report in some lines for a terminal: sizes and forms with U and their verdicts.
 
@@ -191,6 +193,8 @@ def features_summary(
         The report.
     features : sequence of InspectedFeature
     relations : sequence of FeatureRelation
+    more_in : str
+        Where the rest is found.
 
     Returns
     -------
@@ -212,7 +216,7 @@ def features_summary(
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"
-    note = f"{left}, decisions in numbers, budgets and notes: --verbose, or -o report.html"
+    note = f"{left}, decisions in numbers, budgets and notes: {more_in}"
     lines = [each for each in document.tables if each.title == LINES]
     rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))
     if lines and (len(features) != 1):

@@ -692,7 +692,9 @@ class MeasuredFeatures(Result):
         """Sizes and forms with their verdicts."""
         from pretravel.drawing.tasks.measure.report import TRIALS, features_summary
 
-        brief = features_summary(report, self.features, self.relations)
+        page = self.task.output is not None and self.task.output.suffix in PAGES
+        more = {"more_in": "in the page, or --verbose"} if page else {}
+        brief = features_summary(report, self.features, self.relations, **more)
         by_trials = [table for table in report.tables if table.title == TRIALS]
         return replace(brief, tables=(*brief.tables, *by_trials))
 
