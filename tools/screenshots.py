@@ -22,6 +22,7 @@ from tests.browser.workbench_server import (
     running_workbench,
     screenshots,
 )
+from tests.support.touches_of_days import day_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SCREENS = (
@@ -84,9 +85,11 @@ def _with_example(page: Any) -> None:
             page.wait_for_selector(".feature-rows tbody tr")
     today = page.locator('.file-drop-input[data-url$="/daily/touches"]')
     if today.count() and not page.locator(".verdict").count():
-        today.set_input_files(str(SPHERE))
+        with tempfile.TemporaryDirectory() as folder:
+            for day in range(1, 6):
+                today.set_input_files(str(day_of(Path(folder), day)))
+                page.wait_for_selector(f".verdict-card ~ .key-figures:has-text('from {day} check')")
         page.wait_for_selector(".verdict")
-    page.wait_for_timeout(3000)  # pictures in space are drawn
 
 
 def _pages(browser: Any, names: list[str], place: Path, folder: Path) -> None:

@@ -21,7 +21,9 @@ export default {
     this.$watch(() => this.$q.dark.isActive, () => this.draw());
     // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
     this.observer = new ResizeObserver(() => {
-      if (this.$el.getClientRects().length) Plotly.Plots.resize(this.$el).catch(() => {});
+      if (!this.$el.getClientRects().length) return;
+      if (this.narrow === this.isNarrow()) Plotly.Plots.resize(this.$el).catch(() => {});
+      else this.draw(); // the camera is another one
     });
     this.observer.observe(this.$el);
   },
@@ -33,11 +35,15 @@ export default {
     update() {
       if (this.Plotly) this.draw();
     },
+    isNarrow() {
+      return this.$el.clientWidth < NARROW;
+    },
     draw() {
+      this.narrow = this.isNarrow();
       const { data, layout, config } = this.coloured(this.options);
       const eye = layout.scene?.camera?.eye;
       const { clientWidth: width, clientHeight: height } = this.$el;
-      if (eye && width < NARROW) {
+      if (eye && this.narrow) {
         const away = Math.min(1.2 * Math.max(1, (height - TITLE) / (width - BAR)), 2);
         for (const axis of "xyz") eye[axis] *= away;
       }

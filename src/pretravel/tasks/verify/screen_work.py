@@ -131,10 +131,9 @@ def _document(made: VerifiedProbe, entries: tuple[Entry, ...]) -> Document:
     return replace(
         today,
         title="Daily check",
-        verdict=f"{today.verdict}. {_first_upper(drift_verdict(drift))}",
-        judgement=Judgement("bad", "Changed: qualify again")
-        if changed
-        else Judgement("good", "No change found"),
+        verdict=f"{made.verification.touches} touches in {len(made.verification.directions)} "
+        f"directions. {_first_upper(drift_verdict(drift))}.",
+        judgement=_judgement(made),
         figures=(
             KeyFigure("largest difference from the map", largest, "µm", decimals(1)),
             KeyFigure("qualify again", _when(changed, drift), remark=_days(len(entries))),
@@ -144,6 +143,18 @@ def _document(made: VerifiedProbe, entries: tuple[Entry, ...]) -> Document:
         pictures=(*(_all_days(picture) for picture in all_days.pictures), *today.pictures),
         tables=tuple(_newest_first(table) for table in all_days.tables),
     )  # fmt: skip
+
+
+def _judgement(made: VerifiedProbe) -> Judgement:
+    from pretravel.files import read_map
+    from pretravel.qualification import own_touches_warnings
+
+    if made.verification.changed:
+        return Judgement("bad", "Changed: qualify again")
+    touches = made.readings.in_machine_axes().touches
+    if own_touches_warnings(touches, read_map(made.task.map_file), ""):
+        return Judgement("caution", "Nothing was checked: these touches made the map")
+    return Judgement("good", "No change found")
 
 
 _OF_TODAY = ("likely cause", "size")
