@@ -47,7 +47,15 @@ export default {
         const away = Math.min(1.2 * Math.max(1, (height - TITLE) / (width - BAR)), 2);
         for (const axis of "xyz") eye[axis] *= away;
       }
+      if (this.narrow) this.smaller(layout);
       return this.Plotly.react(this.$el, data, layout, config);
+    },
+    // Titles of axes and bars do not break: in a narrow picture they have smaller letters.
+    smaller(layout) {
+      for (const [name, axis] of Object.entries(layout)) {
+        const title = /^[xy]axis|^coloraxis/.test(name) ? (axis.colorbar ?? axis).title : null;
+        if (title?.text) title.font = { ...title.font, size: title.text.length > 34 ? 10 : 12 };
+      }
     },
     coloured(value) {
       if (typeof value === "string") return value.startsWith("@") ? this.colour(value) : value;
