@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pretravel.files import Entry
     from pretravel.qualification import DriftOverTime
 
-FORM = TaskForm(Verify, shared=("units", "axis", "feed"))
+DAILY_FORM = TaskForm(Verify, shared=("units", "axis", "feed"))
 HISTORY = "history.jsonl"
 """The file in which the project keeps all days, and which the commands verify and history read."""
 
@@ -57,7 +57,9 @@ def check_today(inputs: Inputs) -> DailyResult:
     from pretravel.files import add_verification, check_history, read_map, refuse_known_touches
 
     task = Verify(
-        touches=inputs.files["touches"], map_file=inputs.file("map"), **FORM.given(inputs.settings)
+        touches=inputs.files["touches"],
+        map_file=inputs.file("map"),
+        **DAILY_FORM.given(inputs.settings),
     )
     made = task.run()
     old_map = read_map(task.map_file)
@@ -207,7 +209,7 @@ DAILY = Job(
     "daily",
     check_today,
     "Checking",
-    settings=FORM.stored,
+    settings=DAILY_FORM.stored,
     files=("touches", "map", "history"),
     needs=("touches", "map"),
     lacks=_lacks,
