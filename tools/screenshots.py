@@ -84,7 +84,8 @@ def _with_example(page: Any) -> None:
             measure.click()
             page.wait_for_selector(".feature-rows tbody tr")
     today = page.locator('.file-drop-input[data-url$="/daily/touches"]')
-    if today.count() and not page.locator(".verdict").count():
+    has_map = page.locator(".file-name:has-text('map.json')")  # once a probe is qualified
+    if today.count() and has_map.count() and not page.locator(".verdict").count():
         with tempfile.TemporaryDirectory() as folder:
             for day in range(1, 6):
                 today.set_input_files(str(day_of(Path(folder), day)))
