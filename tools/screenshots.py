@@ -22,6 +22,7 @@ from tests.browser.workbench_server import (
     running_workbench,
     screenshots,
 )
+from tests.support.touches_of_days import day_of
 
 ROOT = Path(__file__).resolve().parents[1]
 SCREENS = (
@@ -83,10 +84,13 @@ def _with_example(page: Any) -> None:
             measure.click()
             page.wait_for_selector(".feature-rows tbody tr")
     today = page.locator('.file-drop-input[data-url$="/daily/touches"]')
-    if today.count() and not page.locator(".verdict").count():
-        today.set_input_files(str(SPHERE))
+    has_map = page.locator(".file-name:has-text('map.json')")  # once a probe is qualified
+    if today.count() and has_map.count() and not page.locator(".verdict").count():
+        with tempfile.TemporaryDirectory() as folder:
+            for day in range(1, 6):
+                today.set_input_files(str(day_of(Path(folder), day)))
+                page.wait_for_selector(f".verdict-card ~ .key-figures:has-text('from {day} check')")
         page.wait_for_selector(".verdict")
-    page.wait_for_timeout(3000)  # pictures in space are drawn
 
 
 def _pages(browser: Any, names: list[str], place: Path, folder: Path) -> None:

@@ -18,6 +18,7 @@ from tests.browser.screens import drop, settled
 from tests.browser.test_certificate import sixty_traces
 from tests.browser.workbench_server import RunningWorkbench, new_context, opened
 from tests.support.pdf_text import pdf_pages
+from tests.support.touches_of_days import day_of
 
 EXAMPLES = example_folder()
 SPHERE = EXAMPLES / "sphere_touches.csv"
@@ -107,7 +108,7 @@ def test_laboratory_from_sixty_traces_to_a_certificate(person: Person, tmp_path:
     assert person.clicks <= 4
 
 
-def test_the_check_of_a_morning_from_home_to_the_answer(person: Person) -> None:
+def test_the_check_of_a_morning_from_home_to_the_answer(person: Person, tmp_path: Path) -> None:
     """Once there is a map: the link, and the place of the file."""
     page = person.page
     person.begin("Qualify a probe")
@@ -117,7 +118,7 @@ def test_the_check_of_a_morning_from_home_to_the_answer(person: Person) -> None:
     person.click(page.get_by_role("link", name="Drop today's touches"))
     page.wait_for_selector('.file-name:has-text("map.json")')
     person.clicks += 1  # on the place of the file, where it is chosen instead of dropped
-    drop(page, "daily", "touches", SPHERE)
+    drop(page, "daily", "touches", day_of(tmp_path, 1))
     page.wait_for_selector(".verdict-card:has-text('No change found')")
     assert person.clicks <= 2
 

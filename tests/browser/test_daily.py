@@ -6,28 +6,13 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pretravel.files.probe_history import read_history
 from tests.browser import screens
 from tests.browser.screens import downloaded, settled, tab
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
-
-
-def _day(folder: Path, day: int, *, longer: float = 0.0) -> Path:
-    """The example's touches of another day; `longer` moves them outwards. [mm]"""
-    head, *rows = SPHERE.read_text().splitlines()
-    noise = np.random.default_rng(day).normal(scale=1e-4, size=(len(rows), 3))
-    lines = [head]
-    for row, shift in zip(rows, noise, strict=True):
-        values = np.array(row.split(","), dtype=np.float64)
-        values[:3] += shift + longer * values[3:6]
-        lines.append(",".join(f"{value:.7f}" for value in values))
-    path = folder / f"day{day}.csv"
-    path.write_text("\n".join(lines))
-    return path
+from tests.support.touches_of_days import day_of
 
 
 def _qualified(page: Any, workbench: RunningWorkbench) -> None:
@@ -55,7 +40,7 @@ def test_a_day_is_two_clicks_and_the_days_stay(
     assert first == "Daily check"
     page.get_by_role("link", name="Drop today's touches").click()  # the first click
     page.wait_for_selector('.file-name:has-text("map.json")')  # the map of this project
-    days = [_day(tmp_path, day) for day in (1, 2, 3)]
+    days = [day_of(tmp_path, day) for day in (1, 2, 3)]
     _check(page, days[0], "No change found")  # the second: the file
     assert re.search(r"largest difference from the map\s*\d+\.\d µm", page.inner_text(".document"))
     assert "qualify again" in page.inner_text(".document")
@@ -75,7 +60,7 @@ def test_a_day_is_two_clicks_and_the_days_stay(
         run("verify", path, "--map", made, "--diameter", "24.9987", "--history", theirs)
     for ours, command in zip(read_history(mine), read_history(theirs), strict=True):
         assert {**ours.values, "time": ""} == {**command.values, "time": ""}
-    longer = _day(tmp_path, 4, longer=0.004)
+    longer = day_of(tmp_path, 4, longer=0.004)
     run("verify", longer, "--map", made, "--diameter", "24.9987", "--history", mine, code=3)
     run("history", mine)
 
@@ -86,10 +71,19 @@ def test_a_changed_probe_is_red_and_said_on_home(
     _qualified(page, workbench)
     opened(page, f"{workbench.address}daily")
     page.wait_for_selector('.file-name:has-text("map.json")')
-    _check(page, _day(tmp_path, 1, longer=0.004), "Changed: qualify again")
+    _check(page, day_of(tmp_path, 1, longer=0.004), "Changed: qualify again")
     assert "bad" in str(page.locator(".verdict-card").first.get_attribute("class"))
     opened(page, workbench.address)
     page.wait_for_selector(".daily-first:has-text('Changed: qualify again')")
+
+
+def test_the_touches_of_the_map_are_no_check(page: Any, workbench: RunningWorkbench) -> None:
+    """A map shows no change on its own touches: that is not green."""
+    _qualified(page, workbench)
+    opened(page, f"{workbench.address}daily")
+    page.wait_for_selector('.file-name:has-text("map.json")')
+    _check(page, SPHERE, "Nothing was checked")
+    assert "caution" in str(page.locator(".verdict-card").first.get_attribute("class"))
 
 
 def test_the_log_of_yesterday_is_no_check_of_today(
@@ -98,7 +92,7 @@ def test_the_log_of_yesterday_is_no_check_of_today(
     _qualified(page, workbench)
     opened(page, f"{workbench.address}daily")
     page.wait_for_selector('.file-name:has-text("map.json")')
-    days = [_day(tmp_path, day) for day in (1, 2)]
+    days = [day_of(tmp_path, day) for day in (1, 2)]
     for path in days:
         _check(page, path, "No change found")
     screens.drop(page, "daily", "touches", days[0])
@@ -116,7 +110,7 @@ def test_a_history_of_the_command_goes_on_here(
     made, history = tmp_path / "map.json", tmp_path / "probe7.jsonl"
     run("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6", "-o", made)
     for day in (1, 2):
-        path = _day(tmp_path, day)
+        path = day_of(tmp_path, day)
         run("verify", path, "--map", made, "--diameter", "24.9987", "--history", history)
     opened(page, f"{workbench.address}task/repeat")
     screens.drop(page, "task-repeat", "log", history)
@@ -124,7 +118,7 @@ def test_a_history_of_the_command_goes_on_here(
     page.wait_for_url("**/daily?*")
     screens.drop(page, "daily", "map", made)
     page.get_by_label("Diameter of the reference [mm]").first.fill("24.9987")
-    _check(page, _day(tmp_path, 3), "No change found")
+    _check(page, day_of(tmp_path, 3), "No change found")
     page.wait_for_selector(".document:has-text('from 3 checks in the history')")
 
 
@@ -133,7 +127,7 @@ def test_task_history_takes_the_file(
 ) -> None:
     made, history = tmp_path / "map.json", tmp_path / "probe7.jsonl"
     run("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6", "-o", made)
-    path = _day(tmp_path, 1)
+    path = day_of(tmp_path, 1)
     run("verify", path, "--map", made, "--diameter", "24.9987", "--history", history)
     opened(page, f"{workbench.address}task/history")
     screens.drop(page, "task-history", "places", history)

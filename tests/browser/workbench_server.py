@@ -179,16 +179,16 @@ def opened(page: Any, address: str) -> None:
 def screenshots(browser: Any, address: str, folder: Path, name: str, prepare: Any = None) -> None:
     """Take pictures of a page, light and dark, on phone, tablet and desktop.
 
-    `prepare` is called with the page before each picture.
+    `prepare` is called with the page before its pictures, light and dark.
     """
     for theme in THEMES:
+        context = new_context(browser, color_scheme=theme)
+        page = context.new_page()
+        opened(page, address)
+        if prepare is not None:
+            prepare(page)
         for size, (width, height) in SIZES.items():
-            context = new_context(
-                browser, viewport={"width": width, "height": height}, color_scheme=theme
-            )
-            page = context.new_page()
-            opened(page, address)
-            if prepare is not None:
-                prepare(page)
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_timeout(3000)  # pictures follow, and those in space are drawn again
             page.screenshot(path=folder / f"{name}-{size}-{theme}.png", full_page=True)
-            context.close()
+        context.close()

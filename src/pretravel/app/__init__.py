@@ -64,14 +64,27 @@ and tells every tab. Values are copies: to change a list, assign the new list.
 ``state.files["touches"]`` is a tuple of `project.StoredFile` (``name``, ``content``), empty when
 there is none; assign a new tuple to change it. Defaults are not stored: the task has them.
 
+``state.files.before("touches")`` are the files that the last change replaced: `file_drop` brings
+them back with a click. Fill a screen with an example by `ScreenState.fill` (`example_button` does):
+then the user's own files and settings come back, too (`own_data_back`).
+
+**Links.** What a screen takes of another one, a file, the map or the reference, is a copy with a
+`project.Link` beside it in ``state.links`` (`from_project`, `take_reference`, `follow_map`). When
+the source would be another one now (`links.newer_inputs` compares digests of inputs), every work
+that uses the copy is outdated, its results are pale and cannot be taken, and `work_status` offers
+the newer one; the start page says so.
+
 **Work.** Never compute in ``show`` or in an event handler: the event loop must not wait. A `Job`
 runs in a thread; with ``own_process=True`` in a process that Cancel kills (everything above a
 second: finite elements, meshes, STEP): its ``compute`` is then a function of a module, and its
 result can be pickled. ``automatic=False`` gives a button instead of a start at each change;
 ``live=True`` is for work below 0.1 s that follows a slider. The function gets `jobs.Inputs`:
 ``settings`` and ``files`` (paths of copies with the user's names).
-A `PretravelError` is shown as it is; its message names the user's file. Log messages of the logger
-``pretravel`` (INFO) are shown as stages of progress, and warnings above the result.
+Files that a result leaves on the screen, as a history with today's line, are those of ``keeps``;
+they are inputs too, and no change of the run that made them. The verdict of ``report`` stands on
+the start page. A `PretravelError` is shown as it is; its message names the user's file. Log
+messages of the logger ``pretravel`` (INFO) are shown as stages of progress, and warnings above the
+result.
 
 **Components** (``app/components``): ``layout`` (`screen_places`, `panel`, `folded`,
 `text`, `note`, `warning`, `live`, `here`), ``fields`` (`number_field`, `slider_field`,

@@ -13,7 +13,7 @@ from pretravel.app.components.newer import newer_words
 from pretravel.app.jobs import WORKS
 from pretravel.app.links import newer_inputs
 from pretravel.app.project import ScreenState
-from pretravel.app.screens import DAILY, QUALIFYING, SCREENS, title_of_screen
+from pretravel.app.screens import EVERY_MORNING, QUALIFYING, SCREENS, title_of_screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.base import object_at
 from pretravel.show import Judgement
@@ -63,15 +63,15 @@ class _Row:
 
 
 def _build() -> None:
-    daily = SESSION.project.screen(DAILY.name)
+    daily = SESSION.project.screen(EVERY_MORNING.name)
     if made_map() is not None or daily.files:
-        with panel(DAILY.title) as first:
+        with panel(EVERY_MORNING.title) as first:
             first.classes("daily-first")
             row = _row(daily)
             if row.verdict:
                 _result(row)
             link = text("a", "Drop today's touches", "button-link")
-            link.props["href"] = address_in(f"/{DAILY.name}")
+            link.props["href"] = address_in(f"/{EVERY_MORNING.name}")
     with panel("In this project"), ui.element("ul").classes("file-list contents"):
         for row in _rows():
             with ui.element("li").classes("stale" if row.old else ""):
@@ -101,7 +101,9 @@ def _rows() -> list[_Row]:
     """The screens with files, in the order of the menu."""
     places = {screen.name: place for place, screen in enumerate(SCREENS)}
     states = sorted(SESSION.project.screens, key=lambda state: places.get(state.name, len(places)))
-    return [_row(state) for state in states if any(_names(state)) and state.name != DAILY.name]
+    return [
+        _row(state) for state in states if any(_names(state)) and state.name != EVERY_MORNING.name
+    ]
 
 
 def _names(state: ScreenState) -> list[str]:

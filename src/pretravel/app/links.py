@@ -10,14 +10,36 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from pretravel.app.project import Link, ScreenState, SettingValue
 from pretravel.app.screens import SCREENS
 from pretravel.base import object_at
 
-if TYPE_CHECKING:
-    from pretravel.app.jobs import Job
+
+class Uses(Protocol):
+    """What a job computes from; see `jobs.Job`."""
+
+    @property
+    def name(self) -> str:
+        """Of the job."""
+
+    @property
+    def settings(self) -> tuple[str, ...]:
+        """Names of settings."""
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Purposes of files."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Those without which it does not start."""
+
+    @property
+    def after(self) -> tuple[Uses, ...]:
+        """Jobs before it."""
+
 
 REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")
 """Of the reference and the tip; called alike by all tasks that ask for a reference."""
@@ -35,7 +57,7 @@ def digest_of(values: SettingValue) -> str:
     return hashlib.blake2b(text.encode()).hexdigest()[:32]
 
 
-def inputs_digest(state: ScreenState, job: Job) -> str:
+def inputs_digest(state: ScreenState, job: Uses) -> str:
     """Of all that a job computes from: its settings and files, and those of jobs before it."""
     settings, files = state.settings, state.files
     return digest_of(
@@ -55,11 +77,11 @@ def reference_of(settings: Mapping[str, SettingValue]) -> dict[str, SettingValue
     return {name: settings[name] for name in REFERENCE if name in settings}
 
 
-def job_of_screen(screen: str, name: str) -> Job | None:
+def job_of_screen(screen: str, name: str) -> Uses | None:
     """A job whose result other screens take."""
     for each in SCREENS:
         if each.name == screen:
-            jobs: Iterable[Job] = map(object_at, each.jobs)
+            jobs: Iterable[Uses] = map(object_at, each.jobs)
             return next((job for job in jobs if job.name == name), None)
     return None
 
@@ -69,7 +91,7 @@ def link_of_file(source: ScreenState, purpose: str, digest: str) -> Link:
     return Link(source.name, "file", purpose, digest, digest)
 
 
-def link_of_result(source: ScreenState, job: Job, taken: str) -> Link:
+def link_of_result(source: ScreenState, job: Uses, taken: str) -> Link:
     """A link to what a job of another screen makes; `taken` is the digest of the file."""
     return Link(source.name, "result", job.name, inputs_digest(source, job), taken)
 

@@ -40,7 +40,7 @@ class Kind:
     settings: Mapping[str, str] = field(default_factory=dict)
 
 
-KINDS = (
+FILE_KINDS = (
     Kind(
         "the map of a probe", (b'"schema": "pretravel map"',), "part", "map",
         (*_TOUCHES, "traces", "readings", "history", "part"),
@@ -83,7 +83,7 @@ def kind_elsewhere(content: bytes, purpose: str) -> Kind | None:
     >>> kind_elsewhere(b"x_mm,y_mm,z_mm", "touches")
     """
     begin = content[:_BEGIN]
-    for kind in KINDS:
+    for kind in FILE_KINDS:
         if purpose in kind.not_for and all(mark in begin for mark in kind.marks):
             return kind
     return None

@@ -112,7 +112,7 @@ SCREENS = (
 
 QUALIFYING = next(screen for screen in SCREENS if screen.name == "engineer")
 """The screen that makes a map of touches; other screens take it from there."""
-DAILY = next(screen for screen in SCREENS if screen.name == "daily")
+EVERY_MORNING = next(screen for screen in SCREENS if screen.name == "daily")
 """The screen of every morning: it stands first on the start page when there is a map."""
 
 

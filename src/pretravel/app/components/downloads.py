@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import io
+import time
 import zipfile
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-from nicegui import ui
+from nicegui import Client, ui
 
 from pretravel.app.jobs import Work, flaw_message, without_folder
 from pretravel.base import PretravelError, temporary_folder
+
+_SOON = 0.8
+"""Time after which it is said that a file is being made. [s]"""
 
 
 def download_button(label: str, name: str, write: Callable[[Path], object]) -> ui.button:
@@ -58,6 +62,8 @@ def prepared_button(
     async def give() -> None:
         client = ui.context.client  # the button is gone when a new result comes meanwhile
         button.disable()
+        button.props(add="loading")
+        clock = asyncio.create_task(_say_time(client, name))
         try:
             content = await asyncio.to_thread(written_file, name, await prepare())
         except Exception as error:
@@ -67,11 +73,27 @@ def prepared_button(
         else:
             client.download(content, name)
         finally:
+            clock.cancel()
             if not button.is_deleted:
+                button.props(remove="loading")
                 button.enable()
 
     button = ui.button(label, icon="download", on_click=give).props("no-caps outline")
     return button
+
+
+async def _say_time(client: Client, name: str) -> None:
+    """Say that a file is being made, and for how long: a page or a PDF takes seconds."""
+    await asyncio.sleep(_SOON)
+    with client:
+        said = ui.notification(f"Making {name} …", spinner=True, timeout=None)
+    began = time.monotonic() - _SOON
+    try:
+        while True:
+            await asyncio.sleep(1.0)
+            said.message = f"Making {name} … {time.monotonic() - began:.0f} s"
+    finally:
+        said.dismiss()
 
 
 def result_folder_button(

@@ -9,7 +9,7 @@ from nicegui import ui
 
 from pretravel.app.components.downloads import written_file
 from pretravel.app.components.layout import text
-from pretravel.app.jobs import WORKS
+from pretravel.app.jobs import WORKS, Job
 from pretravel.app.links import (
     OF_REFERENCE,
     REFERENCE,
@@ -106,7 +106,7 @@ async def take_result(state: ScreenState, name: str, source: ScreenState, job_na
         There is none.
     """
     job = job_of_screen(source.name, job_name)
-    if job is None:
+    if not isinstance(job, Job):
         raise PretravelError(f"there is no work {job_name} on the screen {source.name}")
     result = (await WORKS.of(source, job).finished()).result
     made_of = inputs_digest(source, job)

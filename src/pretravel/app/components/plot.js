@@ -21,7 +21,9 @@ export default {
     this.$watch(() => this.$q.dark.isActive, () => this.draw());
     // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
     this.observer = new ResizeObserver(() => {
-      if (this.$el.getClientRects().length) Plotly.Plots.resize(this.$el).catch(() => {});
+      if (!this.$el.getClientRects().length) return;
+      if (this.narrow === this.isNarrow()) Plotly.Plots.resize(this.$el).catch(() => {});
+      else this.draw(); // the camera is another one
     });
     this.observer.observe(this.$el);
   },
@@ -33,15 +35,36 @@ export default {
     update() {
       if (this.Plotly) this.draw();
     },
+    isNarrow() {
+      return this.$el.clientWidth < NARROW;
+    },
     draw() {
+      this.narrow = this.isNarrow();
       const { data, layout, config } = this.coloured(this.options);
       const eye = layout.scene?.camera?.eye;
       const { clientWidth: width, clientHeight: height } = this.$el;
-      if (eye && width < NARROW) {
+      if (eye && this.narrow) {
         const away = Math.min(1.2 * Math.max(1, (height - TITLE) / (width - BAR)), 2);
         for (const axis of "xyz") eye[axis] *= away;
       }
+      if (this.narrow) this.smaller(layout);
+      if (eye) this.beside(data, layout, width, height);
       return this.Plotly.react(this.$el, data, layout, config);
+    },
+    // A long legend below a scene takes its height: where there is room, it stands beside it.
+    beside(data, layout, width, height) {
+      const named = data.filter((trace) => trace.showlegend).length;
+      if (named < 4 || width < 420 || width < height) return;
+      const place = { orientation: "v", x: 1, xanchor: "right", y: 0.5, yanchor: "middle" };
+      layout.legend = { ...layout.legend, ...place, font: { ...layout.legend?.font, size: 11 } };
+      layout.scene.domain = { ...layout.scene.domain, x: [0, Math.max(0.5, 1 - 210 / width)] };
+    },
+    // Titles of axes and bars do not break: in a narrow picture they have smaller letters.
+    smaller(layout) {
+      for (const [name, axis] of Object.entries(layout)) {
+        const title = /^[xy]axis|^coloraxis/.test(name) ? (axis.colorbar ?? axis).title : null;
+        if (title?.text) title.font = { ...title.font, size: title.text.length > 34 ? 10 : 12 };
+      }
     },
     coloured(value) {
       if (typeof value === "string") return value.startsWith("@") ? this.colour(value) : value;

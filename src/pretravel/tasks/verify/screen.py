@@ -31,7 +31,7 @@ from pretravel.app import (
 from pretravel.task import command_line
 from pretravel.tasks.verify.screen_work import (
     DAILY,
-    FORM,
+    DAILY_FORM,
     HISTORY,
     DailyResult,
     without_last_day,
@@ -59,9 +59,11 @@ def show(state: ScreenState) -> None:
             file_drop(state, "map", "Map of the probe", endings=(".json",))
             from_project(state, "map", takes_map=True)
             take_reference(state)
-            described_fields(state, FORM, _FIRST)
+            described_fields(state, DAILY_FORM, _FIRST)
             with folded("More settings"):
-                described_fields(state, FORM, [n for n in FORM.names if n not in _FIRST])
+                described_fields(
+                    state, DAILY_FORM, [n for n in DAILY_FORM.names if n not in _FIRST]
+                )
         with folded("History of the probe"):
             _history(state)
         with folded("Other ways"):

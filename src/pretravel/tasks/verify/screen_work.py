@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pretravel.files import Entry
     from pretravel.qualification import DriftOverTime
 
-FORM = TaskForm(Verify, shared=("units", "axis", "feed"))
+DAILY_FORM = TaskForm(Verify, shared=("units", "axis", "feed"))
 HISTORY = "history.jsonl"
 """The file in which the project keeps all days, and which the commands verify and history read."""
 
@@ -57,7 +57,9 @@ def check_today(inputs: Inputs) -> DailyResult:
     from pretravel.files import add_verification, check_history, read_map, refuse_known_touches
 
     task = Verify(
-        touches=inputs.files["touches"], map_file=inputs.file("map"), **FORM.given(inputs.settings)
+        touches=inputs.files["touches"],
+        map_file=inputs.file("map"),
+        **DAILY_FORM.given(inputs.settings),
     )
     made = task.run()
     old_map = read_map(task.map_file)
@@ -131,10 +133,9 @@ def _document(made: VerifiedProbe, entries: tuple[Entry, ...]) -> Document:
     return replace(
         today,
         title="Daily check",
-        verdict=f"{today.verdict}. {_first_upper(drift_verdict(drift))}",
-        judgement=Judgement("bad", "Changed: qualify again")
-        if changed
-        else Judgement("good", "No change found"),
+        verdict=f"{made.verification.touches} touches in {len(made.verification.directions)} "
+        f"directions. {_first_upper(drift_verdict(drift))}.",
+        judgement=_judgement(made),
         figures=(
             KeyFigure("largest difference from the map", largest, "µm", decimals(1)),
             KeyFigure("qualify again", _when(changed, drift), remark=_days(len(entries))),
@@ -144,6 +145,18 @@ def _document(made: VerifiedProbe, entries: tuple[Entry, ...]) -> Document:
         pictures=(*(_all_days(picture) for picture in all_days.pictures), *today.pictures),
         tables=tuple(_newest_first(table) for table in all_days.tables),
     )  # fmt: skip
+
+
+def _judgement(made: VerifiedProbe) -> Judgement:
+    from pretravel.files import read_map
+    from pretravel.qualification import own_touches_warnings
+
+    if made.verification.changed:
+        return Judgement("bad", "Changed: qualify again")
+    touches = made.readings.in_machine_axes().touches
+    if own_touches_warnings(touches, read_map(made.task.map_file), ""):
+        return Judgement("caution", "Nothing was checked: these touches made the map")
+    return Judgement("good", "No change found")
 
 
 _OF_TODAY = ("likely cause", "size")
@@ -196,7 +209,7 @@ DAILY = Job(
     "daily",
     check_today,
     "Checking",
-    settings=FORM.stored,
+    settings=DAILY_FORM.stored,
     files=("touches", "map", "history"),
     needs=("touches", "map"),
     lacks=_lacks,

@@ -71,8 +71,7 @@ def _about_file(state: ScreenState) -> None:
     stated = _settings_of(state)
     with ui.element("div").classes("field-row about-file"):
         for name, label in (("units", "Unit of the file"), ("decimal", "Decimal sign")):
-            options: dict[str | None, str] = {None: "as the file shows it"}
-            options.update(ANSWERS[name][1])
+            options: dict[Any, str] = {None: "as the file shows it", **ANSWERS[name][1]}
             field = ui.select(options, label=label, value=stated[name])
             field.props('outlined dense behavior="menu"').classes("field")
             field.on_value_change(
