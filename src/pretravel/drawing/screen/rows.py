@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 from pretravel.base import PretravelError
 from pretravel.drawing.features.measured_feature import FORM_NAMES
@@ -68,6 +68,14 @@ class ToleranceRow:
     faces: tuple[int, ...] = ()
     stated: dict[str, Any] = field(default_factory=dict)
 
+    def with_typed(
+        self, name: Literal["characteristic", "limits", "datums"], text: str
+    ) -> ToleranceRow:
+        """The row after a person typed one of its words."""
+        if name == "characteristic":
+            return replace(self, characteristic=text)
+        return replace(self, limits=text) if name == "limits" else replace(self, datums=text)
+
     def called(self, kind: str) -> str:
         """The characteristic as a line calls it, for a kind of feature: flatness, a diameter."""
         if self.characteristic == ROW_SIZE:
@@ -129,7 +137,8 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
             features.setdefault(
                 row.feature, DrawnFeature(label=row.feature, faces=row.faces, **_typed(row.stated))
             )
-    patterns, between = [], []
+    patterns: list[DrawnPattern] = []
+    between: list[DrawnRelation] = []
     for row in rows:
         names = tuple(name.strip() for name in row.feature.split(","))
         datums = tuple(word.strip() for word in row.datums.split("|") if word.strip())

@@ -211,7 +211,7 @@ def _at(plan: InspectionPlan, rows: BoolArray | IntArray) -> InspectionPlan:
 
 def _joined(pieces: Sequence[InspectionPlan]) -> InspectionPlan:
     names = ("face", "uv", "point", "normal")
-    left = {}
+    left: dict[str, int] = {}
     for piece in pieces:
         for reason, number in piece.left_out.items():
             left[reason] = left.get(reason, 0) + number
