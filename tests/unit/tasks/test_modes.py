@@ -32,7 +32,7 @@ plan-touches --block 50.8 --normals n.csv
 plan-touches --block 50.8 --history nofile.jsonl
 compare A.toml B.toml --form table
 compensate t.csv --map map.json --model shen -o p.csv
-convert listing.txt --drawing --radius-taken-off 3 -o f.csv
+convert listing.txt --features --radius-taken-off 3 -o f.csv
 simulate omp40-2 --surface convex --targets t.csv --extrapolate -o t.csv
 qualify sphere.csv --diameter 25 --join label
 check-budget sphere.csv --diameter 25 --prior map.json

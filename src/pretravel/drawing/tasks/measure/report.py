@@ -387,7 +387,8 @@ def _found(
     together: Sequence[Together],
     lines: Sequence[ToleranceLine],
 ) -> str:
-    if len(features) == 1 and not together and len(lines) < 2:
+    decided = sum(len(each.conformities) for each in features)
+    if len(features) == 1 and not together and len(lines) == decided:
         return _verdict_of_one(features[0])
     if not lines:
         return f"{len(features)} features"
