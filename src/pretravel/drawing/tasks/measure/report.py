@@ -201,7 +201,7 @@ def features_summary(
     note = f"{left}, decisions in numbers, budgets and notes: --verbose, or -o report.html"
     lines = [each for each in document.tables if each.title == TITLE_OF_LINES]
     rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))
-    if lines and (len(features) != 1):
+    if lines and len(features) != 1:
         rest, note = (), f"{len(rows)} quantities, {note.partition(', ')[2]}"
     return replace(document, tables=(*lines, *rest), sections=(), notes=(note,))
 
