@@ -131,6 +131,7 @@ def simulated(rng: np.random.Generator):  # type: ignore[no-untyped-def]
             truth["A flatness"] = zone(np.column_stack([at, np.ones(count)]), h)
     _bore(rng, amplitude, planes, positions, normals, faces, truth)
     points = np.vstack(positions)
+    truth["B profile to A"] = profile(planes["A"][0], points[np.array(faces) == 2])
     outward = np.vstack(normals)
     return points, outward, np.array(faces), truth
 
@@ -243,7 +244,6 @@ def compared(seed: int) -> dict[str, tuple[float, float, float, str, float]]:
     result = pretravel.measure_drawing(
         touched(rng, points, normals, faces), drawing, u_machine=U_MACHINE
     )
-    truth["B profile to A"] = _profile(points[faces == 1], points[faces == 2])
     found = {}
     for line in result.lines:
         name = f"{line.feature} {line.characteristic}"
@@ -260,12 +260,13 @@ def compared(seed: int) -> dict[str, tuple[float, float, float, str, float]]:
     return found
 
 
-def _profile(a: np.ndarray, b: np.ndarray) -> float:
-    """Of B to A: the smallest zone across A that has all points of B, free to shift and turn."""
-    plane = least_squares(np.column_stack([a[:, :2], np.ones(len(a))]), a[:, 2])
-    z = b[:, 2] + 10.0
-    offsets = b[:, 1] - plane[1] * b[:, 2] * -1.0 * 0.0 - plane[1] * z
-    return zone(np.column_stack([b[:, 0], np.ones(len(b))]), offsets)
+def profile(slope: np.ndarray, points: np.ndarray) -> float:
+    """Of B to A: the smallest zone across A that has all points of B, free to shift and to turn.
+
+    Up along the normal of A the nominal face moves by the slope of A.
+    """
+    offsets = points[:, 1] + slope[1] * (points[:, 2] + 10.0)
+    return zone(np.column_stack([points[:, 0], np.ones(len(points))]), offsets)
 
 
 def _drawing(text: str):  # type: ignore[no-untyped-def]

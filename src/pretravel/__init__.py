@@ -19,7 +19,7 @@ from typing import Any
 
 import lazy_loader
 
-from pretravel.base import forms
+from pretravel.base import forms, plainly_shown
 
 _load, _names, _listed = lazy_loader.attach_stub(__name__, __file__)
 __all__ = ["__version__", *_listed]
@@ -38,7 +38,7 @@ def __getattr__(name: str) -> Any:
         from pretravel.base import installed_version
 
         return installed_version()
-    return _load(name)
+    return plainly_shown(_load(name))
 
 
 def __dir__() -> list[str]:

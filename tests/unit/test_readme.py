@@ -56,7 +56,7 @@ def test_the_first_path_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.Mo
         lines = answer.partition("```")[0].strip().splitlines()[1:]
         assert [line.split()[:1] for line in lines] == [x.split()[:1] for x in text.splitlines()]
         assert lines[0] == text.splitlines()[0]
-    assert "2 within the tolerance" in printed[2]
+    assert "2 of 2 tolerances within the tolerance" in printed[2]
     assert "eight radii" in printed[3]
     assert {path.name for path in tmp_path.glob("*.png")} == {"map.png", "bores.png", "compare.png"}
 

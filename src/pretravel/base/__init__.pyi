@@ -53,6 +53,7 @@ from .json_text import parsed_json as parsed_json
 from .named_files import own_files_alone as own_files_alone
 from .named_files import refuse_named_file as refuse_named_file
 from .own_process import module_folders as module_folders
+from .plain_help import plainly_shown as plainly_shown
 from .plugins import Plugins as Plugins
 from .plugins import object_at as object_at
 from .quantities import ANGLE as ANGLE

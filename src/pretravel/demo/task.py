@@ -116,12 +116,12 @@ class Demonstration(Result):
     Attributes
     ----------
     task : Demo
-    report : Document
+    summary : Document
         In some lines; the page has the rest.
     """
 
     task: Demo
-    report: Document
+    summary: Document
 
     @property
     def advice(self) -> str:
@@ -134,7 +134,7 @@ class Demonstration(Result):
 
     def document(self) -> Document:
         """The report."""
-        return self.report
+        return self.summary
 
 
 def _write_pictures(pictures: Mapping[str, Picture], folder: Path) -> None:

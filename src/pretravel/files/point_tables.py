@@ -79,7 +79,7 @@ def points_dataset(points: Points) -> xr.Dataset:
     if points.deviation is not None:
         data["deviation"] = ("point", points.deviation, {"units": "mm"})
     if points.face is not None:
-        data["face"] = ("point", points.face)
+        data["face"] = ("point", points.face.astype(np.float64), {"units": "1"})
     if points.uncompensated is not None:
         data["uncompensated"] = (("point", "axis"), points.uncompensated, {"units": "mm"})
     coords = {}

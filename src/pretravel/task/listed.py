@@ -32,7 +32,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "reversal": "tasks.reversal:Reversal",
         "drawing": "drawing.tasks.drawing:ReadDrawing",
         "faces": "drawing.tasks.faces:Faces",
-        "plan": "drawing.tasks.plan:Plan",
+        "plan": "drawing.tasks.plan:PlanForDrawing",
     },
     "Control": {
         "export": "tasks.export:Export",

@@ -13,7 +13,7 @@ import pytest
 
 import pretravel
 from pretravel.base.errors import PretravelError
-from pretravel.drawing.tasks.measure.lines import LEVELS
+from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
 from pretravel.measurement.points import Points
 from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
@@ -69,7 +69,7 @@ def test_python_gives_the_same(folder: Path, points: Points) -> None:
     result = pretravel.measure_drawing(points, drawing, part=part, u_machine=1e-3)
     assert result.report().startswith("1 does not conform (cylinder13: diameter)")
     assert [line.level for line in result.lines] == sorted(
-        (line.level for line in result.lines), key=list(LEVELS.values()).index
+        (line.level for line in result.lines), key=list(VERDICT_LEVELS.values()).index
     )
     diameter = result["cylinder13"]["diameter"]
     assert abs(diameter.value - 14.0) < diameter.expanded_u + 2e-3

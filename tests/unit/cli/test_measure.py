@@ -45,7 +45,7 @@ def test_two_bores_and_their_verdicts(points_file: Path, tmp_path: Path) -> None
     out = tmp_path / "bores.csv"
     text = run("measure", points_file, "--feature", "bore", "--group", "--nominal", 20,
                "--tolerance", "+0.021/0", "--u-machine", 1, "-o", out, code=3)  # fmt: skip
-    assert text.startswith("2 features: 1 conforms, 1 does not conform (bore2)")
+    assert text.startswith("1 does not conform (bore2: diameter), 1 of 2 tolerances conforms")
     found = {row["feature"]: row for row in rows(out) if row["quantity"] == "diameter"}
     for name, diameter in DIAMETERS.items():
         row = found[name]
@@ -165,7 +165,9 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
     page, table, values = (tmp_path / f"bores.{e}" for e in ("html", "csv", "json"))
     text, warned = both_outputs(*command, "-o", page, code=3)
     first = text.splitlines()[0]
-    assert first.startswith("2 features: 1 within the tolerance, 1 outside the tolerance (bore2)")
+    assert first.startswith(
+        "1 outside the tolerance (bore2: diameter), 1 of 2 tolerances within the tolerance"
+    )
     assert "no statement of conformity" in first
     assert "state u of the machine" in warned
     run(*command, "-o", table, code=3)
@@ -174,7 +176,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
         assert "conforms" not in shown
         assert "not conform" not in shown
     stated = run(*command, "--u-machine", 1, code=3).splitlines()[0]
-    assert stated == "2 features: 1 conforms, 1 does not conform (bore2)"
+    assert stated == "1 does not conform (bore2: diameter), 1 of 2 tolerances conforms"
 
 
 @pytest.mark.parametrize(
@@ -218,7 +220,7 @@ def test_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert verdicts[0] in guide
     assert [verdict.partition(";")[0] for verdict in verdicts[:4]] == [
         "bore1*, 12 points: conforms",
-        "2 features: 1 conforms, 1 does not conform (bore2)",
+        "1 does not conform (bore2: diameter), 1 of 2 tolerances conforms",
         "boss1*, 12 points: conforms",
         "top*, 9 points: conforms",
     ]

@@ -5,12 +5,12 @@ Faces: 3 the top (A), 2 and 1 sides (B, C), 12 a bore of 12 mm, 13 a boss with 1
 
 from __future__ import annotations
 
-from itertools import pairwise
+import itertools
 from pathlib import Path
 
 import numpy as np
 
-from pretravel.drawing.tasks.plan.needed import MOST, Stylus, needed_touches
+from pretravel.drawing.tasks.plan.needed import MOST_OF_FEATURE, ReachingStylus, needed_touches
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
 from pretravel.probing import InspectionRegion
@@ -20,10 +20,10 @@ from tests.support.examples import EXAMPLES
 
 MODEL = EXAMPLES / "bracket_pmi.step"
 PART = read_part(MODEL)
-STYLUS = Stylus(1.5, 0.75)
+STYLUS = ReachingStylus(1.5, 0.75)
 
 
-def planned(*features: DrawnFeature, stylus: Stylus = STYLUS, u: float = 1e-3):  # type: ignore[no-untyped-def]
+def planned(*features: DrawnFeature, stylus: ReachingStylus = STYLUS, u: float = 1e-3):  # type: ignore[no-untyped-def]
     return needed_touches(Drawing(features), PART, stylus, u, InspectionRegion())
 
 
@@ -33,7 +33,7 @@ def test_datums_first_and_each_feature_together(tmp_path: Path) -> None:
                "-o", tmp_path / "plan.csv")  # fmt: skip
     assert "narrowest tolerance" in told
     faces = [row["face"] for row in rows(tmp_path / "plan.csv")]
-    order = [faces[0], *(b for a, b in pairwise(faces) if a != b)]
+    order = [faces[0], *(b for a, b in itertools.pairwise(faces) if a != b)]
     assert order[:3] == ["3", "2", "1"]
     assert len(order) == len(set(faces))  # nobody comes back to a face
 
@@ -45,7 +45,7 @@ def test_a_narrower_tolerance_has_more_touches() -> None:
     tight = planned(DrawnFeature(faces=(4,), form_tolerance=0.001))
     assert len(wide.plan) < 15
     assert 25 <= len(narrow.plan) <= 36
-    assert len(tight.plan) <= 2 * MOST
+    assert len(tight.plan) <= 2 * MOST_OF_FEATURE
     assert narrow.rows[0][2] <= 0.1 * 0.008
     assert any("of the tolerance" in each for each in tight.warnings)
 
@@ -55,7 +55,7 @@ def test_what_the_stylus_does_not_reach_is_left_out() -> None:
     bore = DrawnFeature(faces=(12,), tolerance="11.9..12.1")
     plane = DrawnFeature(faces=(3,), form_tolerance=0.05)
     assert set(planned(bore, plane).plan.face.tolist()) == {3, 12}
-    large = planned(bore, plane, stylus=Stylus(7.0, 3.5))
+    large = planned(bore, plane, stylus=ReachingStylus(7.0, 3.5))
     assert 12 not in large.plan.face
     assert any("face12: the stylus reaches no place" in each for each in large.warnings)
 

@@ -118,7 +118,7 @@ def test_results_are_read_as_a_table(tmp_path: Path) -> None:
     for scale in (1.0, 25.4):
         text = path.read_text().replace(">0.001000000000000000<", f">{0.001 * scale:.7f}<")
         (tmp_path / "a.qif").write_text(text)
-        run("convert", tmp_path / "a.qif", "--drawing", "-o", out)
+        run("convert", tmp_path / "a.qif", "--features", "-o", out)
         table = rows(out)
         assert [row["quantity"] for row in table] == [
             "diameter", "circularity", "user defined linear", "user defined angular"

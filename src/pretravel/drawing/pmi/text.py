@@ -12,7 +12,7 @@ from pretravel.drawing.pmi.items import Place, Pmi, PmiDatum, Size, Tolerance
 _HEAD = """\
 # {title}
 # Features for `pretravel measure`, as docs/how-to/tolerances.md describes them.
-# Touches of a feature are those on its faces, as `pretravel align --points` writes them; or state
+# Touches of a feature are those on its faces, as `pretravel align` writes them; or state
 # `select = "bore1-*"`, the labels of the touches, instead of `faces`.
 """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 from pretravel.base import PretravelError
 from pretravel.drawing.features.measured_feature import FORM_NAMES
@@ -24,10 +24,18 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
 
-NONE, SIZE, FORM, DISTANCE, ANGLE = "", "size", "form", "distance", "angle"
+ROW_NONE, ROW_SIZE, ROW_FORM, ROW_DISTANCE, ROW_ANGLE = "", "size", "form", "distance", "angle"
 OWN_POSITION = "position in the part"
 """A position without datums, to the nominal place of the feature."""
-CHARACTERISTICS = (NONE, SIZE, FORM, OWN_POSITION, *TOLERANCE_KINDS, DISTANCE, ANGLE)
+CHARACTERISTICS = (
+    ROW_NONE,
+    ROW_SIZE,
+    ROW_FORM,
+    OWN_POSITION,
+    *TOLERANCE_KINDS,
+    ROW_DISTANCE,
+    ROW_ANGLE,
+)
 """What a row can state; none: a datum without a tolerance."""
 
 
@@ -53,22 +61,30 @@ class ToleranceRow:
     """
 
     feature: str
-    characteristic: str = NONE
+    characteristic: str = ROW_NONE
     limits: str = ""
     datums: str = ""
     material: str = ""
     faces: tuple[int, ...] = ()
     stated: dict[str, Any] = field(default_factory=dict)
 
+    def with_typed(
+        self, name: Literal["characteristic", "limits", "datums"], text: str
+    ) -> ToleranceRow:
+        """The row after a person typed one of its words."""
+        if name == "characteristic":
+            return replace(self, characteristic=text)
+        return replace(self, limits=text) if name == "limits" else replace(self, datums=text)
+
     def called(self, kind: str) -> str:
         """The characteristic as a line calls it, for a kind of feature: flatness, a diameter."""
-        if self.characteristic == SIZE:
+        if self.characteristic == ROW_SIZE:
             return SIZE_NAMES.get(kind, "diameter")
-        if self.characteristic == FORM:
+        if self.characteristic == ROW_FORM:
             return FORM_NAMES.get(kind, "form")
         if self.characteristic == OWN_POSITION:
             return POSITION
-        if self.characteristic in (DISTANCE, ANGLE):
+        if self.characteristic in (ROW_DISTANCE, ROW_ANGLE):
             return self.characteristic
         datums = tuple(word.strip() for word in self.datums.split("|") if word.strip())
         to = f" to {'|'.join(datums)}" if datums else ""
@@ -83,9 +99,9 @@ def rows_of(drawing: Drawing) -> list[ToleranceRow]:
     rows = []
     for each in drawing.feature:
         stated = {name: getattr(each, name) for name in _STATED if getattr(each, name)}
-        own = [ToleranceRow(each.name, SIZE, each.tolerance)] if each.tolerance else []
+        own = [ToleranceRow(each.name, ROW_SIZE, each.tolerance)] if each.tolerance else []
         if each.form_tolerance is not None:
-            own.append(ToleranceRow(each.name, FORM, f"{each.form_tolerance:.10g}"))
+            own.append(ToleranceRow(each.name, ROW_FORM, f"{each.form_tolerance:.10g}"))
         if each.position_tolerance is not None:
             own.append(ToleranceRow(each.name, OWN_POSITION, f"{each.position_tolerance:.10g}"))
         own += [
@@ -121,11 +137,12 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
             features.setdefault(
                 row.feature, DrawnFeature(label=row.feature, faces=row.faces, **_typed(row.stated))
             )
-    patterns, between = [], []
+    patterns: list[DrawnPattern] = []
+    between: list[DrawnRelation] = []
     for row in rows:
         names = tuple(name.strip() for name in row.feature.split(","))
         datums = tuple(word.strip() for word in row.datums.split("|") if word.strip())
-        if row.characteristic in (DISTANCE, ANGLE):
+        if row.characteristic in (ROW_DISTANCE, ROW_ANGLE):
             if len(names) != 2:
                 raise PretravelError(f"{row.feature}: a {row.characteristic} is between two")
             nominal = row.stated.get("nominal")
@@ -158,17 +175,17 @@ def _zone(row: ToleranceRow) -> float:
 
 
 def _with(feature: DrawnFeature, row: ToleranceRow, datums: tuple[str, ...]) -> DrawnFeature:
-    if row.characteristic == NONE or not row.limits.strip():
+    if row.characteristic == ROW_NONE or not row.limits.strip():
         return feature
     taken = {
-        SIZE: feature.tolerance, FORM: feature.form_tolerance,
+        ROW_SIZE: feature.tolerance, ROW_FORM: feature.form_tolerance,
         OWN_POSITION: feature.position_tolerance,
     }.get(row.characteristic)  # fmt: skip
     if taken is not None:
         raise PretravelError(f"{row.feature}: two rows state its {row.characteristic}")
-    if row.characteristic == SIZE:
+    if row.characteristic == ROW_SIZE:
         return replace(feature, tolerance=row.limits)
-    if row.characteristic == FORM:
+    if row.characteristic == ROW_FORM:
         return replace(feature, form_tolerance=_zone(row))
     if row.characteristic == OWN_POSITION:
         return replace(feature, position_tolerance=_zone(row))
@@ -190,7 +207,7 @@ def rows_of_faces(part: Part, touched: Sequence[int]) -> list[ToleranceRow]:
     return [
         ToleranceRow(
             face_name([face.number]),
-            FORM if face.kind == "plane" else SIZE,
+            ROW_FORM if face.kind == "plane" else ROW_SIZE,
             faces=(face.number,),
             stated={"kind": face.kind},
         )

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 from nicegui import ui
 
@@ -115,10 +114,10 @@ def _line_of(row: ToleranceRow, kind: str, lines: Sequence[ToleranceLine]) -> To
 
 
 def _row(state: ScreenState, place: int, row: ToleranceRow, line: ToleranceLine | None) -> None:
-    def change(name: str) -> Callable[[Any], None]:
+    def change(name: Literal["characteristic", "limits", "datums"]) -> Callable[[Any], None]:
         def to(event: Any) -> None:
             rows = rows_in(state)
-            rows[place] = replace(rows[place], **{name: str(event.value or "")})
+            rows[place] = rows[place].with_typed(name, str(event.value or ""))
             state.settings[TOLERANCES] = stored(rows)
 
         return to
@@ -135,7 +134,9 @@ def _row(state: ScreenState, place: int, row: ToleranceRow, line: ToleranceLine 
                 {word: _WORDS.get(word, word) for word in CHARACTERISTICS},
                 value=row.characteristic, on_change=change("characteristic"),
             ).props(f'dense borderless aria-label="Characteristic of {row.feature}"')  # fmt: skip
-        for name, hint in (("limits", "11.95..12.05 or 0.02"), ("datums", "A|B|C")):
+        boxes: tuple[tuple[Literal["limits", "datums"], str], ...]
+        boxes = (("limits", "11.95..12.05 or 0.02"), ("datums", "A|B|C"))
+        for name, hint in boxes:
             with ui.element("td"):
                 box = ui.input(value=getattr(row, name), placeholder=hint, on_change=change(name))
                 box.props(f'dense debounce="600" aria-label="{name} of {row.feature}"')

@@ -40,7 +40,7 @@ def drawing_on_part(drawing: Drawing, part: Part | None) -> Drawing:
     datums = [word for row in drawing.feature for each in row.geometric for word in each.datums]
     datums += [word for pattern in drawing.pattern for word in pattern.datums]
     more = [
-        DrawnFeature(faces=(number,), kind="" if part else "plane")
+        DrawnFeature(faces=(number,), kind="")
         for number in _faces_of(datums)
         if face_name([number]) not in names and part is not None
     ]

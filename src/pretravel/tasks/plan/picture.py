@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pretravel.base import Placement
+from pretravel.base import FloatArray, Placement, PretravelError
+from pretravel.measurement import associate
 from pretravel.probing import InspectionPlan
 from pretravel.show import (
     SERIES,
@@ -21,6 +22,8 @@ from pretravel.show import (
 )
 from pretravel.surface import Face, FaceTriangles, Part, Surface, face_triangles
 
+_EYE = np.array([0.5, -0.7, 0.5])
+"""About from where a part is seen."""
 _MOST_NUMBERS = 60
 """More numbers of faces than these hide each other."""
 
@@ -55,6 +58,8 @@ def part_view(part: Part, title: str = "") -> View:
     marks += [_edges(shown), SpacePoints(middles, colour="ink", size=3.0, labels=labels)]
     if len(numbers) <= _MOST_NUMBERS:
         above = middles + 0.03 * part.size * outwards
+        for row, face in enumerate(part.faces):
+            above[row] = _above_bore(face, above[row], 0.02 * part.size)
         marks.append(SpaceNotes(above, tuple(f" {number}" for number in numbers)))
         note = ""
     else:
@@ -62,6 +67,23 @@ def part_view(part: Part, title: str = "") -> View:
     count = f"{len(numbers)} face{'s' * (len(numbers) != 1)}"
     chart = SpaceChart("Faces and their numbers", tuple(marks), "part", note=note, bare=True)
     return View(f"{title or part.name}: {count}", (chart,))
+
+
+def _above_bore(face: Face, middle: FloatArray, height: float) -> FloatArray:
+    """Where the number of a bore is seen, above its end; of another face its middle."""
+    if face.kind != "cylinder":
+        return middle
+    try:
+        found = associate("cylinder", face.coarse.points)
+    except PretravelError:  # too narrow a strip
+        return middle
+    assert found.direction is not None
+    inwards = (found.point - middle) @ face.local(face.middle[None]).normal[0] > 0.0
+    if not inwards:
+        return middle
+    towards = found.direction * (1.0 if found.direction @ _EYE > 0.0 else -1.0)
+    end = float(((face.coarse.points - found.point) @ towards).max())
+    return np.asarray(found.point + (end + height) * towards)
 
 
 def plan_view(plan: InspectionPlan, surface: Surface | Part, title: str = "") -> View:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import DEGREE
+from pretravel.base import DEGREE, PretravelError
+from pretravel.measurement import associate
 from pretravel.probing import InspectionPlan
 from pretravel.show import (
     Column,
@@ -21,9 +22,12 @@ from pretravel.show import (
     significant,
     value_text,
 )
-from pretravel.surface import Part, Surface
+from pretravel.surface import Face, Part, Surface
 from pretravel.tasks.plan.picture import part_view, plan_view
 
+_HALF = 0.99
+"""Of half a turn: half a bore is named as a bore, a fillet is not."""
+_UPRIGHT = 1e-6  # of a cosine: an axis along x, y or z
 _APEX = 1e-6
 """A radius below this is the tip of a cone. [mm]"""
 
@@ -42,6 +46,7 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
     Document
     """
     values = {name: np.asarray(column).tolist() for name, column in columns.items()}
+    values["type"] = [_type_words(face) for face in part.faces] + values["type"][len(part.faces) :]
     usable = [row for row, problem in enumerate(values["problem"]) if not problem]
     low, high = part.box
     size = " x ".join(value_text(float(length)) for length in high - low)
@@ -75,6 +80,32 @@ def _size_warnings(size: float) -> tuple[str, ...]:
     return (f"the part is {value_text(size, 'mm')} long: does the file state its unit correctly?",)
 
 
+def _type_words(face: Face) -> str:
+    """What a face is; a bore or a boss by its diameter and its axis."""
+    if face.kind != "cylinder":
+        return face.kind
+    local = face.coarse.points
+    try:
+        found = associate("cylinder", local)
+    except PretravelError:  # too narrow a strip
+        return face.kind
+    assert found.direction is not None
+    assert found.diameter is not None
+    normal = face.local(face.middle[None])
+    away = normal.point[0] - found.point
+    across = away - (away @ found.direction) * found.direction
+    low, high = face.box
+    turns = float(high[0] - low[0]) > _HALF * math.pi
+    side = "bore" if float(across @ normal.normal[0]) < 0.0 else "boss"
+    main = int(np.argmax(np.abs(found.direction)))
+    upright = abs(float(found.direction[main])) > 1.0 - _UPRIGHT
+    way = "xyz"[main] if upright else value_text(tuple(found.direction.tolist()), "", decimals(2))
+    kept = [axis for axis in range(3) if axis != main or not upright]
+    at = value_text(tuple(float(found.point[axis]) for axis in kept), "", decimals(2))
+    name = side if turns else f"part of a {side}"
+    return f"{name} {found.diameter:.4g} about {way} at {at}"
+
+
 def _faces_table(values: Mapping[str, list[Any]]) -> Table:
     angle = significant(4)
     radii = ["apex" if radius < _APEX else radius for radius in values["smallest_radius_mm"]]
@@ -92,7 +123,8 @@ def _faces_table(values: Mapping[str, list[Any]]) -> Table:
                 for name in ("u_from", "u_to", "v_from", "v_to")
             ),
         ),
-        explanation="x, y, z: a point in the middle of the face, far from its edges; nx, ny, nz: "
+        explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
+        "x, y, z: a point in the middle of the face, far from its edges; nx, ny, nz: "
         "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
         "u, v: the range of its parameters.",
     )

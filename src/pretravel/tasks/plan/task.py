@@ -76,7 +76,7 @@ class PlanTargets(Reported):
     ] = 90.0
     axis: ProbeAxis = UPRIGHT
 
-    def run(self, progress: Progress = SILENT) -> PlannedPoints:
+    def run(self, progress: Progress = SILENT) -> Result:
         """Choose the points."""
         from pretravel.probing import InspectionRegion, plan_inspection
         from pretravel.surface import parse_surface

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     PlacedFeature,
 )
 from pretravel.drawing.tolerances.tolerances import (
+    FeatureTolerances,
     InspectedFeature,
     OpenTolerance,
     Together,
@@ -28,10 +30,26 @@ from pretravel.drawing.tolerances.tolerances import (
 )
 from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
-from pretravel.task import tolerance
 
-if TYPE_CHECKING:
-    from pretravel.drawing.tasks.measure.task import Measure
+
+class StatedSettings(Protocol):
+    """What a drawing needs of the settings of a feature, or of the whole run."""
+
+    @property
+    def drawing(self) -> Path | None: ...
+    @property
+    def probability(self) -> float: ...
+    @property
+    def u_machine_um(self) -> float: ...
+    @property
+    def at(self) -> tuple[float, float, float] | None: ...
+    @property
+    def axis(self) -> tuple[float, float, float] | None: ...
+    def tolerances(self) -> FeatureTolerances:
+        """Of the feature."""
+
+    def limits_of(self, text: str, nominal: float | None) -> tuple[float, float]:
+        """The limits that a tolerance states."""
 
 
 @dataclass
@@ -40,10 +58,10 @@ class DrawnFeatures:
 
     Attributes
     ----------
-    task : Measure
+    task : StatedSettings
         With the settings of the whole drawing.
     drawing : Drawing
-    tasks : mapping of str to Measure
+    tasks : mapping of str to StatedSettings
         Of each feature by its name.
     found : dict of str to InspectedFeature
         By name; a feature that could not be measured is not in it.
@@ -53,9 +71,9 @@ class DrawnFeatures:
         Whose faces are the nominal places that the drawing leaves out.
     """
 
-    task: Measure
+    task: StatedSettings
     drawing: Drawing
-    tasks: Mapping[str, Measure]
+    tasks: Mapping[str, StatedSettings]
     found: dict[str, InspectedFeature]
     reasons: dict[str, str]
     part: Part | None = None
@@ -193,25 +211,17 @@ def _letters(words: Sequence[str]) -> list[str]:
     return [name for word in words for name in word.replace("(M)", "").replace(" ", "").split("-")]
 
 
-def _limits_between(task: Measure, row: DrawnRelation) -> tuple[float, float]:
+def _limits_between(task: StatedSettings, row: DrawnRelation) -> tuple[float, float]:
     """The limits of a distance or an angle. [mm or degrees]"""
     try:
-        limits = replace(
-            task,
-            drawing=None,
-            part=None,
-            size_tolerance=tolerance(row.tolerance),
-            nominal=row.nominal,
-        ).tolerances().size  # fmt: skip
+        return task.limits_of(row.tolerance, row.nominal)
     except PretravelError as error:
         names = " and ".join(row.features)
         raise PretravelError(f"{task.drawing}: {names}: {error}") from None
-    assert limits is not None
-    return limits
 
 
 def _placed(
-    inspected: InspectedFeature, task: Measure, size: float | None, part: Part | None
+    inspected: InspectedFeature, task: StatedSettings, size: float | None, part: Part | None
 ) -> PlacedFeature:
     """A feature with its nominal place: stated, or that of the faces beneath its points."""
     limits = task.tolerances().size

@@ -25,21 +25,21 @@ from pretravel.drawing.tolerances.tolerances import (
 )
 from pretravel.show import Column, Table, number_text, significant
 
-SYMBOLS = {
+CHARACTERISTIC_SYMBOLS = {
     "position": "⊕", "flatness": "▱", "roundness": "○", "cylindricity": "/○/", "straightness": "―",
     "profile": "◠", "perpendicularity": "⊥", "parallelism": "∥", "angularity": "∠",
     "run-out": "↗", "total run-out": "↗↗", "coaxiality": "◎", "concentricity": "◎",
     "symmetry": "≡", "diameter": "⌀", "angle": "∠", "width": "↔", "distance": "↔",
 }  # fmt: skip
 """Of characteristics, like those of ISO 1101, in signs that usual fonts have."""
-Level = Literal["bad", "caution", "good"]
-LEVELS: dict[ConformityVerdict, Level] = {
+VerdictLevel = Literal["bad", "caution", "good"]
+VERDICT_LEVELS: dict[ConformityVerdict, VerdictLevel] = {
     ConformityVerdict.DOES_NOT_CONFORM: "bad",
     ConformityVerdict.UNDECIDED: "caution",
     ConformityVerdict.CONFORMS: "good",
 }
 """The worst first."""
-SIGNS = {"bad": "✖", "caution": "?", "good": "✔"}
+VERDICT_SIGNS = {"bad": "✖", "caution": "?", "good": "✔"}
 NOT_MEASURED = "not measured"
 _SHOWN = 4  # names in a sentence
 
@@ -78,15 +78,15 @@ class ToleranceLine:
     at_most: float | None = None
 
     @property
-    def level(self) -> Level:
+    def level(self) -> VerdictLevel:
         """Colour and sign of the verdict."""
-        return LEVELS[self.verdict]
+        return VERDICT_LEVELS[self.verdict]
 
     @property
     def named(self) -> str:
         """The characteristic with its symbol: ``⌀ diameter``."""
         name = self.characteristic.partition(" to ")[0].partition(" (")[0]
-        symbol = SYMBOLS.get(name, "")
+        symbol = CHARACTERISTIC_SYMBOLS.get(name, "")
         return f"{symbol} {self.characteristic}".strip()
 
     @property
@@ -188,7 +188,7 @@ def tolerance_lines(
         )
         for one in left_open
     ]
-    order = list(LEVELS)
+    order = list(VERDICT_LEVELS)
     return sorted(found, key=lambda line: order.index(line.verdict))
 
 
@@ -239,7 +239,7 @@ def _reason(decided: Conformity, feature: MeasuredFeature) -> str:
     )
 
 
-LINES = "Tolerances"
+TITLE_OF_LINES = "Tolerances"
 """Title of the table of tolerances."""
 
 
@@ -258,9 +258,9 @@ def lines_table(lines: Sequence[ToleranceLine]) -> Table:
             Column.of("value", [line.value_text for line in lines]),
             Column.of("U", [line.u_text for line in lines]),
             Column.of("k", [line.k_text for line in lines]),
-            Column.of("verdict", [f"{SIGNS[line.level]} {line.words}" for line in lines]),
+            Column.of("verdict", [f"{VERDICT_SIGNS[line.level]} {line.words}" for line in lines]),
         ),
-        title=LINES,
+        title=TITLE_OF_LINES,
         levels=tuple(line.level for line in lines),
     )
 
@@ -278,7 +278,7 @@ def lines_data(lines: Sequence[ToleranceLine]) -> Table:
             },
             "verdict": [line.words for line in lines],
         },
-        LINES,
+        TITLE_OF_LINES,
     )
 
 
@@ -295,7 +295,7 @@ def count_words(
         Without it nothing is called conforming. [mm]
     """
     parts = []
-    for verdict in LEVELS:
+    for verdict in VERDICT_LEVELS:
         mine = [line for line in lines if line.verdict is verdict]
         if verdict is not ConformityVerdict.CONFORMS and mine:
             words = verdict_words(verdict, u_machine)

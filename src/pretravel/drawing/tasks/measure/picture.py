@@ -10,7 +10,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray
 from pretravel.drawing.features.measured_feature import MeasuredFeature
-from pretravel.drawing.tasks.measure.lines import SIGNS, ToleranceLine
+from pretravel.drawing.tasks.measure.lines import VERDICT_SIGNS, ToleranceLine
 from pretravel.drawing.tolerances.tolerances import InspectedFeature
 from pretravel.show import (
     Area,
@@ -155,7 +155,7 @@ def _flags(
         foot = feature.points.positions.mean(axis=0)
         direction = np.array([0.0, 0.0, 1.0]) if np.linalg.norm(normal) <= _SIDEWAYS else normal
         tip = foot + _POLE * part.size * direction
-        sign = f"{SIGNS[own[0].level]} " if own else ""
+        sign = f"{VERDICT_SIGNS[own[0].level]} " if own else ""
         colour: Colour = _FLAGS[own[0].level] if own else "ink"
         found.setdefault(colour, []).append((foot, tip, f"{sign}{feature.label}"))
     marks: list[SpaceMark] = []

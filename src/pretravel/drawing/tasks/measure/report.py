@@ -30,15 +30,15 @@ from pretravel.drawing.features.measured_feature import (
     normals_off,
 )
 from pretravel.drawing.tasks.measure.lines import (
-    LEVELS,
-    LINES,
+    TITLE_OF_LINES,
+    VERDICT_LEVELS,
     ToleranceLine,
     count_words,
     lines_data,
     lines_table,
     tolerance_lines,
 )
-from pretravel.drawing.tasks.measure.picture import features_view, verdicts_view
+from pretravel.drawing.tasks.measure.picture import features_view
 from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     OpenTolerance,
@@ -61,7 +61,6 @@ from pretravel.show import (
     signed_decimals,
     value_text,
 )
-from pretravel.surface import Part
 from pretravel.uncertainty import COVERAGE_FACTOR
 
 _MOST_COVARIANCES = 50  # features
@@ -89,13 +88,12 @@ _COMMON = (
 )
 
 
-def features_document(  # noqa: PLR0913
+def features_document(
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
     together: Sequence[Together] = (),
     *,
     left_open: Sequence[OpenTolerance] = (),
-    part: Part | None = None,
     points_name: str = "",
     statements: LaboratoryStatements | None = None,
     warnings: Sequence[str] = (),
@@ -111,8 +109,6 @@ def features_document(  # noqa: PLR0913
         Decisions about several of them.
     left_open : sequence of OpenTolerance
         Tolerances whose features were not measured.
-    part : Part or None
-        That is drawn with its verdicts.
     points_name : str
         Of the file with the points.
     statements : LaboratoryStatements or None
@@ -144,16 +140,6 @@ def features_document(  # noqa: PLR0913
         tables=tuple(tables),
         sections=tuple(_budget_section(each) for each in features),
         pictures=(
-            *(
-                [
-                    Picture(
-                        "Deviations of the touched faces, and the verdicts",
-                        lambda: verdicts_view(part, features, lines, title),
-                    )
-                ]
-                if part is not None and any(m.points.face is not None for m in measured)
-                else []
-            ),
             Picture(
                 "Residuals before and after compensation",
                 lambda: features_view(features, title),
@@ -217,9 +203,9 @@ def features_summary(
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"
     note = f"{left}, decisions in numbers, budgets and notes: {more_in}"
-    lines = [each for each in document.tables if each.title == LINES]
+    lines = [each for each in document.tables if each.title == TITLE_OF_LINES]
     rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))
-    if lines and (len(features) != 1):
+    if lines and len(features) != 1:
         rest, note = (), f"{len(rows)} quantities, {note.partition(', ')[2]}"
     return replace(document, tables=(*lines, *rest), sections=(), notes=(note,))
 
@@ -369,7 +355,7 @@ _WITHOUT_MACHINE = (
 
 
 def _decision(conformity: Conformity, u_machine: float) -> Judgement:
-    return Judgement(LEVELS[conformity.verdict], conformity_words(conformity, u_machine))
+    return Judgement(VERDICT_LEVELS[conformity.verdict], conformity_words(conformity, u_machine))
 
 
 def _judgement(
@@ -381,7 +367,7 @@ def _judgement(
     found = [(each.verdict, each.feature.errors.machine) for each in features]
     found += [(each.conformity.verdict, each.u_machine) for each in together]
     found += [(ConformityVerdict.UNDECIDED, 1.0) for _ in left_open]
-    for verdict, level in LEVELS.items():
+    for verdict, level in VERDICT_LEVELS.items():
         machine = [u for each, u in found if each is verdict]
         if machine:
             words = verdict_words(verdict, min(machine))
@@ -405,7 +391,8 @@ def _found(
     together: Sequence[Together],
     lines: Sequence[ToleranceLine],
 ) -> str:
-    if len(features) == 1 and not together and len(lines) < 2:
+    decided = sum(len(each.conformities) for each in features)
+    if len(features) == 1 and not together and len(lines) == decided:
         return _verdict_of_one(features[0])
     if not lines:
         return f"{len(features)} features"
@@ -862,7 +849,7 @@ def short_report(document: Document) -> Document:
     asked = "all quantities, budgets, settings and hashes of files: the .html page, or --annex"
     return replace(
         document,
-        tables=tuple(table for table in document.tables if table.title == LINES),
+        tables=tuple(table for table in document.tables if table.title == TITLE_OF_LINES),
         sections=(),
         pictures=document.pictures[:1],
         notes=(*rule, asked),

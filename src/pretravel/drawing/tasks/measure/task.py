@@ -39,7 +39,7 @@ if TYPE_CHECKING:
         Together,
     )
     from pretravel.measurement import Points
-    from pretravel.show import Document, Table, WorkRecord
+    from pretravel.show import Document, Picture, Table, WorkRecord
     from pretravel.surface import Part
 
 
@@ -409,6 +409,22 @@ class Measure(LaboratoryReport):
             self.form_association,
         )
 
+    def limits_of(self, text: str, nominal: float | None) -> tuple[float, float]:
+        """The limits that a tolerance of a drawing states, with its nominal value.
+
+        Raises
+        ------
+        PretravelError
+            Deviations without a nominal value, or the contrary.
+        """
+        stated = tolerance(text)
+        limits = replace(
+            self, drawing=None, part=None, size_tolerance=stated,
+            nominal=None if stated.are_limits else nominal,
+        ).tolerances().size  # fmt: skip
+        assert limits is not None
+        return limits
+
     def _limits(self) -> tuple[float, float] | None:
         """The limits of a diameter, in mm."""
         size, nominal = self.size_tolerance, self.nominal
@@ -665,13 +681,25 @@ class MeasuredFeatures(Result):
             self.relations,
             self.together,
             left_open=self.open,
-            part=self.part,
             points_name=task.points.name,
             statements=statements,
             warnings=warnings,
         )
+        pictures = (*self._part_picture(report.title), *report.pictures)
+        report = replace(report, pictures=pictures)
         report = replace(report, tables=(*report.tables, *self._by_trials()))
         return with_laboratory(report, statements)
+
+    def _part_picture(self, title: str) -> tuple[Picture, ...]:
+        """The part with its verdicts, where it and the faces of the points are known."""
+        from pretravel.drawing.tasks.measure.picture import verdicts_view
+        from pretravel.show import Picture
+
+        part, lines = self.part, self.lines
+        if part is None or all(each.feature.points.face is None for each in self.features):
+            return ()
+        caption = "Deviations of the touched faces, and the verdicts"
+        return (Picture(caption, lambda: verdicts_view(part, self.features, lines, title)),)
 
     def _by_trials(self) -> tuple[Table, ...]:
         """The quantities by Monte Carlo, where that is wanted."""

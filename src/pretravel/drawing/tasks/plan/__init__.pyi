@@ -1,3 +1,3 @@
 """What other rooms use of this one."""
 
-from .task import Plan as Plan
+from .task import PlanForDrawing as PlanForDrawing

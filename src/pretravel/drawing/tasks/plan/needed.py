@@ -15,9 +15,9 @@ from pretravel.probing import InspectionPlan, InspectionRegion, plan_inspection
 from pretravel.surface import Part, face_triangles, feet_on_faces
 from pretravel.task import tolerance
 
-SHARE = 0.1
+SHARE_OF_TOLERANCE = 0.1
 """Of a tolerance that U may be."""
-MOST = 60
+MOST_OF_FEATURE = 60
 """Touches of one feature: more take longer than they help."""
 _FEWEST = {"plane": 9, "cylinder": 15, "cone": 15, "sphere": 13, "torus": 15, "slot": 12}
 _RINGS = 3
@@ -32,7 +32,7 @@ _INSIDE = 1e-3  # how deep a tip may seem to be in another face, by rounding [mm
 
 
 @dataclass(frozen=True)
-class Stylus:
+class ReachingStylus:
     """What must reach a touch.
 
     Attributes
@@ -68,7 +68,7 @@ class NeededTouches:
 
 
 def needed_touches(
-    drawing: Drawing, part: Part, stylus: Stylus, u_touch: float, region: InspectionRegion
+    drawing: Drawing, part: Part, stylus: ReachingStylus, u_touch: float, region: InspectionRegion
 ) -> NeededTouches:
     """Choose the touches that the tolerances of a drawing need.
 
@@ -77,7 +77,7 @@ def needed_touches(
     drawing : Drawing
         With faces.
     part : Part
-    stylus : Stylus
+    stylus : ReachingStylus
     u_touch : float
         Standard uncertainty of one touch. [mm]
     region : InspectionRegion
@@ -112,7 +112,7 @@ def needed_touches(
         pieces.append(seen)
         expanded = 2.0 * part_of_u * u_touch / math.sqrt(len(seen))
         rows.append((row.name, len(seen), expanded, width))
-        if expanded > 1.05 * SHARE * width:
+        if expanded > 1.05 * SHARE_OF_TOLERANCE * width:
             warnings.append(
                 f"{row.name}: U is about {1e3 * expanded:.2g} µm, {100 * expanded / width:.0f} % "
                 f"of the tolerance of {width:.4g} mm: more touches would take longer than they help"
@@ -167,7 +167,7 @@ def _in_order(drawing: Drawing) -> list[DrawnFeature]:
 
 def _count(width: float, u: float, few: int) -> int:
     """Touches with which U = 2 u / √n is a tenth of the tolerance."""
-    return min(max(few, math.ceil((2.0 * u / (SHARE * width)) ** 2)), MOST)
+    return min(max(few, math.ceil((2.0 * u / (SHARE_OF_TOLERANCE * width)) ** 2)), MOST_OF_FEATURE)
 
 
 def _touches_of(
@@ -211,7 +211,7 @@ def _at(plan: InspectionPlan, rows: BoolArray | IntArray) -> InspectionPlan:
 
 def _joined(pieces: Sequence[InspectionPlan]) -> InspectionPlan:
     names = ("face", "uv", "point", "normal")
-    left = {}
+    left: dict[str, int] = {}
     for piece in pieces:
         for reason, number in piece.left_out.items():
             left[reason] = left.get(reason, 0) + number
@@ -219,7 +219,7 @@ def _joined(pieces: Sequence[InspectionPlan]) -> InspectionPlan:
     return InspectionPlan(**values, left_out=left)
 
 
-def _reached(part: Part, plan: InspectionPlan, stylus: Stylus) -> BoolArray:
+def _reached(part: Part, plan: InspectionPlan, stylus: ReachingStylus) -> BoolArray:
     """Whether the tip finds room at each place, and the stem above it."""
     centres = plan.point + stylus.tip_radius * plan.normal
     room = feet_on_faces(part, centres).distance

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 
-class Plan(PlanTargets):
+class PlanForDrawing(PlanTargets):
     """Choose points of a surface to touch, as targets for simulate or for a machine.
 
     With a drawing they are the touches that its tolerances need, in the order to take them.
@@ -61,7 +61,7 @@ class Plan(PlanTargets):
         """Choose the points."""
         if self.drawing is None:
             return super().run(progress)
-        from pretravel.drawing.tasks.plan.needed import Stylus, needed_touches
+        from pretravel.drawing.tasks.plan.needed import ReachingStylus, needed_touches
         from pretravel.drawing.tolerances.features_file import read_drawing
         from pretravel.probing import InspectionRegion
         from pretravel.surface import read_part
@@ -75,7 +75,7 @@ class Plan(PlanTargets):
         drawing = read_drawing(self.drawing)
         part = read_part(self.surface)
         stem = 0.5 * self.tip_diameter if self.stem_diameter is None else self.stem_diameter
-        stylus = Stylus(0.5 * self.tip_diameter, 0.5 * stem, self.axis)
+        stylus = ReachingStylus(0.5 * self.tip_diameter, 0.5 * stem, self.axis)
         region = InspectionRegion(
             self.margin, self.u, self.v, self.max_polar_deg * DEGREE, self.axis
         )
@@ -90,12 +90,12 @@ class PlannedDrawing(Result):
 
     Attributes
     ----------
-    task : Plan
+    task : PlanForDrawing
     part : Part
     found : NeededTouches
     """
 
-    task: Plan
+    task: PlanForDrawing
     part: Part
     found: NeededTouches
 

@@ -55,7 +55,7 @@ def check_by_standard(inputs: Inputs) -> CheckResult:
         checked = task.run()
     # A certificate states what is open, too.
     shown = replace(checked, statements=checked.statements or LaboratoryStatements())
-    document = shown.report(touches.name, not_stated(checked.result))
+    document = shown.with_warnings(touches.name, not_stated(checked.result))
     return CheckResult(checked, document, with_file_names(task, output=Path("check.json")))
 
 

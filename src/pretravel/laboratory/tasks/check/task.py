@@ -375,13 +375,13 @@ class CheckedProbe(Result):
     def document(self) -> Document:
         """The report, with what the laboratory states, and what it does not."""
         left_out = self.task.statements_left_out()
-        return self.report(self.task.touches_name, [*self._lacking(), *left_out])
+        return self.with_warnings(self.task.touches_name, [*self._lacking(), *left_out])
 
     def page(self) -> Document:
         """The report, with how the files were understood."""
         return with_reading(self.document(), self.readings)
 
-    def report(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:
+    def with_warnings(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
         from pretravel.laboratory.tasks.check.report import standards_document
         from pretravel.task import with_laboratory

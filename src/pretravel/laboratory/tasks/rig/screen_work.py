@@ -68,7 +68,7 @@ def calibrate_rig_traces(inputs: Inputs) -> RigResult:
     warnings = [] if budget is not None else [FOREIGN_BUDGET]
     return RigResult(
         found,
-        found.report(warnings),
+        found.with_warnings(warnings),
         found.certificate(warnings),
         with_file_names(task, output=Path("rig.json")),
     )

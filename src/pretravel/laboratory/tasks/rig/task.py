@@ -389,7 +389,7 @@ class CalibratedRig(Result):
     def document(self) -> Document:
         """The report, with what the laboratory states, and what it does not."""
         left_out = self.task.statements_left_out()
-        return self.report([*self._lacking(), *left_out])
+        return self.with_warnings([*self._lacking(), *left_out])
 
     def page(self) -> Document:
         """The calibration certificate, with what keeps it from being one to hand out."""
@@ -398,7 +398,7 @@ class CalibratedRig(Result):
         data = rig_data(self.calibration, self.touches, self.budget, self.forces)
         return replace(self.certificate([*self._lacking()]), data=data)
 
-    def report(self, warnings: Sequence[str] = ()) -> Document:
+    def with_warnings(self, warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""
         from pretravel.laboratory.tasks.rig.report import rig_document, with_scale_check
         from pretravel.task import with_laboratory
