@@ -565,7 +565,7 @@ class Works:
         return self._works[key]
 
     def made(self, state: ScreenState) -> list[Work]:
-        """The works of a screen that were begun; none is begun."""
+        """The works of a screen that were started; none is started."""
         return [work for (screen, _), work in self._works.items() if screen == id(state)]
 
     def stop_all(self) -> None:

@@ -520,7 +520,7 @@ class TestHarmonicCentre:
         centre together do not depend on it."""
         fit = _fit(name)
         found = HarmonicKind().centered(fit, axial)
-        assert f"pretravel {1e3 * axial:g} µm along the axis" in found.gauge
+        assert f"pretravel along the axis is {1e3 * axial:g} µm" in found.gauge
         assert said in found.gauge
         assert found.gauge.count(";") == 1 + bool(said)
         at_pole = fit.basis.design(POLE)[0]

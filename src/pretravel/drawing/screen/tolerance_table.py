@@ -56,7 +56,7 @@ def tolerance_table(state: ScreenState, result: PartResult, measured: Callable[[
 
 
 def _shape(state: ScreenState, work: Work) -> object:
-    """What makes the table be built anew: other rows or other results, no typing in a field."""
+    """What makes the table be rebuilt: other rows or other results, no typing in a field."""
     rows = rows_in(state)
     return ([(row.feature, row.characteristic) for row in rows], id(work.result))
 
