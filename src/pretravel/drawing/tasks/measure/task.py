@@ -307,7 +307,7 @@ class Measure(LaboratoryReport):
             )
         if self.annex and (self.output is None or self.output.suffix.lower() != ".pdf"):
             raise PretravelError(
-                "the annex is that of a PDF, and a page has all of it: write the report as .pdf, or "
+                "the annex is that of a PDF; a page has all of it: write the report as .pdf, or "
                 "leave the annex out",
                 inputs=("annex",),
             )
