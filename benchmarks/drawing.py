@@ -297,7 +297,7 @@ def main() -> None:
         decided = sum(row[3] != "cannot be decided" for row in found)
         mean = np.mean([high - low for _, low, high, *_ in found]) / 2e-3
         print(
-            f"{name:26s} contained {100 * inside:5.1f} % of {len(found)}, half width {mean:5.2f} µm, "
+            f"{name:22s} contained {100 * inside:5.1f} % of {len(found)}, half width {mean:.1f} µm "
             f"wrong {len(wrong)} of {decided} decided"
         )
 

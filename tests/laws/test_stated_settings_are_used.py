@@ -85,6 +85,7 @@ reversal reversal_touches.csv -o r.csv
 faces part.step -o f.csv
 drawing part.step -o d.toml
 plan part.step#1 --grid 5x5 -o t.csv
+plan bracket.step --drawing faces.toml -o t.csv
 export map.json --to csv -o e.csv
 export map.json --to linuxcnc -o e
 export map.json --to fanuc -o e
@@ -153,6 +154,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         for line in MADE.splitlines():
             follow(line)
         (place / "features.toml").write_text(FEATURES)
+        faces = "[[feature]]\nfaces = [3]\nform_tolerance_mm = 0.02\n"
+        (place / "faces.toml").write_text(faces)
         (place / "tool.tbl").write_text("T1 P1 D6.0 Z50.0 ;probe\n")
         heights = "".join(f"{0.001 * (i % 3):.3f}\n" for i in range(12))
         (place / "heights.csv").write_text("z\n" + heights)

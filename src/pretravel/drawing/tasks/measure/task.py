@@ -305,6 +305,12 @@ class Measure(LaboratoryReport):
                 "state the feature of the points, or the file with all features of the drawing",
                 inputs=("feature", "drawing"),
             )
+        if self.annex and (self.output is None or self.output.suffix.lower() != ".pdf"):
+            raise PretravelError(
+                "the annex is that of a PDF; a page has all of it: write the report as .pdf, or "
+                "leave the annex out",
+                inputs=("annex",),
+            )
         part = None
         if self.part is not None:
             from pretravel.surface import read_part
