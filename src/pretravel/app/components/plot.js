@@ -48,16 +48,7 @@ export default {
         for (const axis of "xyz") eye[axis] *= away;
       }
       if (this.narrow) this.smaller(layout);
-      if (eye) this.beside(data, layout, width, height);
       return this.Plotly.react(this.$el, data, layout, config);
-    },
-    // A long legend below a scene takes its height: where there is room, it stands beside it.
-    beside(data, layout, width, height) {
-      const named = data.filter((trace) => trace.showlegend).length;
-      if (named < 4 || width < 420 || width < height) return;
-      const place = { orientation: "v", x: 1, xanchor: "right", y: 0.5, yanchor: "middle" };
-      layout.legend = { ...layout.legend, ...place, font: { ...layout.legend?.font, size: 11 } };
-      layout.scene.domain = { ...layout.scene.domain, x: [0, Math.max(0.5, 1 - 210 / width)] };
     },
     // Titles of axes and bars do not break: in a narrow picture they have smaller letters.
     smaller(layout) {
