@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import math
+from pathlib import Path
 
 import pytest
 
@@ -79,3 +81,14 @@ def test_times_have_a_fitting_unit(seconds: float | None, text: str) -> None:
 def test_memory_has_a_fitting_unit() -> None:
     assert [memory_text(size) for size in (5e5, 2.5e7, 1.26e9)] == ["below 1 MB", "25 MB", "1.3 GB"]
     assert not math.isnan(GROWTH.time_exponent)
+
+
+RESULTS = sorted((Path(__file__).parents[2] / "docs" / "results").glob("*.csv"))
+
+
+@pytest.mark.parametrize("path", RESULTS, ids=lambda path: path.stem)
+def test_no_result_of_the_page_stands_twice(path: Path) -> None:
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [tuple(row) for row in csv.reader(file)]
+    assert len(rows) > 1
+    assert [row for row in dict.fromkeys(rows) if rows.count(row) > 1] == []

@@ -490,7 +490,8 @@ def _provenance(stated: Mapping[str, Any]) -> Provenance:
             if isinstance(value, int) and not isinstance(value, bool):
                 value = float(value)
             usual = None if value is None else 0.0
-        if entry.name != "setup" and not isinstance(value, type(usual)):
+        # These two are checked where they are read.
+        if entry.name not in ("setup", "center_covariance") and not isinstance(value, type(usual)):
             raise PretravelError(
                 f"the key provenance: {entry.name} must be of the type "
                 f"{type(usual).__name__}, not {value!r:.60}"

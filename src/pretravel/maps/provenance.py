@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from enum import Enum
 from typing import Any, TypedDict
 
@@ -18,12 +18,14 @@ from pretravel.base import (
     TEMPERATURE_DIFFERENCE,
     TIP_BALL,
     U_OF_DIAMETER,
+    FloatArray,
     PretravelError,
     QuantityRange,
     check_numbers,
     checked,
 )
 from pretravel.maps.plausibility import LARGEST_PRETRAVEL
+from pretravel.uncertainty import Covariance
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE
 """Pretravel along the probe axis that a harmonic map is given where nothing better is known. [mm]
@@ -190,6 +192,9 @@ class Provenance:
         Digests of the touches (`pretravel.qualification.own_touches`).
     spindle_deg : float or None
         Orientation of the spindle at which the reference was touched, where that is stated. [°]
+    center_covariance : (3, 3) float, optional
+        Of the centre of the reference, probe frame: a place that is found through the map has
+        it, beyond what points have. None where the map separates no centre, or does not say. [mm²]
     """
 
     origin: Origin = Origin.MADE
@@ -204,6 +209,7 @@ class Provenance:
     reading: str = ""
     touch_digests: str = ""
     spindle_deg: float | None = None
+    center_covariance: tuple[tuple[float, ...], ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for a file; what is empty is left out.
@@ -219,6 +225,8 @@ class Provenance:
             found["level_known"] = False
         if self.spindle_deg is not None:
             found["spindle_deg"] = self.spindle_deg
+        if self.center_covariance is not None:
+            found["center_covariance"] = [list(row) for row in self.center_covariance]
         if self.setup is not None:
             found["setup"] = asdict(self.setup)
         if self.kind_settings:
@@ -240,10 +248,32 @@ class Provenance:
         known = {entry.name for entry in fields(cls)}
         given = {name: value for name, value in values.items() if name in known}
         setup = given.pop("setup", None)
+        center = given.pop("center_covariance", None)
         return cls(
             **{**given, "origin": Origin(values["origin"])},
             setup=None if setup is None else QualificationSetup(**setup),
+            center_covariance=None if center is None else _matrix(center),
         )
+
+    def with_center_covariance(self, covariance: FloatArray) -> Provenance:
+        """The same with a covariance of the centre, (3, 3), probe frame. [mm²]
+
+        Raises
+        ------
+        PretravelError
+            It is no matrix (3, 3), not finite, or a variance of it is negative.
+
+        >>> Provenance().with_center_covariance(np.eye(3)).center_covariance[0]
+        (1.0, 0.0, 0.0)
+        """
+        return replace(self, center_covariance=_matrix(covariance))
 
 
 _TEXTS = ("source", "touches", "touches_file", "reading", "gauge", "probe", "touch_digests")
+
+
+def _matrix(values: npt.ArrayLike) -> tuple[tuple[float, ...], ...]:
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape != (3, 3):
+        raise PretravelError(f"a covariance of a centre is a matrix (3, 3), not {given.shape}")
+    return tuple(tuple(row) for row in Covariance.full(given).matrix.tolist())

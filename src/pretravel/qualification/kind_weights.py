@@ -193,6 +193,12 @@ def averaged(results: Sequence[Qualification], parts: Sequence[KindScore]) -> Qu
     basis, coefficients, covariance = averaged_map(
         maps, [result.center for result in results], weights.tolist()
     )
+    # About the centre of the best kind, which is not the mean of theirs.
+    apart = np.array([result.center for result in results]) - best.center
+    within = [result.center_covariance for result in results]
+    of_center = np.tensordot(weights, within, axes=1) + (apart.T * weights) @ apart
+    rotation = maps[0].rotation
+    made = maps[0].provenance.with_center_covariance(rotation.T @ of_center @ rotation)
     shares = {part.kind: round(float(w), 3) for part, w in zip(parts, weights, strict=True)}
     pretravel_map = replace(
         maps[0],
@@ -201,13 +207,9 @@ def averaged(results: Sequence[Qualification], parts: Sequence[KindScore]) -> Qu
         covariance=covariance,
         fixed_scatter=math.sqrt(float(weights @ [each.fixed_scatter**2 for each in maps])),
         delay_effect=_delay_effect(maps, weights, basis.size),
-        provenance=replace(maps[0].provenance, kind_settings=shares),
+        provenance=replace(made, kind_settings=shares),
     )
     value = pretravel_map.pretravel(best.contact_normals, extrapolate=True)
-    # About the centre of the best kind, which is not the mean of theirs.
-    apart = np.array([result.center for result in results]) - best.center
-    within = [result.center_covariance for result in results]
-    of_center = np.tensordot(weights, within, axes=1) + (apart.T * weights) @ apart
     return replace(
         best,
         pretravel_map=pretravel_map,

@@ -316,6 +316,8 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     in_common = ready.effects.step_in_common
     of_center = axes @ centered.center_covariance @ axes.T + np.outer(later, later)
     of_center = frozen(of_center + in_common**2 * np.eye(3))
+    made = pretravel_map.provenance.with_center_covariance(rotation.T @ of_center @ rotation)
+    pretravel_map = replace(pretravel_map, provenance=made)
     return Qualification(
         pretravel_map=pretravel_map,
         setup=setup,

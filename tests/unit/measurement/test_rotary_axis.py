@@ -10,10 +10,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pretravel.base.arrays import FloatArray
-from pretravel.base.directions import ring_pattern
+from pretravel.base.directions import fibonacci_cap, ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.files.map_file import write_map
+from pretravel.files.map_file import read_map, write_map
 from pretravel.measurement.rotary_axes import AXIS_LETTERS, RotaryAxis, rotary_axis
 from pretravel.tasks.axis import FindAxis
 from pretravel.uncertainty.covariance import Covariance
@@ -183,6 +183,73 @@ def test_the_sphere_is_beside_its_planned_place(tmp_path: Path) -> None:
     assert found["place_y_mm"] == pytest.approx(true[1], abs=2e-6)
     assert found["slope_x_mm_per_m"] == pytest.approx(0.0, abs=2e-4)
     assert found["slope_y_mm_per_m"] == pytest.approx(0.0, abs=2e-4)
+
+
+class TestCentreOfTheMap:
+    """A shift of a centre and a pretravel with one lobe are the same on a sphere."""
+
+    AXIAL = 1.7e-3
+    """True pretravel along the probe axis: the map assumes 1 µm with u = 0.7 µm. [mm]"""
+
+    def _map(self, path: Path, kind: str = "harmonic") -> None:
+        """Qualified without noise: the tip of 6 mm, 10 µm across and 1.7 µm along the axis."""
+        normals = np.vstack([fibonacci_cap(60, 90.0 * DEGREE), NORMALS])
+        touches = (12.5 + 3.0 - self._pretravel(normals))[:, None] * normals
+        cells = np.hstack([touches, normals])
+        head = "x_mm,y_mm,z_mm,nx,ny,nz"
+        np.savetxt(path.with_suffix(".csv"), cells, "%.9f", ",", header=head, comments="")
+        run("qualify", path.with_suffix(".csv"), "--diameter", 25, "--tip-diameter", 6,
+            "--kind", kind, "-o", path)  # fmt: skip
+
+    def _pretravel(self, normals: FloatArray) -> FloatArray:
+        return 0.010 - (0.010 - self.AXIAL) * normals[:, 2] ** 2
+
+    def _axis(self, path: Path, tmp_path: Path) -> dict[str, dict[str, str]]:
+        """An A axis that tilts the sphere: z of its place has what the map assumes."""
+        lines = ["label,x_mm,y_mm,z_mm,nx,ny,nz"]
+        reach = 12.5 + 3.0 - self._pretravel(NORMALS)
+        for degrees in range(-60, 61, 20):
+            turned = Rotation.from_rotvec([degrees * DEGREE, 0.0, 0.0]).apply([0.0, 40.0, 70.0])
+            places = PLACE + turned + reach[:, None] * NORMALS
+            for i, row in enumerate(np.hstack([places, NORMALS])):
+                lines.append(f"at{degrees}_s{i}," + ",".join(f"{value:.9f}" for value in row))
+        (tmp_path / "t.csv").write_text("\n".join(lines) + "\n")
+        run("axis", tmp_path / "t.csv", "--axis", "A", "--map", path, "-o", tmp_path / "a.csv")
+        return {row["quantity"]: row for row in rows(tmp_path / "a.csv")}
+
+    def test_an_assumed_pretravel_along_the_axis_is_in_u_of_the_place(self, tmp_path: Path) -> None:
+        """0.7 µm of pretravel more than assumed move every centre by that, and no residual says it.
+
+        u along z is at least that of the assumption, 0.7 µm (`U_AXIAL_PRETRAVEL`).
+        """
+        self._map(tmp_path / "map.json")
+        found = self._axis(tmp_path / "map.json", tmp_path)
+        z = found["place_z_mm"]
+        off = float(z["value"]) - PLACE[2]
+        assert abs(off) == pytest.approx(self.AXIAL - 1e-3, abs=1e-4)
+        assert 0.7e-3 <= float(z["u"]) < 0.9e-3
+        assert abs(off) < float(z["expanded_uncertainty"])
+        y = found["place_y_mm"]
+        assert abs(float(y["value"]) - PLACE[1]) < float(y["expanded_uncertainty"]) < 0.7e-3
+
+    def test_a_map_without_shape_has_a_larger_one(self, tmp_path: Path) -> None:
+        self._map(tmp_path / "map.json", "mean")
+        z = self._axis(tmp_path / "map.json", tmp_path)["place_z_mm"]
+        assert abs(float(z["value"]) - PLACE[2]) < float(z["expanded_uncertainty"])
+
+    def test_a_map_that_does_not_state_it_is_named(self, tmp_path: Path) -> None:
+        self._map(tmp_path / "map.json")
+        made = read_map(tmp_path / "map.json")
+        write_map(
+            tmp_path / "old.json",
+            replace(made, provenance=replace(made.provenance, center_covariance=None)),
+        )
+        for name, told in (("map.json", False), ("old.json", True)):
+            found = FindAxis(
+                touches=(EXAMPLES / "axis_touches.csv",), axis="C", map_file=tmp_path / name
+            ).run()
+            warnings = found.document().warnings
+            assert any("uncertainty of its centre" in warning for warning in warnings) is told
 
 
 class TestRefusals:

@@ -118,7 +118,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
         pretravel_map = None if self.map_file is None else read_map(self.map_file)
         found = self._axis(self.files, pretravel_map, progress)
         again = self._axis(files_meant(self.check), pretravel_map, progress) if self.check else None
-        answer = FoundAxis(self, found, again)
+        answer = FoundAxis(self, found, again, _center_stated(pretravel_map))
         return replace(answer, exit_code=ANSWER) if np.any(answer.ratios >= 1.0) else answer
 
     def _axis(
@@ -181,6 +181,7 @@ def _points(
 
     from pretravel.measurement import REPEATABILITY, apply, point_sources
     from pretravel.touches import Touches
+    from pretravel.uncertainty import Covariance
 
     if pretravel_map is None:
         return [own.positions for own in sets], []
@@ -195,7 +196,22 @@ def _points(
     ends = np.cumsum([len(own) for own in sets])[:-1]
     sources = point_sources(every, points, pretravel_map)
     common = [along for name, along in sources.items() if name != REPEATABILITY]
+    of_center = pretravel_map.provenance.center_covariance
+    if of_center is not None:
+        # A shift of a centre and a map with one lobe are the same: a place has it, points do not.
+        along = points.normals @ pretravel_map.rotation
+        common.append(Covariance.full(along @ np.array(of_center) @ along.T))
     return np.split(points.positions, ends), common
+
+
+def _center_stated(pretravel_map: PretravelMap | None) -> bool:
+    """Maps that are predicted or calibrated on a rig have an absolute pretravel."""
+    from pretravel.maps import Origin
+
+    if pretravel_map is None:
+        return True
+    made = pretravel_map.provenance
+    return made.origin is not Origin.QUALIFIED or made.center_covariance is not None
 
 
 def _outward(positions: np.ndarray) -> np.ndarray:
@@ -217,6 +233,8 @@ class FoundAxis(Result):
     task : FindAxis
     found : RotaryAxis
     again : RotaryAxis or None
+    center_stated : bool
+        The map states how well it separates its own shape from a centre, or needs not.
     exit_code : int
         `ANSWER` where the two radii contradict each other.
     """
@@ -224,6 +242,7 @@ class FoundAxis(Result):
     task: FindAxis
     found: RotaryAxis
     again: RotaryAxis | None
+    center_stated: bool = True
     exit_code: int = 0
 
     @property
@@ -291,6 +310,12 @@ class FoundAxis(Result):
             warnings.append(
                 "without a map of the probe the place contains what its pretravel moves the centre "
                 "of a sphere, most along the probe axis; the uncertainty does not"
+            )
+        if not self.center_stated:
+            warnings.append(
+                "the map does not state the uncertainty of its centre (an earlier version made "
+                "it): the place contains what a sphere does not show of the pretravel, most along "
+                "the probe axis, and the uncertainty does not; qualify its touches again"
             )
         if self.again is not None:
             figures.append(
