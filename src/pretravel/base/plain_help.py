@@ -30,7 +30,7 @@ class _Number(float):
 def plainly_shown(value: Shown) -> Shown:
     """A function, or a class with its methods, whose signature `help` shows as it was written.
 
-    >>> def area(width: "float", height: "float" = 0.13 * 1e-3) -> "float": ...
+    >>> def area(width: float, height: float = 0.13 * 1e-3) -> float: ...
     >>> inspect.signature(plainly_shown(area))
     <Signature (width: float, height: float = 0.00013) -> float>
     """

@@ -47,7 +47,10 @@ def _control_help() -> str:
     usable = CONTROLS.usable().items()
     listed = ", ".join(f"{name}: {control.label}" for name, control in usable)
     folders = ", ".join(name for name, control in usable if control.folder)
-    return f"{listed}, {_RADII_TABLE}: table of effective radii. A folder: {folders}."
+    return (
+        f"One of {', '.join(control_names())}. {listed}, {_RADII_TABLE}: table of effective radii. "
+        f"A folder: {folders}."
+    )
 
 
 def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:

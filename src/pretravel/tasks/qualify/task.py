@@ -63,8 +63,8 @@ def _kind_help() -> str:
 
     own = (f"{name} ({kind.summary})" for name, kind in KINDS.usable().items())
     return (
-        "Kind of map: auto (the average of the kinds that predict left-out directions), or one of "
-        f"them: {', '.join(own)}."
+        f"Kind of map, one of {', '.join(kind_names())}: auto is the average of the kinds that "
+        f"predict left-out directions; {', '.join(own)}."
     )
 
 
