@@ -68,7 +68,7 @@ def image_address(picture: Picture) -> str:
         from PIL import WebPImagePlugin  # noqa: F401  # Pillow would load all of its formats
 
         kind = "webp"
-        Image.fromarray(picture.pixels).convert("RGB").save(content, kind, quality=92, method=2)
+        Image.fromarray(picture.pixels).convert("RGB").save(content, kind, quality=95, method=2)
     else:
         content.write(png_content(picture.pixels))
     return f"data:image/{kind};base64,{base64.b64encode(content.getvalue()).decode()}"

@@ -45,11 +45,11 @@ def _control_help() -> str:
     from pretravel.controls import CONTROLS
 
     usable = CONTROLS.usable().items()
-    listed = ", ".join(f"{name}: {control.label}" for name, control in usable)
+    listed = "; ".join(f"{name}, {control.label}" for name, control in usable)
     folders = ", ".join(name for name, control in usable if control.folder)
     return (
-        f"One of {', '.join(control_names())}. {listed}, {_RADII_TABLE}: table of effective radii. "
-        f"A folder: {folders}."
+        f"One of {', '.join(control_names())}: {listed}; {_RADII_TABLE}, table of effective "
+        f"radii. A folder: {folders}."
     )
 
 
