@@ -118,6 +118,7 @@ REFUSED_FILES: dict[str, tuple[tuple[str, ...], str]] = {
     "feature-list": (
         (
             "Name,Type,Center X,Center Y,Center Z,I,J,K,Diameter\nC1,CIRCLE,4,5,-6,0,0,1,10\n",
+            "Name,Type,X,Y,Z,I,J,K\nA,POINT,4,5,0.1,0,0,1\nB,CIRCLE,9,5,-6,0,0,1\nC,POINT,1,5,0.2,0,0,1\n",
             "Object Name,Control,Nom,Meas,Dev,Test\nbore,Diameter,10,10.01,0.01,Pass\n",
         ),
         "list of features",

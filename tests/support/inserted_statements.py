@@ -40,7 +40,7 @@ _CMM = {
         "tip": ("TIP/T2A90B0, SHANKIJK=0, 1, 0, ANGLE=0", "LOADPROBE/OTHER"),
         "frame": (
             "RECALL/ALIGNMENT,INTERNAL,A7", "A9 =ALIGNMENT/START,RECALL:A1,LIST=YES",
-            "ROTAB/45.0,SHORTEST", "ALIGNMENT/TRANS,ZAXIS,PLN1",
+            "ROTAB/45.0,SHORTEST", "MOVE/ROTAB,90,CLOCKWISE", "ALIGNMENT/TRANS,ZAXIS,PLN1",
         ),
         "unit": ("UNITS/INCH",),
         "part": ("PART NAME  : SECOND", "SER NUMBER : 12"),

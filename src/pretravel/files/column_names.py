@@ -88,7 +88,9 @@ _TIP_WORDS = (
     "probetip", "probestylus", "taster", "tastername", "tasternr", "tasternummer", "tasterkugel",
     "tastkugel", "tasterspitze", "taststift", "tastkopf",
     "messtaster", "palpeur", "palpador", "palpatore", "tastatore", "sensore", "sonda",
-    "stylet", "punta",
+    "stylet", "punta", "stylusdia", "stylusdiameter", "stylusradius", "tipdia", "tipdiameter",
+    "tipradius", "balldia", "balldiameter", "ballradius", "probedia", "probediameter",
+    "proberadius", "tasterdurchmesser", "tasterradius", "kugeldurchmesser", "kugelradius",
     "tool", "toolname", "toolid", "toolno", "toolnr", "toolnumber", "werkzeug", "werkzeugnr",
     "werkzeugnummer", "herramienta", "outil", "utensile",
 )  # fmt: skip
@@ -125,11 +127,19 @@ _COUNT_WORDS = (
 _FRAME_WORDS = (
     "wcs", "workoffset", "workcoordinatesystem", "csys", "coordsys", "coordinatesystem", "frame",
     "workpiececoordinatesystem", "nullpunkt", "koordinatensystem", "offsetno", "gcodeoffset",
+    "alignment", "alignmentname", "alignmentid", "tableangle", "rotarytable", "rotarytableangle",
+    "tischwinkel", "drehtisch", "drehtischwinkel",
 )  # fmt: skip
 _ORIENTATION_WORDS = (
     "orientation",
     "headangle",
     "headangles",
+    "heada",
+    "headb",
+    "probea",
+    "probeb",
+    "tipa",
+    "tipb",
     "headposition",
     "probeorientation",
     "probeangle",

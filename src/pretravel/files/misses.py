@@ -24,6 +24,15 @@ _ROUNDS = 20
 _SHOWN = 5
 
 
+def filled_in(values: FloatArray) -> BoolArray:
+    """Whether each value is one that programs write where nothing was measured.
+
+    >>> filled_in(np.array([-9999.0, 9.0])).tolist()
+    [True, False]
+    """
+    return np.asarray(np.isin(np.round(np.abs(values), 3), _FILLED_IN))
+
+
 def missed_rows(positions: FloatArray) -> BoolArray:
     """Whether a value was filled in for each position (n, 3), instead of a contact.
 
@@ -32,7 +41,7 @@ def missed_rows(positions: FloatArray) -> BoolArray:
     >>> missed_rows(np.array([[1.0, 2, 3], [1, 2, -9999], [1.1, 2, 3], [0, 0, 0]])).tolist()
     [False, True, False, True]
     """
-    filled = np.isin(np.round(np.abs(positions), 3), _FILLED_IN).any(axis=1)
+    filled = filled_in(positions).any(axis=1)
     zero = ~positions.any(axis=1)
     others = positions[~(filled | zero)]
     if zero.any() and len(others) >= 2:

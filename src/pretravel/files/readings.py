@@ -138,7 +138,10 @@ def _touches_of_frame(frame: object, options: ReadingOptions) -> Touches:
             "Touches(positions, normals) of arrays, and data frames of pandas, polars and Arrow "
             "are taken by the names of their columns"
         )
-    found = read_readings(source_of_frame(frame), options, file_format="csv").touches
+    source = source_of_frame(frame)
+    if (known := format_of(source)).refusal:
+        raise source.error(known.refusal)
+    found = read_readings(source, options, file_format="csv").touches
     return replace(found, source=None, lines=None)
 
 

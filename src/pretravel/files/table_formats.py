@@ -27,12 +27,18 @@ def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> N
 
 
 _COLUMNS = (
-    RowStatement("columns tip, stylus, sensor, probe, tool, T (numbers) …", "", "tip", "carried"),
+    RowStatement(
+        "columns tip, stylus, sensor, probe, tool, tip diameter, T (numbers) …",
+        "", "tip", "carried",
+    ),
     RowStatement("columns part, planid, partnb, serial, set, series …", "", "part", "carried"),
     RowStatement("columns run, cycle, operation that count no rows", "", "part", "carried"),
     RowStatement("column pass", "", "pass", "carried"),
-    RowStatement("columns orientation, head angle", "", "orientation", "carried"),
-    RowStatement("columns WCS, work offset, frame that change", "", "frame", "refused"),
+    RowStatement("columns orientation, head angle, probe A, probe B", "", "orientation", "carried"),
+    RowStatement(
+        "columns WCS, work offset, frame, alignment, table angle that change",
+        "", "frame", "refused",
+    ),
     RowStatement("columns A, B, C that move", "", "frame", "refused"),
     RowStatement(
         "comments among the rows that state or change a tip, part, unit, offset, rotation …",

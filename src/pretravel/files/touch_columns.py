@@ -27,6 +27,7 @@ from pretravel.files.parquet import read_parquet_table
 from pretravel.files.roles_of_columns import ColumnRoles, column_roles
 from pretravel.files.row_statements import unknown_lines
 from pretravel.files.source_file import SourceFile
+from pretravel.files.states_of_rows import refuse_other_units, refuse_stated_misses
 from pretravel.files.text_table import SEPARATORS, TextTable, read_text_table
 from pretravel.touches import WORD_COLUMNS
 
@@ -118,6 +119,8 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     whole = bool({*roles.index} & {*WORD_COLUMNS, *ROTARY_ROLES, FRAME_ROLE})
     roles = _without_counts(text, _of_one_frame(text, roles))
     text, roles = _without_rotary(text, roles)
+    refuse_stated_misses(text, roles)
+    refuse_other_units(text, roles, unit.name if unit is not None else NO_UNIT)
     columns = {_own_name(role): roles.words(text, role) for role in roles.index}
     table = CsvTable(
         file.path,

@@ -57,3 +57,46 @@ def test_heights_beside_a_count_are_repeats(separator: str, title: str) -> None:
     rows = "\n".join(f"{n}{separator}{height}" for n, height in enumerate(heights, start=1))
     file = SourceFile("r.txt", (title.format(separator) + rows).encode())
     assert read_repeats(file).series[0].values.tolist() == list(heights)
+
+
+@pytest.mark.parametrize(
+    ("title", "column"),
+    [("Stylus dia [mm]", "tip"), ("Tip radius", "tip"), ("Probe A", "orientation")],
+)
+def test_sizes_of_tips_and_angles_of_the_head_are_carried(title: str, column: str) -> None:
+    found = read_readings(_table(title, ("3", "3", "1")), MM).touches
+    assert found.words == {column: ("3", "3", "1")}
+
+
+@pytest.mark.parametrize("title", ["Alignment", "Table angle"])
+def test_alignments_and_a_turned_table_are_refused(title: str) -> None:
+    with pytest.raises(InputError, match=f"line 4: {title} changes"):
+        read_readings(_table(title, ("A1", "A1", "A2")), MM)
+
+
+@pytest.mark.parametrize(
+    ("title", "cells"),
+    [
+        ("Contact", ("1", "1", "0")),
+        ("Success", ("True", "True", "False")),
+        ("Status", ("OK", "OK", "MISS")),
+        ("Missed", ("no", "no", "yes")),
+    ],
+)
+def test_a_row_that_states_a_miss_is_refused(title: str, cells: tuple[str, ...]) -> None:
+    with pytest.raises(InputError, match=rf"line 4: {title} is '{cells[-1]}'.*exclude"):
+        read_readings(_table(title, cells), MM)
+    options = ReadingOptions(units="mm", exclude=("4",))
+    assert len(read_readings(_table(title, cells), options).touches) == 2
+
+
+def test_counts_and_verdicts_are_no_misses() -> None:
+    assert len(read_readings(_table("Contact", ("0", "1", "2")), MM).touches) == 3
+    assert len(read_readings(_table("Status", ("OK", "NOK", "OK")), MM).touches) == 3
+
+
+@pytest.mark.parametrize("cells", [("mm", "mm", "in"), ("mm", "mm", "inch")])
+def test_a_row_of_another_unit_is_refused(cells: tuple[str, ...]) -> None:
+    with pytest.raises(InputError, match=r"line 4: Unit is 'in(?:ch)?' in this row"):
+        read_readings(_table("Unit", cells), MM)
+    assert len(read_readings(_table("Unit", ("mm", "mm", "mm")), MM).touches) == 3

@@ -40,6 +40,13 @@ def test_own_frames_are_taken_again() -> None:
     assert apply(FRAME, mean_map(0.005)).positions.tolist() == points.positions.tolist()
 
 
+def test_features_in_a_frame_are_refused_as_in_a_file() -> None:
+    with pytest.raises(PretravelError, match="list of features"):
+        as_touches(FRAME.assign(diameter=[10.0, 10.1]))
+    with pytest.raises(PretravelError, match="list of features"):
+        as_touches(FRAME.assign(type=["CIRCLE", "POINT"]))
+
+
 def test_frames_that_state_too_little_are_refused() -> None:
     with pytest.raises(PretravelError, match="columns of the data frame have no names"):
         as_touches(pd.DataFrame(np.eye(6)))

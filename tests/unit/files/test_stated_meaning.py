@@ -414,6 +414,32 @@ class TestMisses:
         assert "line 6" in both_outputs("convert", path, "--units", "mm")[1]
         assert "line 6" in " ".join(read_readings(_file(GRID), UP).notes())
 
+    def test_a_miss_among_compensated_points_is_named_and_kept(self, tmp_path: Path) -> None:
+        """A row of the compensated table is not left out of a decision, and not passed over."""
+        touches, mapped = written(tmp_path, GRID, "a.csv"), tmp_path / "map.json"
+        mapped.write_bytes(json_of_map(mean_map(0.005)))
+        points = tmp_path / "points.csv"
+        run(
+            "compensate",
+            touches,
+            "--units",
+            "mm",
+            "--normal",
+            "0,0,1",
+            "--map",
+            mapped,
+            "-o",
+            points,
+        )
+        out, err = both_outputs("measure", points, "--feature", "plane")
+        assert "plane, 9 points" in out
+        assert "far from the plane of the others: 5 (-2.512 mm)" in err
+
+    def test_a_value_that_is_no_place_in_a_log(self) -> None:
+        log = "".join(f"Bed X: {10 * i}.0 Y: {i * i}.0 Z: 0.1{i}\n" for i in range(4))
+        found = read_readings(_file(log + "Bed X: 50.0 Y: 5.0 Z: -9999.000\n"))
+        assert (len(found.touches), found.missed) == (4, ("bed/5",))
+
     def test_misses_of_a_grid_and_of_a_map(self) -> None:
         grid = "0 20 3\n0 0.1 1\n-1 1 50\n0 0 0.1\n10 0 -1.0\n20 0 0.2\n"
         found = read_readings(_file(grid, "a.probe"), ReadingOptions(units="mm"))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pretravel.files.file_format import FileReadings
+from pretravel.files.misses import filled_in
 from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows
 from pretravel.files.source_file import SourceFile
 from pretravel.touches import Touches, word_fields
@@ -98,7 +99,14 @@ class LoggedHeights:
                 lines=tuple(self.lines),
                 **word_fields(self.stated.columns()),
             )
-        return FileReadings(touches, warnings=self.stated.warnings())
+        missed = filled_in(touches.positions[:, 2])
+        if missed.all():
+            raise self.file.error("no touch of the log made contact", self.lines[0])
+        return FileReadings(
+            touches.take(~missed),
+            missed=tuple(np.array(self.labels)[missed].tolist()),
+            warnings=self.stated.warnings(),
+        )
 
 
 def sent_line(line: str) -> str:

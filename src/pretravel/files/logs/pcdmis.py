@@ -33,8 +33,8 @@ _TABLE = (
         "refused", "A2 =ALIGNMENT/START,RECALL:A1,LIST=YES",
     ),
     RowStatement(
-        "`RECALL/`, `ROTAB/`, `EQUATE/`, `ITERATE/`, `BF3D/`, `MATRIX/`",
-        _NAMED + any_of(
+        "`RECALL/`, `ROTAB/`, `MOVE/ROTAB`, `EQUATE/`, `ITERATE/`, `BF3D/`, `MATRIX/`",
+        _NAMED + r"(?:MOVE\s*/\s*)?" + any_of(
             "RECALL ROTAB ROTARYTABLE ROTARY_TABLE EQUATE ITERATE BF2D BF3D BEST_FIT BESTFIT "
             "MATRIX LEAPFROG ROTATE TRANS"
         ) + "(.*)",

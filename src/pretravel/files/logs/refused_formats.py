@@ -94,6 +94,14 @@ _KINDS = re.compile(
     r"kegel|gerade|bohrung|cercle|plan|cylindre|cir|pln|cyl|sph|hole|bore)\b",
     re.IGNORECASE,
 )
+_TYPES = {"type", "typ", "kind", "art", "element", "feature type", "elementtype"}
+_POINTS = re.compile(r"(?:vector |surface |edge )?(?:point|punkt|punto|pt|vec)\b", re.IGNORECASE)
+_CENTRES = re.compile(
+    r"(?:circle|cylinder|sphere|cone|slot|arc|ellipse|torus|kreis|zylinder|kugel|kegel|bohrung|"
+    r"cercle|cylindre|cir|cyl|sph|hole|bore)\b",
+    re.IGNORECASE,
+)
+"""Features whose place is a centre, on no surface."""
 _RESULTS = (
     {"nominal", "nom", "soll", "sollwert", "nominale"},
     {"actual", "meas", "measured", "act", "ist", "istwert", "mesure", "gemessen"},
@@ -110,11 +118,21 @@ def _folded(text: str) -> str:
     return "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
 
 
+def _column(lines: list[str], column: int, width: int) -> list[str]:
+    """The cells of a column of a table of a width."""
+    split = [line.split(separator) for line in lines for separator in (";", "\t", "|", ",", None)]
+    return [cells[column].strip(' "') for cells in split if len(cells) == width]
+
+
 def _vary(lines: list[str], column: int, width: int) -> bool:
     """Whether the cells of a column of a table are not all one, as the tip's radius is."""
-    split = [line.split(separator) for line in lines for separator in (";", "\t", "|", ",", None)]
-    whole = [cells[column].strip(' "') for cells in split if len(cells) == width]
-    return len({cell for cell in whole if cell[:1].isdigit()}) > 1
+    return len({cell for cell in _column(lines, column, width) if cell[:1].isdigit()}) > 1
+
+
+def _some_are_points(types: list[str]) -> bool:
+    """Whether some rows are points, and others are features whose centre is no touch."""
+    points = any(_POINTS.match(_folded(cell)) for cell in types)
+    return points and any(_CENTRES.match(_folded(cell)) for cell in types)
 
 
 def _is_feature_list(lines: list[str]) -> bool:
@@ -130,8 +148,11 @@ def _is_feature_list(lines: list[str]) -> bool:
         return True
     if any(_vary(lines, i, len(cells)) for i, word in enumerate(squeezed) if word in _RADII):
         return True
-    if not {"type", "typ", "kind", "art", "element"} & set(plain):
+    columns = [i for i, word in enumerate(plain) if word in _TYPES]
+    if not columns:
         return False
+    if any(_some_are_points(_column(lines, i, len(cells))) for i in columns):
+        return True
     rows = [line for line in lines[:60] if any(sign.isdigit() for sign in line)]
     kinds = [line for line in rows if re.search(rf"(?:^|[;,\t|\s\"]){_KINDS.pattern}", line, re.I)]
     return len(rows) > 0 and 2 * len(kinds) > len(rows)

@@ -552,13 +552,16 @@ def _faces_words(faces: Sequence[int]) -> str:
 
 
 def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
-    """Points of a plane of another origin without those far from it, which are named."""
+    """Points of a plane without those far from it, which are named.
+
+    Compensated points all stay: what is decided on them lacks none unseen.
+    """
     import numpy as np
 
     from pretravel.files import far_heights
     from pretravel.measurement import points_at
 
-    if kind != "plane" or points.state_uncertainty:
+    if kind != "plane":
         return points, []
     middle = np.median(points.positions, axis=0)
     axis = int(np.argmin(np.median(np.abs(points.positions - middle), axis=0)))
@@ -568,8 +571,11 @@ def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
         return points, []
     named = ", ".join(f"{points.labels[row]} ({left[row]:+.3f} mm)" for row in rows.tolist())
     which = "point is" if len(rows) == 1 else "points are"
-    said = f"{len(rows)} {which} far from the plane of the others, a miss or a gross error, and "
-    said += f"left out: {named}"
+    said = f"{len(rows)} {which} far from the plane of the others"
+    if points.state_uncertainty:
+        question = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
+        return points, [f"{said}: {named}. {question}"]
+    said += f", a miss or a gross error, and left out: {named}"
     return points_at(points, np.flatnonzero(left == 0.0)), [said]
 
 
