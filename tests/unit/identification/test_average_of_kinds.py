@@ -256,6 +256,12 @@ def test_what_is_not_averaged_is_that_of_the_first() -> None:
     names = ("tip_radius", "u_tip_radius", "repeatability", "repeatability_dof", "delay", "feed")
     for name in (*names, "u_delay"):
         assert getattr(found.pretravel_map, name) == getattr(first.pretravel_map, name), name
-    own = replace(found.pretravel_map.provenance, kind_settings={})
-    assert own == replace(first.pretravel_map.provenance, kind_settings={})
-    assert own != replace(other.provenance, kind_settings={})
+    # The centre is that of the average, and the map states its covariance in the probe's frame.
+    stated, rotation = (
+        found.pretravel_map.provenance.center_covariance,
+        found.pretravel_map.rotation,
+    )
+    assert rotation @ np.array(stated) @ rotation.T == pytest.approx(found.center_covariance)
+    own = replace(found.pretravel_map.provenance, kind_settings={}, center_covariance=None)
+    assert own == replace(first.pretravel_map.provenance, kind_settings={}, center_covariance=None)
+    assert own != replace(other.provenance, kind_settings={}, center_covariance=None)
