@@ -34,6 +34,7 @@ from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points, points_at
+from pretravel.qualification import COARSE_STEP, quantisation_step
 from pretravel.touches import (
     copied_rows_warnings,
     length_of_run,
@@ -170,7 +171,22 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     refuse_several(found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))))
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
-    return Points.plain(found.positions, labels_or_numbers(found.labels, count)), tuple(missed)
+    points = Points.plain(found.positions, labels_or_numbers(found.labels, count))
+    return points, (*missed, *_coarse(found.positions))
+
+
+def _coarse(positions: FloatArray) -> list[str]:
+    """What to know of coordinates in coarse steps, of which no direction is known."""
+    step = quantisation_step(positions)
+    if step < COARSE_STEP:
+        return []
+    return [
+        (
+            f"the coordinates are in steps of {1e3 * step:.4g} µm. Points that are rounded alike "
+            f"move a diameter or a place by up to {0.5e3 * step:.4g} µm, which U does not contain. "
+            "Write the coordinates with more digits"
+        )
+    ]
 
 
 def _refuse_tip_centres(file: SourceFile, found: FilePositions, options: ReadingOptions) -> None:

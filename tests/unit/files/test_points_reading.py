@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.files.point_files import write_points
-from pretravel.files.points_reading import read_points
+from pretravel.files.points_reading import points_and_notes, read_points
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import point_sources, total_covariance
@@ -106,3 +106,16 @@ def test_points_without_common_errors_say_so(points: Points, tmp_path: Path) -> 
 def test_what_is_refused(tmp_path: Path, text: str, name: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         _read(tmp_path, text, name)
+
+
+def test_coordinates_in_coarse_steps_are_named(tmp_path: Path) -> None:
+    """Eight points of a bore at a round place are rounded alike, by up to half a step."""
+    turn = np.arange(8) * np.pi / 4.0
+    exact = np.column_stack([20.005 * np.cos(turn), 20.005 * np.sin(turn), np.full(8, -5.08)])
+    for step, named in ((0.0254, True), (0.001, False)):
+        path = tmp_path / f"{step}.csv"
+        rounded = step * np.round(exact / step)
+        lines = ["x_mm,y_mm,z_mm", *(",".join(f"{v:.4f}" for v in row) for row in rounded)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        warned = [each for each in points_and_notes(path)[1] if "in steps of" in each]
+        assert bool(warned) == named
