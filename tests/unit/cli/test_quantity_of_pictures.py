@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from pretravel.base.directions import grid
 from pretravel.design.studies.definition import STUDIES
 from pretravel.design.studies.results_file import read_results
 from pretravel.design.tasks.study.report import study_document
-from pretravel.prediction.catalogue import load_probe
+from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.trigger import predict
 from pretravel.show.chart import PlaneChart, PolarChart
 from pretravel.show.chart_marks import LineMark
@@ -104,5 +106,16 @@ def test_a_study_of_two_numbers_draws_a_line_for_each_level(tmp_path: Path) -> N
     for line in lines.values():
         assert line.x.tolist() == [4.0, 5.0, 5.91, 7.0, 8.0]
         assert np.all(np.diff(line.y) > 0.0)  # more preload, more bending
+    # The greatest of all directions, of each design described by hand.
+    text = description_text("omp40-2")
+    directions = grid(
+        np.radians(np.arange(10.0, 91.0, 10.0)), np.radians(np.arange(0.0, 351.0, 10.0))
+    )
+    for angle, line in zip((20.0, 35.0, 50.0), lines.values(), strict=True):
+        own = re.sub(r"(?m)^support_angle_deg = .*$", f"support_angle_deg = {angle}", text)
+        for preload, greatest in zip(line.x, line.y, strict=True):
+            design = re.sub(r"(?m)^preload_N = [0-9.]+", f"preload_N = {preload}", own)
+            found = predict(parse_probe(design), directions, model="analytic").sensing_distance
+            assert greatest == pytest.approx(1e3 * found.max(), rel=1e-9)
     told = run("study", tmp_path / "two.nc", "--quantity", "trigger_force", code=2)
     assert "has no trigger force among its outputs" in told
