@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from pretravel.base.directions import fibonacci_cap, grid
 from pretravel.drawing.features.measured_feature import measure_feature
@@ -49,6 +51,7 @@ from pretravel.tasks.predict.report import prediction_document
 from pretravel.tasks.probes.report import catalogue_document
 from pretravel.tasks.qualify.report import qualification_document
 from pretravel.tasks.qualify.update_report import map_update_document
+from pretravel.uncertainty import EXPANDED_COVERAGE
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points, features
@@ -188,6 +191,22 @@ def test_a_quantity_with_a_budget_has_the_u_of_its_budget() -> None:
     figure = next(f for f in document.figures if f.name == "effective radius")
     wanted = f"{1e3 * radius.expanded():.2f} µm (k = {radius.coverage_factor():.2f})"
     assert expanded_text(figure) == wanted
+
+
+def test_the_headline_of_few_touches_has_the_k_of_its_own_budget() -> None:
+    """Five touches leave a mean radius one degree of freedom: k is that of Student's t for the
+    degrees of freedom of the budget (Welch and Satterthwaite), rounded down (GUM, G.4)."""
+    touches = read_touches(SPHERE).take(np.array([0, 3, 8, 13, 18]))
+    document = qualification_document(
+        qualify(touches, 24.9987, kind="mean", tip_diameter=6.0), touches_name="few"
+    )
+    point, _ = document.budgets
+    found = re.search(r"U = ([\d.]+) µm \(k = ([\d.]+)\)", document.verdict)
+    assert found is not None
+    k = stdtrit(np.floor(point.effective_dof), 0.5 + 0.5 * EXPANDED_COVERAGE)
+    assert k > 2.8
+    assert float(found[2]) == pytest.approx(k, abs=0.01)
+    assert float(found[1]) == pytest.approx(1e3 * k * point.combined, rel=0.01)
 
 
 def test_the_key_figures_of_a_short_report_are_few() -> None:
