@@ -279,6 +279,14 @@ class TestRows:
         found = read_readings(_file(f"{row}\n{row.replace('1.5', '4.5')}\n"), UP)
         assert found.touches.positions.tolist() == [[1.5, 2.5, -3.5], [4.5, 2.5, -3.5]]
 
+    def test_a_title_above_positions_is_no_row(self) -> None:
+        """Words without a number, above the first position alone; a unit in them is not skipped."""
+        rows = "X 1.5 Y 2.5 Z -3.5\nX 4.5 Y 2.5 Z -3.5\n"
+        assert len(read_readings(_file(f"PROBE DATA\n{rows}"), UP).touches.positions) == 2
+        for text in (f"ALL IN INCHES\n{rows}", f"{rows}OTHER PART\n{rows}"):
+            with pytest.raises(PretravelError, match="is not a position"):
+                read_readings(_file(text), UP)
+
     def test_results_of_features_are_no_touches(self) -> None:
         circles = "Name,Type,Center X,Center Y,Center Z,I,J,K,Diameter\nC1,CIRCLE,4,5,-6,0,0,1,10\n"
         objects = "Object Name,Control,Nom,Meas,Dev,Test\nbore,Diameter,10,10.01,0.01,Pass\n"

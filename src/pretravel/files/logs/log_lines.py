@@ -43,6 +43,9 @@ _LABEL = re.compile(
 """What DPRNT writes before the coordinates: the number of a block, or a name."""
 _NUMBERED = re.compile(r"#\d+\s*:\s*")
 """The number of a point, as GEOPAK writes it."""
+_TITLE = re.compile(r"[^\W\d_]{3,}[^\d=#\[\]/]*")
+"""A line of words above the first position: it has no number."""
+_UNIT_WORD = re.compile(r"\b(?:mm|inch|inches|metric|imperial|zoll)\b", re.IGNORECASE)
 _ROTARY = "ABC"
 _MOVED = 1e-4
 """Rotary axes that differ by more than this have moved. [deg]"""
@@ -83,6 +86,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
         line = without_comments(text).strip()
         line = _NUMBERED.sub("", line)
         if not line or line.startswith((";", "%", "#")):
+            continue
+        if not rows and _TITLE.fullmatch(line) and not _UNIT_WORD.search(line):
             continue
         named = _LABEL.match(line)
         line = line[named.end() :] if named else line
