@@ -29,6 +29,10 @@ from pretravel.touches import copied_rows_warnings
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")
+_PERIODS = (2, 3, 4, 5)
+"""Touches of one measurement, of which the first can be faster."""
+_RARE = 1e-4
+"""Probability by chance at which one of every few touches is called apart."""
 _ONE_PLACE = 0.1
 """Touches are of one point if their places differ by less than this across their direction. [mm]"""
 _ALONG = 1.0
@@ -387,6 +391,41 @@ def _between_passes(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
     return tuple(told)
 
 
+def _in_a_rhythm(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
+    """Series in which one of every few touches is apart: a fast one before slow ones."""
+    told = []
+    for one in series:
+        found = [
+            (_chance(one.values, period, phase), period, phase)
+            for period in _PERIODS
+            if len(one.values) >= 3 * period
+            for phase in range(period)
+        ]
+        if not found:
+            continue
+        chance, period, phase = min(found)
+        if chance * len(found) < _RARE:
+            away = np.delete(one.values, np.s_[phase::period])
+            size = float(np.mean(one.values[phase::period]) - np.mean(away)) / MICROMETRE
+            told.append(
+                f"{one.name or 'the touches'}: of every {period} touches number {phase + 1} lies "
+                f"{abs(size):.1f} µm from the others, as a fast touch before slow ones does; they "
+                "are evaluated together. Leave the fast touches out, or state a column pass"
+            )
+    return tuple(told)
+
+
+def _chance(values: FloatArray, period: int, phase: int) -> float:
+    """Probability of such a difference of one of every few touches, by Student's t."""
+    from scipy.special import stdtr
+
+    mine, others = values[phase::period], np.delete(values, np.s_[phase::period])
+    free = len(values) - 2
+    variance = (np.sum((mine - mine.mean()) ** 2) + np.sum((others - others.mean()) ** 2)) / free
+    u = np.sqrt(max(variance, 1e-18) * (1.0 / len(mine) + 1.0 / len(others)))
+    return 2.0 * float(stdtr(free, -abs(mine.mean() - others.mean()) / u))
+
+
 def _repeated(series: list[LoggedSeries]) -> tuple[list[LoggedSeries], int]:
     """The series that are long enough, and the touches of the others."""
     enough = [one for one in series if len(one.values) >= FEWEST_REPEATS]
@@ -417,4 +456,5 @@ def _checked(
     copied = copied_rows_warnings(
         values[order][:, None], lambda row: f"line {int(lines[order[row]])}"
     )
-    return RepeatLog(tuple(series), single, along, (*warnings, *copied))
+    told = (*warnings, *_in_a_rhythm(series), *copied)
+    return RepeatLog(tuple(series), single, along, told)
