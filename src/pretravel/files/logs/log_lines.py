@@ -79,7 +79,8 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
     [[1.0, 2.0, 3.0]]
     """
     file = opened(source)
-    rows, numbers, feeds, labels, stated = [], [], [], [], StatedRows(file)
+    rows: list[list[float]] = []
+    numbers, feeds, labels, stated = [], [], [], StatedRows(file)
     feed: float | None = None
     rotary: dict[str, float] = {}
     for number, text in enumerate(file.lines("a log of positions"), start=1):
