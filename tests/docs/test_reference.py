@@ -75,6 +75,7 @@ NOT_WRITTEN_HERE = {
 }
 ELSEWHERE = {
     "Touches": {"spindle_deg", "reference", "tip", "part", "pass", "orientation"},
+    "Points": {"face"},  # of a part: align
     "Faces of a part": {"part"},
     "Steps of one touch": {"applied_force_N"},
 }
