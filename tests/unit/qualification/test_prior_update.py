@@ -543,8 +543,14 @@ def test_u_contains_a_change_that_few_touches_hardly_show(change: str) -> None:
         old = qualify(_touched(probe, USUAL_THRICE, generator), 25.0, tip_diameter=6.0)
         now = with_rod_out(probe, 3.0) if change == "rod" else turned(probe, 2.0)
         plan = plan_touches(old.pretravel_map, 9)
-        found = update_map(_touched(now, plan.normals, generator), old.pretravel_map, 25.0)
+        try:
+            found = update_map(_touched(now, plan.normals, generator), old.pretravel_map, 25.0)
+        except PretravelError as refused:
+            if "do not fit the old map" in str(refused):  # the change was seen
+                continue
+            raise
         value, u = found.pretravel_map.pretravel_and_uncertainty(OVER_THE_CAP, extrapolate=True)
         error = value - now.pretravel(OVER_THE_CAP) - OVER_THE_CAP @ found.center
         squares.append(np.mean((error**2 + 0.3e-3**2) / (u**2 + found.repeatability**2)))
+    assert len(squares) >= 6
     assert np.mean(squares) < 1.5
