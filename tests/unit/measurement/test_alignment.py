@@ -341,6 +341,21 @@ def test_a_placement_is_found_from_nothing(count: int) -> None:
         assert _apart(part, found[0].placement, placement) < 0.05
 
 
+def test_approaches_exclude_placements_from_nothing() -> None:
+    """Each approach is against the normal of its face: the same answer with them, none where each
+    is along the normal."""
+    rng, part, made = np.random.default_rng(8), bracket(), radius_alone(RADIUS)
+    points, normals, _ = random_targets(part, 30, rng)
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points, normals, made)
+    inward = -placement.vectors(normals)
+    found = found_placements(replace(tips, approaches=inward), part, made, extrapolate=True)
+    assert len(found) == 1
+    assert _apart(part, found[0].placement, placement) < 0.05
+    away = found_placements(replace(tips, approaches=-inward), part, made, extrapolate=True)
+    assert all(_apart(part, each.placement, placement) > 1.0 for each in away)
+
+
 def test_a_symmetric_part_has_several_answers() -> None:
     """Half turns about the axes of a box leave it as it is: four placements."""
     from tests.unit.surface.test_faces_of_a_box import _box
