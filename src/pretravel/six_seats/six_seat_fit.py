@@ -387,12 +387,12 @@ def promised_gain(problem: SixSeatProblem, scales: PriorScales, x: FloatArray) -
 def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> FloatArray:
     """Modes of very uneven probes, from many tripods: places from which a search goes on.
 
-    Rods repeat after a third of a turn, so that azimuths of one third are all there are. Which seat
-    lifts first in which direction has a few answers for each azimuth, which follow from the
-    asymmetry: typical tripods and others, drawn from the priors (seeded), begin. The search is
-    wide: at the usual scales it would stop beside the seats that lift first. So the asymmetry is
-    free, and a correction stands for what is left. One of the two scales alone misses very uneven
-    probes.
+    Rods repeat after a third of a turn, so that the azimuths of one third are sufficient. The
+    asymmetry decides which seat lifts first in a direction: each azimuth has several solutions.
+    The search begins with typical tripods and with tripods drawn from the priors (with a fixed
+    seed). At the usual scales a search would stop beside the right solution. The asymmetry is
+    therefore free, and a correction represents the remaining difference. One of the two scales
+    alone misses very uneven probes.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class ReachingStylus:
     tip_radius, stem_radius : float
         [mm]
     axis : (3,) float
-        From the tip to the spindle, in the frame of the part; of any length.
+        Direction from the tip to the spindle, in the frame of the part; not normalised.
     """
 
     tip_radius: float
