@@ -98,8 +98,19 @@ def test_a_wrong_answer_about_the_unit_can_be_taken_back(
     page.get_by_role("option", name="Millimetres").click()
     page.wait_for_selector(".error-view:has-text('look like inches')")
     page.get_by_label("Unit of the file").click()
-    page.get_by_role("option", name="as the file shows it").click()
-    page.get_by_role("button", name="Inches").first.click()
+    option = page.get_by_role("option", name="as the file shows it").element_handle()
+    answer = page.get_by_role("button", name="Inches").first.element_handle()
+    # A slow browser: the second click comes before it has drawn what the first one changed.
+    page.evaluate(
+        """async ([option, answer]) => {
+            option.click();
+            await new Promise((later) => setTimeout(later, 0));
+            const start = performance.now();
+            while (performance.now() < start + 1000) {}
+            answer.click();
+        }""",
+        [option, answer],
+    )
     step(page, "Choose your control")
 
 

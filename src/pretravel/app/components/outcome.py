@@ -89,10 +89,11 @@ def work_status(
             said[:] = [now]
             status.clear()
             with status:
-                _show_status(work, missing, answer or state.settings.__setitem__)
+                _show_status(work, missing)
 
     refresh()
     here([work.listen], refresh)
+    _answers(work, answer or state.settings.__setitem__)
     return work
 
 
@@ -220,19 +221,37 @@ def error_view(message: str) -> None:
 
 
 def _answers(work: Work, answer: Answer) -> None:
-    """The answers to an error that one click gives."""
-    for name in work.error_inputs:
-        if name in ANSWERS:
-            with ui.element("div").classes("question").props('role="group"') as group:
-                words, values = ANSWERS[name]
-                group.props["aria-label"] = words
-                text("p", words)
-                for value, shown in values.items():
-                    button = ui.button(shown, on_click=partial(answer, name, value))
-                    button.props("no-caps outline")
+    """The answers to an error that one click gives; they stay, for the same reason as in `kept`."""
+    place = ui.element("div").classes("work-answers")
+    asked: list[str] = []
+
+    def refresh() -> None:
+        names = [name for name in work.error_inputs if name in ANSWERS]
+        if names and names != asked:
+            asked[:] = names
+            place.clear()
+            with place:
+                for name in names:
+                    _question(name, answer)
+        # Hidden for the eye alone: NiceGUI drops a click on what it holds to be invisible.
+        shown = bool(names and work.error) and work.ready() and not work.running
+        place.classes(add="" if shown else "hidden", remove="hidden" if shown else "")
+
+    refresh()
+    here([work.listen], refresh)
 
 
-def _show_status(work: Work, missing: str, answer: Answer) -> None:
+def _question(name: str, answer: Answer) -> None:
+    words, values = ANSWERS[name]
+    with ui.element("div").classes("question").props('role="group"') as group:
+        group.props["aria-label"] = words
+        text("p", words)
+        for value, shown in values.items():
+            button = ui.button(shown, on_click=partial(answer, name, value))
+            button.props("no-caps outline")
+
+
+def _show_status(work: Work, missing: str) -> None:
     if work.running:
         _show_running(work)
         return
@@ -244,7 +263,6 @@ def _show_status(work: Work, missing: str, answer: Answer) -> None:
         newer_input(work.state, name)
     if work.error:
         error_view(work.error)
-        _answers(work, answer)
         if work.result is not None:
             note("What stands below is the result of earlier inputs. It cannot be used.")
     if work.held and work.result is not None:
