@@ -27,12 +27,15 @@ class Spent:
     ----------
     seconds : float
         By the clock.
+    processor : float
+        Time of the processor, of the command and of the processes that it waited for. [s]
     largest, together : float
         Memory of its largest process, and of all at one time. Pages that processes share, as those
         of libraries, count for each of them. [bytes]
     """
 
     seconds: float
+    processor: float
     largest: float
     together: float
 
@@ -54,14 +57,15 @@ def spent(command: Sequence[str], environment: Mapping[str, str] | None = None) 
         )
         watch = threading.Thread(target=_watch, args=(running.pid, ended, peaks))
         watch.start()
-        failed = running.wait()
+        _, status, usage = os.wait4(running.pid, 0)
+        failed = running.returncode = os.waitstatus_to_exitcode(status)
         seconds = time.perf_counter() - start
         ended.set()
         watch.join()
         if failed:
             said.seek(0)
             raise RuntimeError(f"{' '.join(command)}: {said.read()[-2000:]}")
-    return Spent(seconds, peaks[0], peaks[1])
+    return Spent(seconds, usage.ru_utime + usage.ru_stime, peaks[0], peaks[1])
 
 
 def _watch(process: int, ended: threading.Event, peaks: list[float]) -> None:

@@ -58,7 +58,8 @@ def _pieces(count: int) -> Iterator[np.ndarray]:
         yield np.hstack([np.round(n * distance[:, None], 5), np.round(n, 7)])
 
 
-def _write(count: int, table: Path) -> None:
+def write_table(count: int, table: Path) -> None:
+    """Write touches of a sphere at random, in pieces."""
     import pyarrow as pa
     import pyarrow.csv
 
@@ -109,7 +110,7 @@ def long_tables(sizes: Sizes) -> Figures:
         folder = Path(name)
         made = _made_map(folder)
         table = folder / "touches.csv"
-        _write(count, table)
+        write_table(count, table)
         points, copy = folder / "points.csv", folder / "copy.csv"
         command = [*PRETRAVEL, "compensate", str(table), "--map", str(made), "--extrapolate"]
         ours = spent([*command, "-o", str(points)])

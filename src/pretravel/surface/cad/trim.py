@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,13 @@ class Trim:
         number of rings surrounds it.
     periods : pair of float
         Of u and v; infinite where they are not periodic.
+    bounds : tuple of five float, optional
+        Smallest u and v, largest u and v, and area, where they are known from before.
+
+    Raises
+    ------
+    PretravelError
+        The rings enclose no area.
 
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> Trim([square], (math.inf, math.inf)).inside(np.array([[0.5, 0.5], [2.0, 0.5]])).tolist()
@@ -40,33 +48,57 @@ class Trim:
 
     rings: list[FloatArray]
     periods: tuple[float, float]
-    lower: tuple[float, float] = field(init=False)
-    upper: tuple[float, float] = field(init=False)
-    area: float = field(init=False)
+    bounds: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        if not self.bounds:
+            region = self._built
+            if not region.area > 0.0:
+                raise PretravelError("its boundary encloses no area in the surface's parameters")
+            bounds = (*region.bounds, region.area)
+            object.__setattr__(self, "bounds", tuple(float(each) for each in bounds))
+
+    @property
+    def lower(self) -> tuple[float, float]:
+        """The smallest u and v of the region."""
+        return self.bounds[0], self.bounds[1]
+
+    @property
+    def upper(self) -> tuple[float, float]:
+        """The largest u and v of the region."""
+        return self.bounds[2], self.bounds[3]
+
+    @property
+    def area(self) -> float:
+        """In the parameters."""
+        return self.bounds[4]
+
+    @cached_property
+    def _built(self) -> BaseGeometry:
         import shapely
 
         lines = shapely.MultiLineString([shapely.LinearRing(ring) for ring in self.rings])
-        region: BaseGeometry = shapely.Polygon()
         if lines.is_simple:  # the area of rings that do not cross is built at once
-            region = shapely.build_area(lines)
-        else:
-            for ring in self.rings:
-                piece = shapely.Polygon(ring)
-                if not piece.is_valid:
-                    piece = shapely.make_valid(piece)
-                region = region.symmetric_difference(piece)
-        if not region.area > 0.0:
-            raise PretravelError("its boundary encloses no area in the surface's parameters")
-        low_u, low_v, high_u, high_v = region.bounds
-        size = max(high_u - low_u, high_v - low_v)
-        object.__setattr__(self, "area", float(region.area))
-        region = region.buffer(_SLACK * size, join_style="mitre")
+            return shapely.build_area(lines)
+        region: BaseGeometry = shapely.Polygon()
+        for ring in self.rings:
+            piece = shapely.Polygon(ring)
+            if not piece.is_valid:
+                piece = shapely.make_valid(piece)
+            region = region.symmetric_difference(piece)
+        return region
+
+    @cached_property
+    def _region(self) -> BaseGeometry:
+        """The region with a slack beyond its edges, when it is first asked for: most faces of a
+        part are never touched.
+        """
+        import shapely
+
+        size = max(np.subtract(self.upper, self.lower))
+        region = self._built.buffer(_SLACK * size, join_style="mitre")
         shapely.prepare(region)
-        object.__setattr__(self, "_region", region)
-        object.__setattr__(self, "lower", (low_u, low_v))
-        object.__setattr__(self, "upper", (high_u, high_v))
+        return region
 
     def covers(self, domain: Domain) -> bool:
         """Whether the region contains the whole domain of a surface."""
@@ -100,7 +132,7 @@ class Trim:
             if sides[axis] > 0.999 * period * lengths[axis]:
                 # The seam is no edge: the circle must not be bounded by it.
                 lengths[axis] *= max(1.0, 2.0 * sides[1 - axis] / sides[axis])
-        region = self._region  # type: ignore[attr-defined]
+        region = self._region
         scaled = shapely.transform(region, lambda points: points * lengths)
         width = float(scaled.area / np.linalg.norm(np.subtract(self.upper, self.lower) * lengths))
         rough = shapely.simplify(scaled, _ROUGH * width)
@@ -114,7 +146,7 @@ class Trim:
         import shapely
 
         u, v = self.wrapped(uv).T
-        return np.asarray(shapely.contains_xy(self._region, u, v))  # type: ignore[attr-defined]
+        return np.asarray(shapely.contains_xy(self._region, u, v))
 
     def wrapped(self, uv: FloatArray) -> FloatArray:
         """Parameters moved by whole periods to the region."""

@@ -86,7 +86,10 @@ def _type_words(face: Face) -> str:
         return face.kind
     local = face.coarse.points
     try:
-        found = associate("cylinder", local)
+        # The normals of a cylinder lie across its axis: no search is needed.
+        normals = face.local(face.coarse.uv).normal
+        axis = np.linalg.svd(normals, full_matrices=False)[2][-1]
+        found = associate("cylinder", local, axis=axis * np.sign(axis[np.argmax(np.abs(axis))]))
     except PretravelError:  # too narrow a strip
         return face.kind
     assert found.direction is not None
