@@ -95,7 +95,14 @@ def _pages(at: Waiting, jobs: dict[str, tuple[object, ...]]) -> list[Row]:
         without, with_page = at.ours(job, *words), at.ours(job, *words, "-o", page)
         note = f"page of {memory_text(page.stat().st_size)}"
         rows.append(
-            Row(f"{job} with -o page.html", "", with_page.processor, "without", without.processor, note)
+            Row(
+                f"{job} with -o page.html",
+                "",
+                with_page.processor,
+                "without",
+                without.processor,
+                note,
+            )
         )
     return rows
 
@@ -210,9 +217,7 @@ def fits(sizes: Sizes) -> Figures:
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as name:
         at = Waiting(Path(name), 1)
-        budget = at.ours(
-            "check-budget", _DATA / "sphere_touches.csv", *_SPHERE, "--sets", 60
-        )
+        budget = at.ours("check-budget", _DATA / "sphere_touches.csv", *_SPHERE, "--sets", 60)
     rows.append(
         Row("sets of check-budget", "60", budget.processor, "60 fits as above", 60.0 * fit,
             f"{budget.seconds:.2g} s by the clock")

@@ -5,23 +5,30 @@ The first rows state how the table is understood, as in any table; the other row
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import LARGEST_NUMBER, FloatArray, InputError, PretravelError, whole_file
-from pretravel.files.csv_table import CsvTable, csv_rows_text, csv_table_text
+from pretravel.base import InputError, PretravelError, whole_file
+from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import format_of
+from pretravel.files.number_tables import (
+    LABEL,
+    NEEDED,
+    csv_options,
+    has_plain_separator,
+    head_of_parquet,
+    head_of_text,
+    number_table,
+)
 from pretravel.files.source_file import SourceFile
-from pretravel.files.spreadsheet_cells import cell_content
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import (
     TouchColumns,
@@ -36,39 +43,11 @@ WRITTEN_IN_PARTS = (".csv", ".parquet")
 """Endings of the files that are written part by part."""
 _ROWS = 100_000
 """Rows of a part, about: its touches, points and text take about 200 MB."""
-_HEAD_ROWS = 2_000
-_HEAD_BYTES = 400_000
-_NEEDED = ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz")
-_TEXT = "label"
 _MISSING = (
     f"a table of more than {LONG_TABLE:,} rows is read with the package pyarrow: "
     'pip install "pretravel[tables]"'
 )
 _Columns: TypeAlias = Mapping[str, npt.ArrayLike | Sequence[str]]
-
-
-@dataclass(frozen=True)
-class _NumberTable(CsvTable):
-    """A table whose columns are numbers already, beside the labels.
-
-    Attributes
-    ----------
-    values : mapping of str to (n,) float
-        In the units of `TouchColumns`.
-    printed_decimals : int
-        What `decimals` returns.
-    """
-
-    values: Mapping[str, FloatArray] = field(default_factory=dict)
-    printed_decimals: int = 9
-
-    def numbers(self, *names: str) -> FloatArray:
-        """Return columns as numbers, (rows, len(names))."""
-        return np.column_stack([self.values[name] for name in names])
-
-    def decimals(self, *_names: str) -> int:
-        """The most decimals of the normals in the head of the file."""
-        return self.printed_decimals
 
 
 @dataclass(frozen=True)
@@ -121,11 +100,11 @@ class LongTable:
         from pyarrow import ArrowException
 
         file, row = SourceFile(str(self.path), b""), 0
-        decimals = self.head.table.decimals(*_NEEDED[3:])
+        decimals = self.head.table.decimals(*NEEDED[3:])
         first_line = self.head.table.lines[0] if self.is_text else 1
         try:
             for batch in self._lines(rows) if self.is_text else self._stored(rows):
-                table = self._numbers(file, batch, first_line + row, decimals)
+                table = number_table(file, self.head, batch, first_line + row, decimals)
                 columns = replace(self.head, table=table)
                 refuse_control_characters(table)
                 touches, warnings = touches_of_columns(file, columns, self.options)
@@ -143,30 +122,12 @@ class LongTable:
 
     def _lines(self, rows: int) -> Iterator[Any]:
         """Rows of text; pyarrow names the line where one is damaged."""
-        from pyarrow import csv, float64, string
+        from pyarrow import csv
 
-        head, places = self.head.table, self.head.places
-        names = [f"{i}" for i in range(len(places) + len(head.unread))]
-        used = {f"{i}": string() if name == _TEXT else float64() for name, i in places.items()}
-        reader = csv.open_csv(
-            self.path,
-            csv.ReadOptions(
-                use_threads=False,  # with threads it does not name the line
-                block_size=max(rows * self.path.stat().st_size // max(self.count, 1), 1000),
-                skip_rows=head.lines[0] - 1,
-                column_names=names,
-            ),
-            csv.ParseOptions(delimiter=self.head.separator),
-            csv.ConvertOptions(
-                include_columns=list(used),
-                column_types=used,
-                decimal_point="," if head.decimal == "," else ".",
-                null_values=[],
-                strings_can_be_null=False,
-            ),
-        )
+        block = max(rows * self.path.stat().st_size // max(self.count, 1), 1000)
+        reader = csv.open_csv(self.path, **csv_options(self.head, block))
         for batch in reader:
-            yield dict(zip(places, batch.columns, strict=True))
+            yield dict(zip(self.head.places, batch.columns, strict=True))
 
     def _stored(self, rows: int) -> Iterator[Any]:
         """Rows of Parquet."""
@@ -177,43 +138,9 @@ class LongTable:
             for group in range(stored.num_row_groups):
                 for batch in stored.iter_batches(batch_size=rows, row_groups=[group]):
                     yield {
-                        name: batch.column(i) if name == _TEXT else batch.column(i).cast(float64())
+                        name: batch.column(i) if name == LABEL else batch.column(i).cast(float64())
                         for name, i in self.head.places.items()
                     }
-
-    def _numbers(
-        self, file: SourceFile, columns: Mapping[str, Any], first_line: int, decimals: int
-    ) -> _NumberTable:
-        """The numbers and labels of a part."""
-        values: dict[str, FloatArray] = {}
-        cells: dict[str, tuple[str, ...]] = {}
-        for name, column in columns.items():
-            if name == _TEXT:
-                stripped = ((cell or "").strip() for cell in column.to_pylist())
-                cells[name] = tuple(map(cell_content, stripped) if self.is_text else stripped)
-                continue
-            cells[name] = ()
-            values[name] = column.to_numpy(zero_copy_only=False)
-            if np.any(odd := ~(np.abs(values[name]) <= LARGEST_NUMBER)):
-                row = int(np.argmax(odd))
-                what = "is empty" if column[row].as_py() is None else "is no number of this size"
-                raise file.error(
-                    f"{self.head.table.titles.get(name, name)} {what}", first_line + row
-                )
-            if (scale := self.head.table.scales.get(name, 1.0)) != 1.0:
-                values[name] = scale * values[name] + 0.0
-        count = len(next(iter(values.values())))
-        return _NumberTable(
-            **{name: getattr(self.head.table, name) for name in _KEPT},
-            columns=cells,
-            lines=tuple(range(first_line, first_line + count)),
-            values=values,
-            printed_decimals=decimals,
-        )
-
-
-_KEPT = ("path", "header_line", "decimal", "scales", "titles", "unread")
-"""What each part has of the head."""
 
 
 def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongTable | None:
@@ -253,12 +180,12 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
         return None
     is_text = path.suffix.lower() != ".parquet"
     try:
-        content, count = (_head_of_text if is_text else _head_of_parquet)(path)
+        content, count = (head_of_text if is_text else head_of_parquet)(path)
         file = SourceFile(str(path), content)
         if count < LONG_TABLE or not (options.columns or format_of(file) in (CSV, PARQUET)):
             return None
         head = read_touch_columns(file, options)
-        if not head.table.has(*_NEEDED) or (is_text and not _has_plain_separator(head)):
+        if not head.table.has(*NEEDED) or (is_text and not has_plain_separator(head)):
             return None
         if head.whole:
             return None
@@ -268,39 +195,6 @@ def long_table(path: str | Path, options: ReadingOptions | None = None) -> LongT
     except (InputError, OSError, ValueError):  # the usual reader says what is wrong
         return None
     return LongTable(path, head, options, count)
-
-
-def _head_of_text(path: Path) -> tuple[bytes, int]:
-    """The first lines, which are in UTF-8, and the estimated number of all lines."""
-    with path.open("rb") as stream:
-        content = stream.read(_HEAD_BYTES)
-    content = content[: content.rfind(b"\n") + 1]
-    content.decode("utf-8")
-    return content, path.stat().st_size * content.count(b"\n") // max(len(content), 1)
-
-
-def _has_plain_separator(head: TouchColumns) -> bool:
-    """Whether cells are separated by one sign, and no cell of a row may be absent."""
-    width = len(head.places) + len(head.table.unread)
-    return len(head.separator.strip(" ")) == 1 and max(head.places.values()) < width
-
-
-def _head_of_parquet(path: Path) -> tuple[bytes, int]:
-    """The first rows as a file of their own, and the number of all rows; 0: not all are numbers."""
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    stream = io.BytesIO()
-    with parquet.ParquetFile(path) as stored:
-        kinds = [field.type for field in stored.schema_arrow]
-        plain = (pa.types.is_float64, pa.types.is_integer, pa.types.is_string)
-        if not all(any(is_kind(kind) for is_kind in plain) for kind in kinds):
-            return b"", 0
-        first = next(stored.iter_batches(batch_size=_HEAD_ROWS), None)
-        if first is None:
-            return b"", 0
-        parquet.write_table(pa.Table.from_batches([first]), stream)
-        return stream.getvalue(), int(stored.metadata.num_rows)
 
 
 @contextmanager

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pretravel.base import DEGREE, FloatArray, PretravelError, checked_unit
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import FilePositions, FileReadings, ReadingOptions
+from pretravel.files.number_tables import columns_of_numbers
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import refuse_inward, stated_normals, with_sphere_normals
 from pretravel.files.tables import write_table
@@ -67,7 +68,7 @@ def read_touches(source: Source, options: ReadingOptions | None = None) -> Touch
     file = opened(source)
     options = options or ReadingOptions()
     on_sphere = options.reference_diameter is not None and not options.ring
-    columns = read_touch_columns(file, options)
+    columns = columns_of_numbers(file, options) or read_touch_columns(file, options)
     if on_sphere and not any(columns.table.has(name) for name in _NORMAL):
         found = read_table_of_touches(file, options)
         assert isinstance(found, FilePositions)
@@ -92,7 +93,7 @@ def read_table_of_touches(
     InputError
         As `read_touches`; positions that nothing gives normals to.
     """
-    columns = read_touch_columns(file, options)
+    columns = columns_of_numbers(file, options) or read_touch_columns(file, options)
     table = columns.table
     if table.has(*_POSITION) and not any(table.has(name) for name in _NORMAL):
         found = FilePositions(

@@ -14,6 +14,7 @@ from .comparison import Comparison as Comparison
 from .comparison import Correction as Correction
 from .comparison import compare_corrections as compare_corrections
 from .compensation import apply as apply
+from .compensation import apply_with_errors as apply_with_errors
 from .compensation import compensation_warnings as compensation_warnings
 from .compensation import conditions_notes as conditions_notes
 from .compensation import distances_from_reference as distances_from_reference

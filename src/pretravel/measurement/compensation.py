@@ -27,7 +27,7 @@ from pretravel.maps import (
     refuse_other_orientation,
 )
 from pretravel.measurement.gross_points import gross_points_sentence
-from pretravel.measurement.point_errors import USUAL_DELAY, errors_of_points
+from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.measurement.touch_scatter import TouchScatter
@@ -124,6 +124,34 @@ def apply(
     >>> points.positions.round(9).tolist(), (points.standard_uncertainty * 1e3).round(3).tolist()
     ([[0.0, 0.0, 0.0]], [0.316])
     """
+    return apply_with_errors(
+        touches,
+        pretravel_map,
+        nominal=nominal,
+        extrapolate=extrapolate,
+        shared=shared,
+        scatter=scatter,
+    )[0]
+
+
+def apply_with_errors(
+    touches: TouchesLike,
+    pretravel_map: MapLike,
+    *,
+    nominal: Surface | Part | None = None,
+    extrapolate: bool = False,
+    shared: bool = True,
+    scatter: TouchScatter | None = None,
+) -> tuple[Points, PointErrors]:
+    """The points of `apply`, and the errors from which `point_budget` makes budgets.
+
+    Parameters, errors: see `apply`.
+
+    Returns
+    -------
+    Points
+    PointErrors
+    """
     touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
     refuse_several(touches)
     refuse_other_orientation(touches, pretravel_map)
@@ -143,7 +171,7 @@ def apply(
             f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
             f"({len(lost)} such touches). Do the normals point out of the part?"
         )
-    errors = errors_of_points(given, normals, pretravel_map, scatter)
+    errors = errors_of_points(given, normals, pretravel_map, scatter, u_map)
     if nominal is None:
         travel = pretravel / errors.closing
         positions = (
@@ -153,17 +181,18 @@ def apply(
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
-    return Points(
+    points = Points(
         positions=frozen(positions),
         normals=frozen(normals),
         pretravel=frozen(pretravel),
-        covariance=frozen(errors.covariance(u_map)),
+        covariance=frozen(errors.covariance),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels
         or tuple(str(touches.numbered_from + row) for row in range(len(touches))),
         shared=errors.shared_along_normals() if shared else None,
         uncompensated=frozen(given.positions - pretravel_map.tip_radius * touches.normals),
     )
+    return points, errors
 
 
 def _on_nominal(

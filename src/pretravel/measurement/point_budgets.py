@@ -28,12 +28,11 @@ def variances_along_normals(errors: PointErrors) -> dict[str, FloatArray]:
         state is zero. [mm²]
     """
     made, closing = errors.pretravel_map, errors.closing
-    of_map = made.standard_uncertainty(errors.normals) ** 2 - errors.of_others_in_map
     machine = np.sum(errors.machine_along_normals**2, axis=1)
     return {
         **{name: own * closing**2 for name, own in errors.of_touches.items()},
         FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
-        "map": np.maximum(of_map, 0.0),
+        "map": errors.of_map,
         "tip radius": np.full(len(closing), made.u_tip_radius**2),
         "signal delay": (errors.delay_along_approach * closing) ** 2,
         **({MACHINE_GEOMETRY: machine} if errors.by_machine.size else {}),

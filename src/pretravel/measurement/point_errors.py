@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -47,6 +48,8 @@ class PointErrors:
         separation takes the place of the map's repeatability. [mm²]
     by_machine : (n, 3, t) float, or (1, 3, 0)
         Movement of each point for each error of the terms of the machine. [mm]
+    known_u_map : (n,) float, optional
+        `u_map`, where it was computed with the points. [mm]
     """
 
     pretravel_map: PretravelMap
@@ -57,6 +60,14 @@ class PointErrors:
     delay_along_approach: FloatArray
     separated: Mapping[str, FloatArray] = field(default_factory=dict)
     by_machine: FloatArray = field(default_factory=lambda: np.zeros((1, 3, 0)))
+    known_u_map: FloatArray | None = None
+
+    @cached_property
+    def u_map(self) -> FloatArray:
+        """Standard uncertainty of the map along the normals, (n,). [mm]"""
+        if self.known_u_map is not None:
+            return self.known_u_map
+        return self.pretravel_map.standard_uncertainty(self.normals)
 
     def at(self, rows: IntArray) -> PointErrors:
         """Of some of the points, (k,) rows."""
@@ -69,6 +80,7 @@ class PointErrors:
             delay_along_approach=self.delay_along_approach[rows],
             by_machine=self.by_machine[rows] if self.by_machine.size else self.by_machine,
             separated={name: variance[rows] for name, variance in self.separated.items()},
+            known_u_map=self.u_map[rows],
         )
 
     @property
@@ -98,22 +110,16 @@ class PointErrors:
     def _delay_matters(self) -> bool:
         return self.pretravel_map.delay is not None or bool(self.delay_along_approach.any())
 
-    def covariance(self, u_map: FloatArray) -> FloatArray:
-        """Covariance of each point alone.
+    @property
+    def of_map(self) -> FloatArray:
+        """Variance of the map along the normals, without delay and machine, (n,). [mm²]"""
+        return np.maximum(self.u_map**2 - self.of_others_in_map, 0.0)
 
-        Parameters
-        ----------
-        u_map : (n,) float
-            Standard uncertainty of the map along the normals. [mm]
-
-        Returns
-        -------
-        (n, 3, 3) float
-            [mm²]
-        """
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of each point alone, (n, 3, 3). [mm²]"""
         a, n = self.approaches, self.normals
-        of_map = np.maximum(u_map**2 - self.of_others_in_map, 0.0) / self.closing**2
-        along = self.single_touch + of_map + self.delay_along_approach**2
+        along = self.single_touch + self.of_map / self.closing**2 + self.delay_along_approach**2
         found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
         found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
         found += self.by_machine @ self.by_machine.transpose(0, 2, 1)
@@ -226,6 +232,7 @@ def errors_of_points(
     normals: FloatArray,
     pretravel_map: PretravelMap,
     scatter: TouchScatter | None = None,
+    u_map: FloatArray | None = None,
 ) -> PointErrors:
     """The sources of error of touches that are compensated with a map.
 
@@ -237,6 +244,8 @@ def errors_of_points(
     pretravel_map : PretravelMap
     scatter : TouchScatter, optional
         Of single touches by direction, in the place of the map's repeatability.
+    u_map : (n,) float, optional
+        Standard uncertainty of the map along the normals, where it is known already. [mm]
 
     Returns
     -------
@@ -264,6 +273,7 @@ def errors_of_points(
         moved,
         dict(zip((MACHINE_PART, PROBE_PART), parts, strict=False)),
         machine,
+        u_map,
     )
 
 

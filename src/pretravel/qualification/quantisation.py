@@ -267,8 +267,9 @@ def step_of_measured(positions: npt.ArrayLike, normals: npt.ArrayLike) -> float:
     >>> step_of_measured(0.01 * np.round((places + height) / 0.01), up)
     0.01
     """
-    place = np.asarray(positions, dtype=np.float64)
-    along = np.argmax(np.abs(np.asarray(normals, dtype=np.float64)), axis=1)
+    apart = -(-len(np.asarray(positions)) // _MOST_LOOKED_AT)
+    place = np.asarray(positions, dtype=np.float64)[::apart]
+    along = np.argmax(np.abs(np.asarray(normals, dtype=np.float64)[::apart]), axis=1)
     measured = [place[along == axis, axis] for axis in range(3) if np.any(along == axis)]
     step = quantisation_step(place)
     differences = sum(len(_distinct(values, 0.5 * step + _EXACT)) - 1 for values in measured)
@@ -278,6 +279,8 @@ def step_of_measured(positions: npt.ArrayLike, normals: npt.ArrayLike) -> float:
     return step if np.all(np.abs(gaps - np.round(gaps)) < _WIDEST_ARC) else 0.0
 
 
+_MOST_LOOKED_AT = 20_000
+"""Touches that show a step as well as all of a long table do."""
 _FEWEST_MEASURED = 3
 """Differences between measured coordinates that show a step."""
 

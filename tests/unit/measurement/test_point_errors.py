@@ -251,9 +251,12 @@ class TestDelay:
         made = replace(
             mean_map(0.01), covariance=Covariance.independent([1e-8]), repeatability=3e-4
         )
-        errors = PointErrors(made, N[:1], -N[:1], np.ones(1), np.array([2e-4]), np.zeros(1))
+        errors = PointErrors(
+            made, N[:1], -N[:1], np.ones(1), np.array([2e-4]), np.zeros(1),
+            known_u_map=np.array([1e-4]),
+        )  # fmt: skip
         expected = 9e-8 * np.outer(N[0], N[0])
-        assert errors.covariance(np.array([1e-4]))[0] == pytest.approx(expected)
+        assert errors.covariance[0] == pytest.approx(expected)
         assert variances_along_normals(errors)["map"].tolist() == [0.0]
 
 

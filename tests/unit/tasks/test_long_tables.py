@@ -15,6 +15,7 @@ import pytest
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.files import long_tables as files_long_table
+from pretravel.files import number_tables
 from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.long_tables import LongTable, long_table
@@ -35,8 +36,9 @@ COUNT = 1000
 
 @pytest.fixture(autouse=True)
 def _short_tables_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, number in (("LONG_TABLE", 200), ("_HEAD_BYTES", 3000), ("_HEAD_ROWS", 20)):
-        monkeypatch.setattr(files_long_table, name, number)
+    monkeypatch.setattr(files_long_table, "LONG_TABLE", 200)
+    monkeypatch.setattr(number_tables, "_HEAD_BYTES", 3000)
+    monkeypatch.setattr(number_tables, "_HEAD_ROWS", 20)
     usual = LongTable.readings
     monkeypatch.setattr(LongTable, "readings", lambda table, rows=90: usual(table, rows))
     monkeypatch.setattr(compensate, "_DRAWN", 50)

@@ -252,9 +252,8 @@ class Compensate(
         """
         from pretravel.measurement import (
             TouchSummary,
-            apply,
+            apply_with_errors,
             compensation_warnings,
-            errors_of_points,
             placed,
             with_step_of_touches,
         )
@@ -272,7 +271,7 @@ class Compensate(
         scatter = self.touch_scatter()
         if scatter is not None:
             scatter = scatter.seen_from(placement)
-        points = apply(
+        points, errors = apply_with_errors(
             measured,
             seen,
             nominal=nominal,
@@ -283,7 +282,6 @@ class Compensate(
         of_neighbours: tuple[str, ...] = ()
         if readings.normals_taken and nominal is None and self.feature == _SURFACE:
             points, of_neighbours = _with_neighbours(measured, points, seen)
-        errors = errors_of_points(measured, points.normals, seen, scatter)
         summary = TouchSummary.of(measured, points, seen)
         if in_machine:
             points = placed(points, placement)

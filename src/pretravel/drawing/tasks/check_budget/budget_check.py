@@ -32,7 +32,7 @@ from pretravel.base import (
 )
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.maps import PretravelMap
-from pretravel.measurement import TouchScatter, apply, errors_of_points, point_budget
+from pretravel.measurement import TouchScatter, apply, apply_with_errors, point_budget
 from pretravel.qualification import Qualification, drifted_map, spread_over_support
 from pretravel.touches import Touches
 from pretravel.uncertainty import EXPANDED_COVERAGE, coverage_factor
@@ -399,13 +399,12 @@ def _of_faces(
     surface = 30.0 * directions
     feeds = _feed(truth, len(directions))
     touches = _part_touches(surface, directions, truth, feeds, acting, generator)
-    points = apply(
+    points, errors = apply_with_errors(
         touches, made.pretravel_map, extrapolate=True, shared=False, scatter=acting.scatter
     )
     error = np.sum((points.positions - surface - made.center) * directions, axis=1)
     # As `compensate` states U: k of the budget, which few touches have made larger than 2.
-    sources = errors_of_points(touches, points.normals, made.pretravel_map, acting.scatter)
-    k = point_budget(sources).coverage_factor()
+    k = point_budget(errors).coverage_factor()
     return {"points of faces": (error, points.standard_uncertainty, k)}
 
 
