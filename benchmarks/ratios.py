@@ -1,4 +1,4 @@
-"""Ratios against the plain loop over points, and start-up times.
+"""Ratios against the plain loop over points.
 
 The loop is the simplest program: it evaluates the formulas of the same public functions in
 scalar form, one direction at a time. It runs on a part of the points, and its time is scaled
@@ -8,8 +8,6 @@ up. The results of both are compared, so that a fast wrong result is detected.
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -310,24 +308,6 @@ def finite_elements(sizes: Sizes) -> Figures:
         (
             Row(f"{what}, empty cache", size, empty.seconds, other, 324 * once, note),
             Row(f"{what}, from the cache", size, kept),
-        )
-    )
-
-
-def start_up(sizes: Sizes) -> Figures:
-    """Start-up times, compared with a bare interpreter in the same run."""
-
-    def seconds(*command: str) -> float:
-        return _best(
-            lambda: subprocess.run([sys.executable, *command], capture_output=True, check=True),
-            sizes.repeats,
-        )
-
-    bare, name = seconds("-c", "pass"), "python -c pass"
-    return Figures(
-        (
-            Row("import pretravel", "", seconds("-c", "import pretravel"), name, bare),
-            Row("pretravel --help", "", seconds("-m", "pretravel", "--help"), name, bare),
         )
     )
 

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import load, long_tables, ratios, studies
+from benchmarks import load, long_tables, ratios, studies, waiting
 from benchmarks.commands import spent
 from benchmarks.results import Figures, Row, computer, growth_line, page, row_line
 from benchmarks.sizes import FULL, SMALL, Sizes
@@ -66,7 +66,7 @@ BENCHMARKS: Mapping[str, Callable[[Sizes], Figures]] = {
     "finite-elements": ratios.finite_elements,
     "element-studies": studies.element_studies,
     "calculix": calculix,
-    "start-up": ratios.start_up,
+    "waiting": waiting.waiting,
     "over-touches": load.over_touches,
     "over-directions": load.over_directions,
     "over-designs": load.over_designs,

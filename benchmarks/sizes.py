@@ -24,6 +24,10 @@ class Sizes:
         Of maps, whose qualification grows with the touches; empty: all.
     calculix : int
         Directions that CalculiX solves; 0: none.
+    holes : pair of int
+        Of a part, across and along: 31 × 32 make 998 faces.
+    sets : int
+        Of `check-budget`.
     """
 
     directions: int = 100_000
@@ -42,6 +46,8 @@ class Sizes:
     refinements: tuple[float, ...] = (0.7, 1.0, 1.4)
     kinds: tuple[str, ...] = ()
     calculix: int = 1
+    holes: tuple[int, int] = (31, 32)
+    sets: int = 60
 
 
 FULL = Sizes()
@@ -62,4 +68,6 @@ SMALL = Sizes(
     refinements=(0.3, 0.4, 0.5),
     kinds=("mean",),
     calculix=0,
+    holes=(2, 2),
+    sets=2,
 )

@@ -56,13 +56,12 @@ def commands(sizes: Sizes) -> Figures:
         bare = at.program("bare", "pass").processor
         needed = at.program("needed", "import numpy, scipy.special").processor
         sphere, part = _DATA / "sphere_touches.csv", _DATA / "bore_touches.csv"
-        (at.folder / "25.csv").write_text("".join(sphere.read_text().splitlines(True)[:26]))
         nine = at.folder / "nine.csv"
         jobs: dict[str, tuple[object, ...]] = {
             "compensate": (part, "--map", at.made, "-o", at.folder / "points.csv"),
             "measure": (at.folder / "points.csv", "--feature", "bore", "--select", "bore1*"),
             "verify": (sphere, "--map", at.made, "--diameter", "24.9987"),
-            "check": ("iso10360-5", at.folder / "25.csv", "--diameter", "24.9987"),
+            "check": ("iso10360-5", sphere, "--diameter", "24.9987"),
             "export": (at.made, "--to", "fanuc", "-o", at.folder / "fanuc"),
             "plan-touches": ("--map", at.made, "--count", 9, "-o", nine),
             "qualify": (sphere, *_SPHERE, "-o", at.folder / "again.json"),
@@ -83,12 +82,11 @@ def _pages(at: Waiting, jobs: dict[str, tuple[object, ...]]) -> list[Row]:
     """The same command with a page and without."""
     page = at.folder / "page.html"
     history = at.folder / "probe.jsonl"
-    for _ in range(3):
-        at.best([*PRETRAVEL, "verify", *map(str, jobs["verify"]), "--history", str(history)])
+    spent([*PRETRAVEL, "verify", *map(str, jobs["verify"]), "--history", str(history)])
     rows = []
     for job, words in {
-        "qualify": jobs["qualify"],
-        "rig": (_DATA / "rig", "-o", at.folder / "rig.csv"),
+        "qualify": jobs["qualify"][:-2],
+        "rig": (_DATA / "rig",),
         "measure": jobs["measure"],
         "history": (history,),
     }.items():
@@ -109,24 +107,26 @@ def _pages(at: Waiting, jobs: dict[str, tuple[object, ...]]) -> list[Row]:
 
 _PLATE = """
 from netgen.occ import Box, Cylinder, Pnt, Z
-plate = Box(Pnt(0, 0, 0), Pnt(310, 320, 10))
-for i in range(31):
+plate = Box(Pnt(0, 0, 0), Pnt(10 * {across}, 10 * {along}, 10))
+for i in range({across}):
     row = Cylinder(Pnt(5 + 10 * i, 5, -1), Z, r=2.5, h=12)
-    for j in range(1, 32):
+    for j in range(1, {along}):
         row += Cylinder(Pnt(5 + 10 * i, 5 + 10 * j, -1), Z, r=2.5, h=12)
     plate -= row
 plate.WriteStep({path!r})
 """
-"""A plate with 31 × 32 holes, 998 faces."""
+"""A plate with holes: 31 × 32 make 998 faces."""
 
 
 def parts(sizes: Sizes) -> Figures:
-    """A part of 998 faces: read for the first time, and again."""
+    """A part with many holes: read for the first time, and again."""
     with tempfile.TemporaryDirectory() as name:
         at = Waiting(Path(name), 1)
         step = at.folder / "plate.step"
-        at.program("plate", _PLATE.format(path=str(step)))
-        text = f"from netgen.occ import OCCGeometry\nprint(len(OCCGeometry({str(step)!r}).shape.faces))"
+        across, along = sizes.holes
+        at.program("plate", _PLATE.format(path=str(step), across=across, along=along))
+        faces = f"{6 + across * along}"
+        text = f"from netgen.occ import OCCGeometry\nOCCGeometry({str(step)!r})"
         theirs = at.program("read", text).processor
         cache = {**_ONE_THREAD, "XDG_CACHE_HOME": str(at.folder / "cache")}
         command = [*PRETRAVEL, "faces", str(step)]
@@ -136,9 +136,9 @@ def parts(sizes: Sizes) -> Figures:
         memory = f"whole command; at most {memory_text(first.largest)}"
         return Figures(
             (
-                Row("faces of a part, first time", "998", first.processor, other, theirs, memory),
+                Row("faces of a part, first time", faces, first.processor, other, theirs, memory),
                 Row(
-                    "faces of a part, again", "998", again.processor, other, theirs,
+                    "faces of a part, again", faces, again.processor, other, theirs,
                     f"whole command, of it {empty:.2g} s for its start",
                 ),
             )
@@ -202,9 +202,9 @@ def fits(sizes: Sizes) -> Figures:
     truth = predict(load_probe("omp40-2-100mm"), n).pretravel
     distance = 15.5 - truth + np.random.default_rng(0).normal(0.0, 3e-4, len(n))
     touches = Touches(n * distance[:, None], n)
-    fit = _processor(lambda: qualify(touches, 25.0, 6.0), sizes.repeats)
+    fit = _processor(lambda: qualify(touches, 25.0, tip_diameter=6.0), sizes.repeats)
     rows = [Row("touches qualified, kind auto", "75", fit)]
-    made = qualify(touches, 25.0, 6.0, kind="physical").map
+    made = qualify(touches, 25.0, tip_diameter=6.0, kind="physical").pretravel_map
     many = fibonacci_cap(sizes.directions, math.radians(90.0))
     matrices = np.broadcast_to(np.eye(6), (len(many), 6, 6)) + 0.01
     rows.append(
@@ -217,9 +217,17 @@ def fits(sizes: Sizes) -> Figures:
     )  # fmt: skip
     with tempfile.TemporaryDirectory() as name:
         at = Waiting(Path(name), 1)
-        budget = at.ours("check-budget", _DATA / "sphere_touches.csv", *_SPHERE, "--sets", 60)
+        budget = at.ours(
+            "check-budget", _DATA / "sphere_touches.csv", *_SPHERE, "--sets", sizes.sets
+        )
     rows.append(
-        Row("sets of check-budget", "60", budget.processor, "60 fits as above", 60.0 * fit,
+        Row("sets of check-budget", f"{sizes.sets}", budget.processor,
+            "as many fits as above", sizes.sets * fit,
             f"{budget.seconds:.2g} s by the clock")
     )  # fmt: skip
     return Figures(tuple(rows))
+
+
+def waiting(sizes: Sizes) -> Figures:
+    """All of them."""
+    return commands(sizes) + parts(sizes) + tables(sizes) + fits(sizes)

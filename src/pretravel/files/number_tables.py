@@ -196,7 +196,9 @@ def _stored(content: bytes, head: TouchColumns) -> dict[str, Any]:
     """The columns of Parquet."""
     from pyarrow import float64, parquet
 
-    rows = parquet.read_table(io.BytesIO(content), use_threads=False).combine_chunks()
+    # parquet.read_table would import pandas.
+    with parquet.ParquetFile(io.BytesIO(content)) as stored:
+        rows = stored.read(use_threads=False).combine_chunks()
     return {
         name: rows.column(i) if name == LABEL else rows.column(i).cast(float64())
         for name, i in head.places.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -40,6 +41,10 @@ def copied_rows(values: npt.ArrayLike) -> tuple[int, int, int]:
     (0, 0, 0)
     """
     rows = np.asarray(values, dtype=np.float64)
+    # Equal rows have equal sums, added in one order: where no sum comes twice, no row does.
+    sums = sum(column * math.sqrt(number) for number, column in enumerate(rows.T, start=2))
+    if len(np.unique(sums)) == len(rows):
+        return (0, 0, 0)
     number = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
     first = np.full(int(number.max()) + 1, len(rows))
     np.minimum.at(first, number, np.arange(len(rows)))
