@@ -155,15 +155,16 @@ class TestModes:
         assert words in said
         assert depth_of(said) < -50.0
 
-    def test_the_abort_of_a_program_of_others_adds_no_message(self, tmp_path: Path) -> None:
+    def test_an_error_under_cutter_compensation_is_the_only_message(self, tmp_path: Path) -> None:
         """The handler switched the overrides on, which the control refuses under G41."""
         installed(tmp_path)
-        moves = "\n".join(f"X{10 * i} Y{10 * (i % 2)}" for i in range(1, 20))
-        (tmp_path / "program.ngc").write_text(f"G21 G17 G90 G94 F3000\nG41.1 D6\nG1 {moves}\nM2\n")
-        run = {"before": ["G21", "G53 G0 X0 Y0"], "how": "abort", "after_s": 0.5}
+        text = "G21 G17 G90 G94 F3000\nG41.1 D6\nG1 X10 Y0\nX20 Y10\nG41.1 D6\nX30\nM2\n"
+        (tmp_path / "program.ngc").write_text(text)
+        run = {"before": ["G21", "G53 G0 X0 Y0"], "how": "own", "after_s": 0.5}
         states, _ = aborted(tmp_path / "program.ngc", [run])
-        assert states[0]["ran"]
-        assert states[0]["said"] == []
+        (said,) = states[0]["said"]
+        assert "cutter" in said.lower()
+        assert "overrides" not in said
 
 
 class TestSurprises:
