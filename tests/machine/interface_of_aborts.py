@@ -3,8 +3,9 @@
 
 For each run in PRETRAVEL_ABORTS (JSON: a list of {"before": MDI lines, "how": …, "after_s": …},
 with "mdi": a line in place of the program) it sets modes, starts the program, aborts it (Esc),
-presses the emergency stop, switches the machine off, or lets a limit switch stop the control, and
-brings the machine back. The state before and after goes to PRETRAVEL_STATES (JSON).
+presses the emergency stop, switches the machine off, lets a limit switch stop the control, or waits
+for an error of the program itself ("own"), and brings the machine back. The state before and after
+goes to PRETRAVEL_STATES (JSON).
 """
 
 import json
@@ -96,6 +97,10 @@ class Runs:
         # The enables of motion follow in a cycle of the servo.
         time.sleep(0.1)
 
+    def begun(self, heard):
+        heard += said(self.channel)
+        return heard or self.status.interp_state != linuxcnc.INTERP_IDLE
+
     def one(self, program, run):
         probe_off(True)
         self.mdi("G49 G21 G90 G94", UP, *run["before"])
@@ -110,7 +115,10 @@ class Runs:
             self.command.program_open(program)
             self.command.wait_complete(5.0)
             self.command.auto(linuxcnc.AUTO_RUN, 0)
-        until(self.status, lambda: self.status.interp_state != linuxcnc.INTERP_IDLE, "begin")
+        heard = []  # an error of the program itself can be over before anybody looks
+        until(self.status, lambda: self.begun(heard), "begin")
+        if run["how"] == "own":
+            until(self.status, lambda: self.begun(heard) and heard, "an error")
         time.sleep(run["after_s"])
         self.status.poll()
         ran = self.status.interp_state != linuxcnc.INTERP_IDLE
@@ -122,7 +130,7 @@ class Runs:
                 pin = ["halcmd", "setp", "joint.0.pos-lim-sw-in", value]
                 subprocess.run(pin, check=True)
                 time.sleep(0.05)
-        else:
+        elif run["how"] != "own":
             off = run["how"] == "off"
             self.command.state(linuxcnc.STATE_OFF if off else linuxcnc.STATE_ESTOP)
         self.command.wait_complete(5.0)
@@ -132,7 +140,7 @@ class Runs:
         after = state(self.status)
         return {
             "how": run["how"], "ran": ran, "measuring": measuring, "before": before,
-            "after": after, "said": said(self.channel),
+            "after": after, "said": heard + said(self.channel),
         }  # fmt: skip
 
 

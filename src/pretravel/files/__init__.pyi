@@ -48,7 +48,6 @@ from .map_file import MAP_ENDINGS as MAP_ENDINGS
 from .map_file import read_map as read_map
 from .map_file import write_map as write_map
 from .meant_files import files_meant as files_meant
-from .misses import far_heights as far_heights
 from .netcdf import read_dataset as read_dataset
 from .netcdf import write_dataset as write_dataset
 from .placement_file import read_placement as read_placement

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -109,7 +109,9 @@ def named_misses(found: FileReadings | FilePositions) -> FileReadings | FilePosi
             contact &= ~filled
             found = replace(found, contact=tuple(contact.tolist()))
         told = far_sentence(
-            found.positions[contact], [found.lines[i] for i in np.flatnonzero(contact)]
+            found.positions[contact],
+            [found.lines[i] for i in np.flatnonzero(contact)],
+            labels=_labels_at(found.labels, contact),
         )
         return replace(found, warnings=(*found.warnings, *told))
     touches = found.touches
@@ -124,23 +126,53 @@ def named_misses(found: FileReadings | FilePositions) -> FileReadings | FilePosi
     lines = touches.lines or tuple(range(1, len(touches) + 1))
     same = float(np.ptp(touches.normals, axis=0).max()) < 1e-6
     axis = int(np.argmax(np.abs(touches.normals[0])))
-    told = far_sentence(touches.positions, lines, axis) if same else ()
+    told = far_sentence(touches.positions, lines, axis if same else None, touches.labels)
     return replace(found, warnings=(*found.warnings, *told)) if told else found
 
 
-def far_sentence(positions: FloatArray, lines: Sequence[int], axis: int = 2) -> tuple[str, ...]:
-    """A sentence that names heights far from the others; none where there are none."""
-    left = far_heights(positions, axis)
+def _labels_at(labels: Sequence[str] | None, rows: BoolArray) -> Sequence[str] | None:
+    return None if labels is None else [labels[row] for row in np.flatnonzero(rows)]
+
+
+def far_sentence(
+    positions: FloatArray,
+    lines: Sequence[int],
+    axis: int | None = 2,
+    labels: Sequence[str] | None = None,
+) -> tuple[str, ...]:
+    """A sentence that names positions far from the others; none where there are none.
+
+    Of heights (`axis`) far from their plane, of others far from the bore, sphere or plane that the
+    others show.
+    """
+    left = np.zeros(len(positions)) if axis is None else far_heights(positions, axis)
     rows = np.flatnonzero(left)
-    if not len(rows):
-        return ()
+    if len(rows):
+        off = {int(row): float(left[row]) for row in rows}
+        return (_far_words("height is", "heights are", "plane", off, lines),)
+    from pretravel.measurement import missed_points_of_features
+
+    return tuple(
+        _far_words(
+            "position is",
+            "positions are",
+            kind,
+            dict(zip(found.rows, found.off, strict=True)),
+            lines,
+        )
+        for kind, found in missed_points_of_features(positions, labels)
+    )
+
+
+def _far_words(
+    one: str, several: str, kind: str, off: Mapping[int, float], lines: Sequence[int]
+) -> str:
     named = ", ".join(
-        f"that of line {lines[row]} ({left[row]:+.3f} mm)" for row in rows[:_SHOWN].tolist()
+        f"that of line {lines[row]} ({left:+.3f} mm)" for row, left in list(off.items())[:_SHOWN]
     )
-    more = "…" if len(rows) > _SHOWN else ""
-    what = "height is" if len(rows) == 1 else "heights are"
-    sentence = (
-        f"{len(rows)} {what} far from the plane of the others: {named}{more}. A miss, which ends "
-        "where its move ended, or a gross error? Leave it out, if so"
+    more = "…" if len(off) > _SHOWN else ""
+    return (
+        f"{len(off)} {one if len(off) == 1 else several} far from the {kind} of the others: "
+        f"{named}{more}. A miss, which ends where its move ended, or a gross error? Leave it out, "
+        "if so"
     )
-    return (sentence,)

@@ -6,7 +6,6 @@ from .association import Association as Association
 from .association import associate as associate
 from .association import label_prefix as label_prefix
 from .association import moved_association as moved_association
-from .association import normals_of_feature as normals_of_feature
 from .coarse_touches import with_step_of_touches as with_step_of_touches
 from .comparison import FULL_MAP as FULL_MAP
 from .comparison import UNCORRECTED as UNCORRECTED
@@ -22,8 +21,12 @@ from .compensation import embed as embed
 from .contact_slides import contact_slide as contact_slide
 from .measured_spheres import MeasuredSphere as MeasuredSphere
 from .measured_spheres import measured_sphere as measured_sphere
+from .missed_points import MissedPoints as MissedPoints
+from .missed_points import missed_points as missed_points
+from .missed_points import missed_points_of_features as missed_points_of_features
 from .normals_from_neighbours import neighbour_normals as neighbour_normals
 from .normals_from_neighbours import with_errors_of_normals as with_errors_of_normals
+from .normals_of_features import normals_of_feature as normals_of_feature
 from .point_budgets import budget_of_variances as budget_of_variances
 from .point_budgets import point_budget as point_budget
 from .point_budgets import variances_along_normals as variances_along_normals

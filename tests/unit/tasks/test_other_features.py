@@ -14,7 +14,7 @@ from pretravel.drawing.tasks.measure import Measure
 from pretravel.files.map_file import write_map
 from pretravel.files.several_files import read_series
 from pretravel.maps.support import DirectionSupport
-from pretravel.measurement.association import normals_of_feature
+from pretravel.measurement.normals_of_features import normals_of_feature
 from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.qualify import Qualify
 from pretravel.tasks.repeat import Repeat

@@ -477,6 +477,7 @@ class Measure(LaboratoryReport):
             A feature that its points do not determine, with its label; a nominal position for
             several features.
         """
+        from pretravel.drawing.tasks.measure.missed import without_missed
         from pretravel.measurement import points_of_features
 
         wanted = wanted or self.wanted(part)
@@ -494,7 +495,7 @@ class Measure(LaboratoryReport):
             _refuse_one_place_for_many(task, list(chosen))
             inspected = []
             for label, mine in chosen.items():
-                kept, said = _without_far_heights(mine, str(task.feature))
+                kept, said = without_missed(mine, _kinds(label, task), task.axis)
                 inspected.append(_measured(label, kept, task))
                 misses += said
             nominals |= _nominals(inspected, task)
@@ -507,6 +508,7 @@ class Measure(LaboratoryReport):
     ) -> MeasuredFeatures:
         """The features of a drawing; those whose faces were not touched are named."""
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
+        from pretravel.drawing.tasks.measure.missed import without_missed
         from pretravel.measurement import points_of_features, points_on_faces
 
         drawing = wanted.drawing
@@ -523,7 +525,7 @@ class Measure(LaboratoryReport):
             if not len(mine):
                 drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
                 continue
-            kept, far = _without_far_heights(mine, str(task.feature))
+            kept, far = without_missed(mine, _kinds(row.name, task), task.axis)
             try:
                 drawn.found[row.name] = _measured(row.name, kept, task)
             except PretravelError as error:
@@ -547,36 +549,18 @@ class Measure(LaboratoryReport):
         return replace(result, left_out=left_out, nominals=nominals, part=part)
 
 
+def _kinds(label: str, task: Measure) -> tuple[str, ...]:
+    """The feature of points with a label; a bore or boss may be touched at several heights."""
+    from pretravel.measurement import named_feature
+
+    if task.feature != BY_LABEL:
+        return (str(task.feature),)
+    kind = str(named_feature(label))
+    return (kind, "cylinder") if kind in ("bore", "boss") else (kind,)
+
+
 def _faces_words(faces: Sequence[int]) -> str:
     return f"face{'s' * (len(faces) > 1)} {', '.join(map(str, faces))}"
-
-
-def _without_far_heights(points: Points, kind: str) -> tuple[Points, list[str]]:
-    """Points of a plane without those far from it, which are named.
-
-    Compensated points all stay: what is decided on them lacks none unseen.
-    """
-    import numpy as np
-
-    from pretravel.files import far_heights
-    from pretravel.measurement import points_at
-
-    if kind != "plane":
-        return points, []
-    middle = np.median(points.positions, axis=0)
-    axis = int(np.argmin(np.median(np.abs(points.positions - middle), axis=0)))
-    left = far_heights(points.positions, axis)
-    rows = np.flatnonzero(left)
-    if not len(rows):
-        return points, []
-    named = ", ".join(f"{points.labels[row]} ({left[row]:+.3f} mm)" for row in rows.tolist())
-    which = "point is" if len(rows) == 1 else "points are"
-    said = f"{len(rows)} {which} far from the plane of the others"
-    if points.state_uncertainty:
-        question = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
-        return points, [f"{said}: {named}. {question}"]
-    said += f", a miss or a gross error, and left out: {named}"
-    return points_at(points, np.flatnonzero(left == 0.0)), [said]
 
 
 def _nominals(found: Sequence[InspectedFeature], task: Measure) -> dict[tuple[str, str], float]:

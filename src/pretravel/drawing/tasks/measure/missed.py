@@ -1,0 +1,62 @@
+"""Points of a feature without those that are no touch of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pretravel.measurement import MissedPoints, Points, missed_points, points_at
+
+
+def without_missed(
+    points: Points, kinds: Sequence[str], axis: Sequence[float] | None
+) -> tuple[Points, list[str]]:
+    """Points of a feature without those far from it, and sentences that name these.
+
+    Compensated points all stay: what is decided on them lacks none unseen.
+
+    Parameters
+    ----------
+    points : Points
+    kinds : sequence of str
+        What the feature can be; the first that has far points says which.
+    axis : (3,) float or None
+        As of `associate`.
+
+    >>> heights = np.array([0.012, 0.013, 0.011, 0.014, -2.5, 0.012, 0.010, 0.013, 0.015])
+    >>> x, y = np.meshgrid([0.0, 10.0, 20.0], [0.0, 10.0, 20.0])
+    >>> points = Points.plain(np.column_stack([x.ravel(), y.ravel(), heights]), tuple("abcdefghi"))
+    >>> kept, said = without_missed(points, ["plane"], None)
+    >>> len(kept), said
+    (8, ['1 point is far from the plane of the others, a miss or a gross error, and left out: \
+e (-2.512 mm)'])
+    """
+    for kind in kinds:
+        found = missed_points(kind, points.positions, None if axis is None else np.asarray(axis))
+        if found.unclear:
+            return points, [_unclear(len(points), kind, found.unclear)]
+        if found.rows:
+            return _named(points, kind, found)
+    return points, []
+
+
+def _unclear(count: int, kind: str, off: float) -> str:
+    return (
+        f"the {count} points lie up to {off:.3f} mm from the {kind}, as with a miss or a gross "
+        "error among them, and are too few to show which it is. Touch more places, or leave it out"
+    )
+
+
+def _named(points: Points, kind: str, found: MissedPoints) -> tuple[Points, list[str]]:
+    named = ", ".join(
+        f"{points.labels[row]} ({off:+.3f} mm)"
+        for row, off in zip(found.rows, found.off, strict=True)
+    )
+    which = "point is" if len(found.rows) == 1 else "points are"
+    said = f"{len(found.rows)} {which} far from the {kind} of the others"
+    if points.state_uncertainty:
+        question = "A miss, which ends where its move ended, or a gross error? Leave it out, if so"
+        return points, [f"{said}: {named}. {question}"]
+    said += f", a miss or a gross error, and left out: {named}"
+    return points_at(points, np.delete(np.arange(len(points)), found.rows)), [said]
