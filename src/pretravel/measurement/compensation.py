@@ -26,6 +26,7 @@ from pretravel.maps import (
     orientation_note,
     refuse_other_orientation,
 )
+from pretravel.measurement.coarse_touches import with_step_of_touches
 from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, errors_of_points
 from pretravel.measurement.points import Points
@@ -99,8 +100,9 @@ def apply(
     Returns
     -------
     Points
-        What their uncertainty does not contain (an unknown feed, a predicted map) is told by
-        `compensation_warnings`, not here.
+        Where positions are in coarse steps, their uncertainty contains the step
+        (`with_step_of_touches`). What it does not contain (an unknown feed, a predicted map) is
+        told by `compensation_warnings`, not here.
 
     Raises
     ------
@@ -152,8 +154,9 @@ def apply_with_errors(
     Points
     PointErrors
     """
-    touches, pretravel_map = as_touches(touches), as_map(pretravel_map)
+    touches = as_touches(touches)
     refuse_several(touches)
+    pretravel_map, _ = with_step_of_touches(as_map(pretravel_map), touches)
     refuse_other_orientation(touches, pretravel_map)
     given, touches = touches, pretravel_map.without_machine(touches)
     if nominal is not None:

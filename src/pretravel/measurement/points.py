@@ -20,6 +20,7 @@ from pretravel.base import (
     extent,
     frozen,
 )
+from pretravel.qualification import quantisation_step
 
 FIXED_SCATTER = "fixed scatter"
 """The cause in `Points.shared` that is common to points with the same normal, and to no others:
@@ -54,6 +55,9 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
         that subtracts the radius alone. [mm]
     face : (n,) int or None
         Numbers of the faces of the part on which the points lie, as `pretravel faces` lists them.
+    step : float
+        In which coordinates of another origin are written; zero where none is seen, and for
+        compensated points, whose covariance contains the step of their touches. [mm]
 
     Notes
     -----
@@ -70,6 +74,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     shared: Mapping[str, FloatArray] | None = None
     uncompensated: FloatArray | None = None
     face: IntArray | None = None
+    step: float = 0.0
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -121,6 +126,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
             covariance=frozen(np.zeros((count, 3, 3))),
             deviation=None,
             labels=labels,
+            step=quantisation_step(positions),
         )
 
     @property

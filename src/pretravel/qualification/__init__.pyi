@@ -41,6 +41,7 @@ from .qualifying import qualify as qualify
 from .qualifying import qualify_like as qualify_like
 from .quantisation import COARSE_STEP as COARSE_STEP
 from .quantisation import coarse_warnings as coarse_warnings
+from .quantisation import kept_by_directions as kept_by_directions
 from .quantisation import kept_by_repeats as kept_by_repeats
 from .quantisation import quantisation_step as quantisation_step
 from .quantisation import refuse_coarse as refuse_coarse

@@ -16,6 +16,7 @@ from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 OWN = "repeatability of the touches"
 UNKNOWN_CORRELATION = "points, correlation not stated"
+STEP = "step of the coordinates"
 FORM_OF_PART = "form of the part"
 MACHINE = "machine"
 MAP = "map"
@@ -49,6 +50,9 @@ class FeatureErrors:
         Standard uncertainty of a length by other causes than the probe. [mm]
     form : FormOfPart
         What the residuals show beyond the errors, or cannot show.
+    rounded : (n,) int or None
+        Where the step of coordinates is the only known error: points that can be rounded alike
+        have the same number.
     """
 
     association: Association
@@ -59,6 +63,7 @@ class FeatureErrors:
     correlation_known: bool
     machine: float = 0.0
     form: FormOfPart = NO_FORM
+    rounded: IntArray | None = None
 
     @property
     def excess(self) -> float:
@@ -69,7 +74,7 @@ class FeatureErrors:
     def map_is_stated(self) -> bool:
         """Whether the uncertainty of the map is in the points; that of a prediction is not."""
         if not self.correlation_known:
-            return bool(self.own.any())
+            return self.rounded is None and bool(self.own.any())
         return MAP in self.shared
 
     def parts(self, rows: FloatArray) -> dict[str, FloatArray]:
@@ -117,8 +122,8 @@ class FeatureErrors:
         change = association.jacobian[rows] @ association.response
         change[np.arange(len(rows)), rows] += 1.0
         if not self.correlation_known:
-            most = np.abs(change) @ self.own
-            return np.asarray(most[:, None] + most)
+            each = _sums(np.abs(change) * self.own, _alike([self]))
+            return np.asarray(np.linalg.norm(each[:, :, None] + each.T[None], axis=1))
         covariance = (change * self.own**2) @ change.T
         for factors in self.shared.values():
             covariance += (change @ factors.T) @ (change @ factors.T).T
@@ -184,6 +189,9 @@ def feature_errors(
     errors = FeatureErrors(
         association, own, factors, fixed, _directions(points.normals), known, machine=u_machine
     )
+    if points.step and not points.state_uncertainty:
+        by_step = np.full(len(points), points.step / math.sqrt(12.0))
+        errors = replace(errors, own=by_step, rounded=_rounded_alike(association, points.step))
     if association.dof < 1 and not points.state_uncertainty:
         return errors
     expected = _expected_squares(errors)
@@ -204,6 +212,24 @@ def _sums(values: FloatArray, direction: IntArray) -> FloatArray:
     return np.array([np.bincount(of_point, row) for row in values])
 
 
+def _rounded_alike(association: Association, step: float) -> IntArray:
+    """Numbers of points; those with the same number may have been rounded by the same amount.
+
+    At a round place this is so for the points of a bore at 0, 90, 180 and 270 degrees. Residuals
+    that differ show where it is not.
+    """
+    symmetric = _directions(np.sort(np.abs(association.outward), axis=1))
+    left = np.rint(association.residuals / (0.5 * step)).astype(np.int64)
+    pairs = np.stack([symmetric, left], axis=1)
+    return np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _alike(features: Sequence[FeatureErrors]) -> IntArray:
+    """Numbers of the points of features; any correlation is possible among those with the same."""
+    groups = [np.zeros(len(f.own), int) if f.rounded is None else f.rounded for f in features]
+    return np.concatenate(groups)
+
+
 _Terms = Sequence[tuple[FeatureErrors, FloatArray]]
 
 
@@ -220,7 +246,8 @@ def covariance_by_source(terms: _Terms) -> dict[str, FloatArray]:
     -------
     dict of str to (m, m) float
         Where it is not stated which errors are common: the largest covariance that any
-        correlation of the points' errors can produce.
+        correlation of the points' errors can produce; of a step, of the points that can be rounded
+        alike.
 
     Raises
     ------
@@ -270,9 +297,11 @@ def covariance_by_weights(
             sums = _sums(weights * fixed, np.concatenate([each.direction for each in features]))
             found[FIXED_SCATTER] = sums @ sums.T
     else:
-        length = np.linalg.norm(weights, axis=0)
+        length, alike = np.linalg.norm(weights, axis=0), _alike(features)
         share = own / np.maximum(length, 1e-300)
-        found[UNKNOWN_CORRELATION] = (length @ own) * (weights * share) @ weights.T
+        most = _sums((length * own)[None], alike)[0, np.unique(alike, return_inverse=True)[1]]
+        cause = UNKNOWN_CORRELATION if features[0].rounded is None else STEP
+        found[cause] = (weights * share * most) @ weights.T
     form, start = np.zeros((len(weights), len(weights))), 0
     for each in features:
         mine = slice(start, start + len(each.own))

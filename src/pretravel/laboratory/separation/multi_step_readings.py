@@ -37,6 +37,8 @@ class MultiStepReadings:
         Of the directions with index 1; nan where they are not known. [rad]
     directions : int
         Number of directions around the circle, at equal angles; 0 where it is not known.
+    step : float
+        In which the machine reports them; 0 where none is seen. [mm]
 
     Raises
     ------
@@ -53,6 +55,7 @@ class MultiStepReadings:
     circles: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     first_azimuth: float = math.nan
     directions: int = 0
+    step: float = 0.0
 
     def __post_init__(self) -> None:
         machine, probe = np.array(self.machine), np.array(self.probe)

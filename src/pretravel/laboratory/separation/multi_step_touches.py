@@ -19,6 +19,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
+from pretravel.qualification import quantisation_step
 from pretravel.touches import Touches
 from pretravel.uncertainty import fit_sphere
 
@@ -134,7 +135,13 @@ def readings_of_touches(
     machine, probe = direction + 1, np.mod(direction - shift[setup], count) + 1
     circles = _circles(setup, np.asarray(first + direction * step))
     readings = MultiStepReadings(
-        machine, probe, errors, circles=circles, first_azimuth=first, directions=count
+        machine,
+        probe,
+        errors,
+        circles=circles,
+        first_azimuth=first,
+        directions=count,
+        step=quantisation_step(touches.positions),
     )
     note = (
         f"the readings are deviations from {len(orientations)} circles, one for each orientation "

@@ -37,6 +37,7 @@ from pretravel.laboratory.separation.variances import (
     pair_variance_of,
     restricted_likelihood_variances,
 )
+from pretravel.qualification import coarse_warnings, kept_by_directions
 from pretravel.uncertainty import COVERAGE, coverage_factor
 
 Method = Literal["reml", "least-squares", "paper"]
@@ -46,6 +47,8 @@ _ESTIMATES = {
     "least-squares": least_squares_variances,
     "paper": literal_variances,
 }
+COARSEST_READINGS = 5e-3
+"""Coarser steps are refused: the errors of machine and probe are some micrometres. [mm]"""
 _FEWEST_DOF = 4.0
 _CLEARLY = 2.0
 """Ratio of squared residuals of both senses that is no chance: without errors of the probe it is
@@ -92,6 +95,8 @@ class Separation(ShownInNotebooks, WithPlot):
     sense_ratio : float
         Sum of squared residuals over the one with the orientations of the probe counted the other
         way; nan where that cannot be known.
+    step : float
+        In which the machine reports the readings; the covariance of the errors contains it. [mm]
     """
 
     machines: IntArray
@@ -114,18 +119,20 @@ class Separation(ShownInNotebooks, WithPlot):
     probe_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
     used: MultiStepReadings | None = None
     sense_ratio: float = math.nan
+    step: float = 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What makes the whole result doubtful."""
+        coarse = tuple(coarse_warnings(self.step))
         if not self.sense_ratio > _CLEARLY:
-            return ()
+            return coarse
         words = (
             f"the variance of the residuals is {self.sense_ratio:.2g} times that with the "
             "orientations of the probe counted the other way: they seem to be counted clockwise, "
             "seen from the spindle, so that errors of the probe are taken for scatter"
         )
-        return (words,)
+        return (*coarse, words)
 
     def __repr__(self) -> str:
         out = len(self.outliers) + len(self.excluded)
@@ -252,7 +259,7 @@ def separate(
     ------
     PretravelError
         Groups of readings without common directions; too few readings for variances; an excluded
-        pair without readings.
+        pair without readings; readings in steps above `COARSEST_READINGS`.
 
     Notes
     -----
@@ -280,6 +287,12 @@ def separate(
     >>> bool(np.corrcoef(found.machine_error, np.sin(np.arange(8)))[0, 1] > 0.99)
     True
     """
+    if readings.step > 1.001 * COARSEST_READINGS:
+        raise PretravelError(
+            f"the readings are in steps of {readings.step / MICROMETRE:.4g} µm, and the errors of "
+            "machine and probe differ by less over the directions: write the positions with more "
+            "digits (0.001 mm or 0.0001 inch, better 0.0001 mm)"
+        )
     if method not in METHODS:
         raise PretravelError(f"method '{method}' is not known; there are {', '.join(METHODS)}")
     excluded = _excluded_rows(readings, exclude)
@@ -293,7 +306,7 @@ def separate(
         used = np.setdiff1d(used, [outlier.row for outlier in outliers])
         design = multi_step_design(rows_of_readings(readings, used))
         _check_dof(design)
-    result = _separation(design, readings.errors[used], method, repeated)
+    result = _with_step(_separation(design, readings.errors[used], method, repeated), readings.step)
     ratio = _sense_ratio(rows_of_readings(readings, used), float(np.sum(result.residuals**2)))
     return replace(
         result,
@@ -304,6 +317,14 @@ def separate(
         probe_azimuth=frozen(readings.azimuths_of(result.probes)),
         used=rows_of_readings(readings, used),
     )
+
+
+def _with_step(found: Separation, step: float) -> Separation:
+    """With the part of the readings' step that more readings of a direction do not reduce."""
+    touch = float(np.mean(found.machine_variance) + np.mean(found.probe_variance))
+    kept = kept_by_directions(step, math.sqrt(max(touch - step**2 / 12.0, 0.0)))
+    own = kept**2 * np.eye(len(found.error_covariance))
+    return replace(found, step=step, error_covariance=frozen(found.error_covariance + own))
 
 
 def _sense_ratio(readings: MultiStepReadings, squares: float) -> float:

@@ -14,6 +14,7 @@ from pretravel.files import CsvTable, read_csv_table
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation.plan import SeparationPlan
 from pretravel.laboratory.separation.separation import Separation
+from pretravel.qualification import quantisation_step
 
 _LARGEST = 10_000.0  # µm
 _LARGEST_INDEX = 1_000_000
@@ -61,6 +62,7 @@ def read_multi_step_readings(path: str | Path) -> MultiStepReadings:
             machine=_indices(table, "machine_index"),
             probe=_indices(table, "probe_index"),
             errors=errors * MICROMETRE,
+            step=quantisation_step(errors[:, None] * MICROMETRE),
         )
     except InputError:
         raise

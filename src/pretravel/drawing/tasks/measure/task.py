@@ -837,12 +837,12 @@ def _feature(label: str, points: Points, kind: str, task: Measure) -> MeasuredFe
 
 def _surface_points(points: Points, kind: str, tip_diameter: float | None) -> Points:
     """Tip centres of a bore, boss or sphere moved to its surface; other points as they are."""
-    from pretravel.measurement import Points, normals_of_feature
+    from pretravel.measurement import normals_of_feature
 
     if tip_diameter is None:
         return points
     normals = normals_of_feature(kind, points.positions, None)
-    return Points.plain(points.positions - 0.5 * tip_diameter * normals, points.labels)
+    return replace(points, positions=points.positions - 0.5 * tip_diameter * normals)
 
 
 def _taken_for(tip_diameter: float | None) -> str:
