@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from pretravel.base import FloatArray
 from pretravel.base.frames import Placement, parse_placement
@@ -50,24 +51,25 @@ class StepPart:
     placement: Placement
 
     @cached_property
-    def samples(self) -> object:
-        from scipy.spatial import cKDTree
-
+    def samples(self) -> tuple[cKDTree, np.ndarray]:
+        """Points of the surface, and the index of the face of each."""
         shown = [face_triangles(face, faces=len(self.part.faces)) for face in self.part.faces]
-        return cKDTree(np.concatenate([_dense(each.points[each.corners]) for each in shown]))
+        dense = [_dense(each.points[each.corners]) for each in shown]
+        return cKDTree(np.concatenate(dense)), np.repeat(np.arange(len(dense)), [*map(len, dense)])
 
     def _local(self, place: Vector) -> FloatArray:
         return self.placement.inverse.points(np.array([place]))
 
     def distance(self, place: Vector) -> tuple[float, Vector]:
         here = self._local(place)
-        far = float(self.samples.query(here[0])[0])  # type: ignore[attr-defined]
+        tree, faces = self.samples
+        far, row = tree.query(here[0])
         if far > _NEAR:
-            return far - _SAMPLES, (0.0, 0.0, 1.0)
-        feet = feet_on_faces(self.part, here)
+            return float(far) - _SAMPLES, (0.0, 0.0, 1.0)
+        feet = feet_on_faces(self.part, here, faces[[row]])
         gap = float(feet.distance[0])
         if not feet.inside[0]:  # beside the face, whose edge is nearest
-            return far, (0.0, 0.0, 1.0)
+            return float(far), (0.0, 0.0, 1.0)
         if self.part.faces[int(feet.face[0])].number == 12:
             gap += BORED
         x, y, z = self.placement.vectors(feet.local.normal)[0]
@@ -75,9 +77,7 @@ class StepPart:
 
     def cylinder_distance(self, foot: Vector, radius: float, height: float) -> float:
         """From the sampled surface: no larger than the distance."""
-        tree = self.samples
-        here = self._local(foot)[0]
-        points = tree.data  # type: ignore[attr-defined]
+        here, points = self._local(foot)[0], self.samples[0].data
         across = np.hypot(*(points[:, :2] - here[:2]).T) - radius
         above = np.maximum(here[2] - points[:, 2], points[:, 2] - here[2] - height)
         both = np.where((across > 0) & (above > 0), np.hypot(across, above),
@@ -142,13 +142,11 @@ def test_the_bore_that_is_too_large_stands_first(folder: Path, trace: Trace) -> 
     log = folder / "part_log.ngc"
     log.write_text("\n".join(trace.logs["part_log.ngc"]) + "\n")
     known = Covariance.independent([U_PRETRAVEL**2])
-    write_map(
-        folder / "map.json", replace(mean_map(PRETRAVEL, tip_radius=1.5), covariance=known)
-    )
+    write_map(folder / "map.json", replace(mean_map(PRETRAVEL, tip_radius=1.5), covariance=known))
     run("align", log, "--part", MODEL, "--map", folder / "map.json",
         "--points", folder / "points.csv")  # fmt: skip
     told = run("measure", folder / "points.csv", "--drawing", folder / "drawing.toml",
-               "--part", MODEL, "--u-machine", 0.5, "-o", folder / "measured.csv", code=3)  # fmt: skip
+               "--part", MODEL, "--u-machine", 0.5, code=3)  # fmt: skip
     rows = told.splitlines()
     assert rows[0].startswith("2 do not conform (cylinder12: diameter; cylinder13: diameter)")
     table = rows[rows.index("Tolerances") + 2 :]

@@ -35,7 +35,7 @@ _AROUND = 8
 """Lines along the stylus that must be free."""
 _MORE_PLACES = (1, 2, 3, 4, 8, 16, 32)
 """How many times more places than wanted are tried on the rectangle of a face."""
-_MOST_OVER = 2  # times the wanted places of a face are kept: a grid has whole rows
+_MOST_OVER = 2  # times the wanted places of a round face are kept: it has whole rings
 _INSIDE = 1e-3  # how deep a tip may seem to be in another face, by rounding [mm]
 
 
@@ -237,7 +237,8 @@ def _touches_of(
             if len(best) >= each:
                 break
         if best is not None:
-            pieces.append(_at(best, _far_apart(best.point, _MOST_OVER * each)))
+            most = each if face.kind == "plane" else _MOST_OVER * each
+            pieces.append(_at(best, _far_apart(best.point, most)))
     return _joined(pieces) if pieces else None
 
 
