@@ -21,14 +21,24 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     page.wait_for_selector("main h1:has-text('Measure a part')")
     drop(page, "part", "touches", EXAMPLES / "bracket_tip_centres.csv")
     drop(page, "part", "map", tmp_path / name)
+    guide = page.locator(".next-step")
+    guide.locator("text=the part as a STEP file").wait_for()
     drop(page, "part", "part", EXAMPLES / "bracket_pmi.step")
+    guide.locator("text=press “Find the part”").wait_for()
+    # Coordinates alone are no mistake: nothing is red before all is there.
+    assert page.locator(".error-view").count() == 0
     page.get_by_role("button", name="Find the part").click()
+    guide.locator("text=Fill the table").wait_for()
     page.get_by_role("button", name="Fill from the model or the drawing").click()
     page.wait_for_selector(".tolerance-rows tbody tr")
     page.get_by_role("button", name="Measure", exact=True).click()
     first = page.locator(".feature-rows tbody tr").first
     first.wait_for()
     settled(page)
+    guide.locator("text=Type u of the machine").wait_for()
+    # The verdict is above the tabs, in the words of the count.
+    verdict = page.locator(".screen-status .verdict")
+    assert "1 outside the tolerance (cylinder13: diameter)" in verdict.inner_text()
     assert first.locator("th").inner_text() == "cylinder13"
     assert "does not conform" in first.inner_text() or "outside" in first.inner_text()
     row = page.locator(".tolerance-rows tbody tr:has(th:text-is('cylinder13'))").first

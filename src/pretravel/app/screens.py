@@ -106,6 +106,7 @@ SCREENS = (
         "uncertainty out.",
         "view_in_ar",
         "pretravel.drawing.screen.part:show",
+        next_step="pretravel.drawing.screen.next_of_part:next_of_part",
     ),
 )
 

@@ -18,6 +18,7 @@ from .machine import work_placement as work_placement
 from .machine import work_turn as work_turn
 from .program import ProbingProgram as ProbingProgram
 from .program import plan_program as plan_program
+from .program import unreached_targets as unreached_targets
 from .program_log import FAULTS as FAULTS
 from .program_log import LOG_ENDING as LOG_ENDING
 from .program_log import LOG_HEAD as LOG_HEAD

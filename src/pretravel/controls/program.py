@@ -240,6 +240,23 @@ def _check_targets(targets: Targets, surroundings: Surroundings) -> None:
         )
 
 
+def unreached_targets(
+    targets: Targets, machine: Machine, obstacles: Sequence[Obstacle]
+) -> BoolArray:
+    """Which targets tip, stem or body of the probe cannot get to, (n,).
+
+    Parameters
+    ----------
+    targets : Targets
+        Work coordinates.
+    machine : Machine
+    obstacles : sequence of Obstacle
+    """
+    surroundings = Surroundings(machine, tuple(obstacles))
+    touches = touch_moves(targets, machine)
+    return _blocked_touches(touches, ways_down(touches, surroundings), surroundings)
+
+
 def _blocked_touches(
     touches: TouchMoves, down: Sequence[FloatArray | None], surroundings: Surroundings
 ) -> BoolArray:

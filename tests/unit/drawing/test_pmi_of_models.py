@@ -1,122 +1,25 @@
-"""PMI of a model: its text is ours, appended to the bracket; what it states is what is read.
+"""PMI of a model: its text is ours, appended to the bracket; what it states is what is read."""
 
-The bracket is in mm; its faces by number: 1 and 6 planes 80 mm apart, 5 the bottom, 3 the top, 12
-and 14 bores of 12 and 8 mm, 13 a boss of 14 mm (examples/data/bracket.step).
-"""
-
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.drawing.pmi import model
-from pretravel.drawing.pmi.model import ModelDrawing, read_model_drawing
 from pretravel.drawing.pmi.part21 import read_part21
 from pretravel.drawing.tasks.drawing.task import FoundDrawing, ReadDrawing
 from pretravel.drawing.tolerances.features_file import read_drawing
-from pretravel.surface import Part, read_part
 from tests.support.examples import EXAMPLES
-
-Reader = Callable[..., ModelDrawing]
-
-FACE = {1: 17, 2: 137, 3: 265, 5: 676, 6: 755, 12: 939, 13: 966, 14: 1021, 9: 814, 11: 912}
-"""Instances of the faces by number."""
-UNITS = """\
-#2001=(CONVERSION_BASED_UNIT('INCH',#2002)LENGTH_UNIT()NAMED_UNIT(#2003));
-#2002=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#1060);
-#2003=DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);
-#2004=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
-"""
-DATUMS = """\
-#2100=DATUM('',$,#4,.F.,'A'); #2101=DATUM_FEATURE('',$,#4,.T.);
-#2102=SHAPE_ASPECT_RELATIONSHIP('',$,#2101,#2100);
-#2110=(DATUM('B')SHAPE_ASPECT('',$,#4,.F.)); #2111=DATUM_FEATURE('',$,#4,.T.);
-#2112=SHAPE_ASPECT_RELATIONSHIP('',$,#2111,#2110);
-#2120=DATUM('',$,#4,.F.,'D'); #2121=DATUM_FEATURE('',$,#4,.T.);
-#2122=SHAPE_ASPECT_RELATIONSHIP('',$,#2121,#2120);
-"""
-IN_FRAMES = """\
-#2130=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,#2100,$);
-#2131=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,#2110,$);
-#2132=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,#2120,
-  (SIMPLE_DATUM_REFERENCE_MODIFIER(.MAXIMUM_MATERIAL_REQUIREMENT.)));
-#2135=DATUM_SYSTEM('',$,#4,.F.,(#2130)); #2136=DATUM_SYSTEM('',$,#4,.F.,(#2130,#2132,#2131));
-#2137=DATUM_REFERENCE_ELEMENT('',$,#4,.F.,#2120,$);
-#2138=DATUM_REFERENCE_ELEMENT('',$,#4,.F.,#2110,$);
-#2139=DATUM_REFERENCE_COMPARTMENT('',$,#4,.F.,COMMON_DATUM_LIST((#2137,#2138)),$);
-#2140=DATUM_SYSTEM('',$,#4,.F.,(#2139));
-"""
-
-
-def bound(number: int, aspect: int, *faces: int) -> str:
-    """Lines that bind a shape aspect to faces."""
-    return "".join(
-        f"#{number + k}=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#{aspect},#10,#{FACE[face]});\n"
-        for k, face in enumerate(faces)
-    )
-
-
-def length(number: int, value: float, unit: int = 1060, name: str | None = None) -> str:
-    """A line with a length, as a complex instance where it has a name."""
-    if name is None:
-        return f"#{number}=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({value}),#{unit});\n"
-    return (
-        f"#{number}=(LENGTH_MEASURE_WITH_UNIT()MEASURE_REPRESENTATION_ITEM()"
-        f"MEASURE_WITH_UNIT(LENGTH_MEASURE({value}),#{unit})REPRESENTATION_ITEM('{name}'));\n"
-    )
-
-
-def size(number: int, face: int, nominal: float, unit: int = 1060) -> str:
-    """A diameter of a face with its nominal value, without limits."""
-    return (
-        f"#{number}=SHAPE_ASPECT('','',#4,.T.);\n"
-        f"#{number + 1}=DIMENSIONAL_SIZE(#{number},'diameter');\n"
-        + bound(number + 2, number, face)
-        + length(number + 3, nominal, unit, "nominal value")
-        + f"#{number + 4}=SHAPE_DIMENSION_REPRESENTATION('',(#{number + 3}),#1059);\n"
-        f"#{number + 5}=DIMENSIONAL_CHARACTERISTIC_REPRESENTATION(#{number + 1},#{number + 4});\n"
-    )
-
-
-def plus_minus(number: int, dimension: int, low: float, high: float, unit: int = 1060) -> str:
-    return (
-        length(number, low, unit)
-        + length(number + 1, high, unit)
-        + f"#{number + 2}=TOLERANCE_VALUE(#{number},#{number + 1});\n"
-        f"#{number + 3}=PLUS_MINUS_TOLERANCE(#{number + 2},#{dimension});\n"
-    )
-
-
-ALL_DATUMS = (
-    UNITS + DATUMS + bound(2103, 2101, 5) + bound(2113, 2111, 1) + bound(2123, 2121, 12) + IN_FRAMES
+from tests.support.pmi_text import (
+    ALL_DATUMS,
+    UNITS,
+    bound,
+    length,
+    numbers,
+    plus_minus,
+    size,
 )
-
-
-@pytest.fixture(scope="module")
-def part() -> Part:
-    """The CAD kernel reads it once: further text does not change its faces."""
-    return read_part(EXAMPLES / "bracket.step")
-
-
-@pytest.fixture
-def bracket(tmp_path: Path, part: Part, monkeypatch: pytest.MonkeyPatch) -> Reader:
-    """Reads the bracket with further text."""
-    monkeypatch.setattr(model, "read_part", lambda path: part)
-
-    def read(*added: str) -> ModelDrawing:
-        text = (EXAMPLES / "bracket.step").read_text()
-        head, end, tail = text.rpartition("ENDSEC;")
-        path = tmp_path / "part.step"
-        path.write_text(head + "".join(added) + end + tail)
-        return read_model_drawing(path)
-
-    return read
-
-
-def numbers(found: ModelDrawing, faces: tuple[int, ...]) -> list[int]:
-    return [found.numbers[face] for face in faces]
+from tests.unit.drawing.conftest import Reader
 
 
 def test_datums_with_their_faces(bracket: Reader) -> None:
@@ -148,7 +51,9 @@ def test_limits_stated_as_values(bracket: Reader) -> None:
         (12, 12.0, "H", "7", (12.0, 12.018)),
         (13, 14.0, "g", "6", (13.983, 13.994)),
         (13, 14.0, "g", "IT6", (13.983, 13.994)),
-        (13, 14.0, "n", "6", (None, None)),
+        (13, 14.0, "n", "6", (14.012, 14.023)),  # n +12 µm
+        (12, 12.0, "N", "7", (11.977, 11.995)),  # −12 + 7: the step from IT6 to IT7
+        (13, 14.0, "zc", "6", (None, None)),
     ],
 )
 def test_fits(
@@ -176,7 +81,10 @@ def test_a_complex_tolerance_with_modifiers_in_its_frame(bracket: Reader) -> Non
         "#2304=TOLERANCE_ZONE('',$,#4,.F.,(#2303),#2305);"
         "#2305=TOLERANCE_ZONE_FORM('cylindrical or circular');"
     )
-    found = bracket(ALL_DATUMS, text, size(2200, 14, 8.0), plus_minus(2210, 2201, -0.01, 0.03))
+    found = bracket(
+        ALL_DATUMS, text, size(2200, 14, 8.0), plus_minus(2210, 2201, -0.01, 0.03),
+        size(2220, 12, 12.0), plus_minus(2230, 2221, 0.0, 0.02),
+    )  # fmt: skip
     (one,) = found.pmi.tolerances
     assert (one.kind, one.zone, one.form) == ("position", 0.05, "cylindrical or circular")
     assert [each.text for each in one.datums] == ["A", "D(M)", "B"]
@@ -202,15 +110,15 @@ def test_a_common_datum(bracket: Reader) -> None:
 @pytest.mark.parametrize(
     ("entities", "sign"),
     [
-        ("UNEQUALLY_DISPOSED_GEOMETRIC_TOLERANCE(#2310)SURFACE_PROFILE_TOLERANCE()", "U 0.02"),
-        ("GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.FREE_STATE.))SURFACE_PROFILE_TOLERANCE()", "F"),
         ("GEOMETRIC_TOLERANCE_WITH_MAXIMUM_TOLERANCE(#2310)SURFACE_PROFILE_TOLERANCE()",
          "at most 0.02 mm"),
         ("SURFACE_PROFILE_TOLERANCE()TOLERANCE_OF_TOMORROW(3)",
          "TOLERANCE_OF_TOMORROW (not understood)"),
+        ("GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.TANGENT_PLANE.))SURFACE_PROFILE_TOLERANCE()", "T"),
     ],
 )  # fmt: skip
 def test_what_is_not_decided_is_left_out_by_name(bracket: Reader, entities: str, sign: str) -> None:
+    """It is a comment, and an entry: the answer has a line for it."""
     text = (
         "#2300=SHAPE_ASPECT('','',#4,.T.);"
         + bound(2301, 2300, 3)
@@ -222,6 +130,9 @@ def test_what_is_not_decided_is_left_out_by_name(bracket: Reader, entities: str,
     assert found.pmi.tolerances[0].signs == (sign,)
     assert found.drawn.left_out == {2303: f"'{sign}' is not decided here"}
     assert f"#   profile 0.1 mm ({sign}), faces 3 (#2303): '{sign}'" in found.text
+    (one,) = found.drawn.not_decided
+    assert (one.feature, one.characteristic) == ("face 3 (#2303)", f"profile ({sign})")
+    assert one.ends == (0.0, 0.1)
 
 
 def test_a_projected_zone(bracket: Reader) -> None:
@@ -259,7 +170,8 @@ def test_all_around_and_parts_of_an_aspect(bracket: Reader) -> None:
     (one,) = found.pmi.tolerances
     assert one.place.around
     assert numbers(found, one.place.faces) == [1, 2, 6]
-    assert "together" in found.drawn.left_out[2303]
+    (feature,) = (each for each in found.drawn.drawing.feature if each.geometric)
+    assert (feature.kind, feature.faces) == ("surface", (1, 2, 6))
 
 
 def test_a_slot_and_a_width(bracket: Reader) -> None:

@@ -253,6 +253,94 @@ class TestInClosedForm:
         )
 
 
+class TestOfForm:
+    """Forms without datums, zones that are not in the middle, and projected ones."""
+
+    def test_roundness_is_that_of_each_section(self) -> None:
+        """Two sections of 8.00 and 8.02 mm, one off by 0.01: each is round but for 3 lobes."""
+        angle = np.arange(12) * 2.0 * np.pi / 12.0
+        ring = np.vstack([OUTWARD, OUTWARD])
+        radius = np.repeat([4.0, 4.01], 12) + np.tile(0.002 * np.cos(3.0 * angle), 2)
+        shift = np.repeat([[0.0, 0.0, -10.0], [0.01, 0.0, 0.0]], 12, axis=0)
+        block = _block(h1=(shift + radius[:, None] * ring, -ring))
+        placed = _measured(block)
+        found = _result(placed, "h1", "roundness", 0.01, "")
+        assert found.quantity.value == pytest.approx(0.004, abs=NEAR)
+        whole = _result(placed, "h1", "cylindricity", 0.05, "")
+        # Their radii differ by 0.01 mm, to which the lobes of both come.
+        assert whole.quantity.value == pytest.approx(0.014, abs=3.0 * NEAR)
+
+    def test_roundness_needs_four_touches_in_a_section(self) -> None:
+        points, normals = _cylinder((10.0, 10.0), 4.0)
+        chosen = [0, 4, 8, 12, 15, 18, 21]
+        placed = _measured(_block(h1=(points[chosen], normals[chosen])))
+        with pytest.raises(PretravelError, match="fewer than 4 points"):
+            _result(placed, "h1", "roundness", 0.01, "")
+
+    def test_flatness_and_cylindricity_are_those_of_the_minimum_zone(self) -> None:
+        """The same number as that of the form of the feature, found by another program."""
+        generator = np.random.default_rng(3)
+        block = _block(h1=_cylinder((10.0, 10.0), 4.0))
+        for name, (kind, points, normals) in block.items():
+            off = generator.normal(0.0, 0.01, len(points))[:, None] * normals
+            block[name] = (kind, points + off, normals)
+        placed = _measured(block)
+        for name, kind in (("A", "flatness"), ("h1", "cylindricity")):
+            found = _result(placed, name, kind, 0.05, "")
+            form = placed[name].feature.with_form_by("minimum-zone").form
+            assert 2.0 * found.quantity.value > form.measured  # it is no zero
+            assert found.quantity.value == pytest.approx(form.value, abs=0.3e-3)
+
+    def test_a_zone_that_is_not_in_the_middle(self) -> None:
+        """A plane 0.03 mm outside: in a zone of 0.1 whose middle is 0.04 outside, 0.02 wide."""
+        block = _block()
+        kind, points, normals = block["C"]
+        block["C"] = (kind, points + 0.03 * normals, normals)
+        block["D"] = ("plane", GRID - 5.0 * Z + [90.0, 0.0, 0.0], np.tile(Z, (12, 1)))
+        placed = _measured(block)
+        raised = PlacedFeature(
+            placed["D"].feature, np.array([90.0, 0.0, -5.03]), np.array([0.0, 0.0, 1.0])
+        )
+        for offset, value in ((0.0, 0.06), (0.04, 0.02), (-0.04, 0.14)):
+            tolerance = GeometricTolerance("profile", 0.1, ("A",), offset=offset)
+            found = inspect_geometry([raised], tolerance, placed, 0.95)
+            assert found.quantity.value == pytest.approx(value, abs=2.0 * NEAR)
+
+    def test_a_projected_zone_ends_beyond_the_bore(self) -> None:
+        """An axis that leans by 0.03 mm in 10 mm is off by 0.09 mm at a height of 20 mm."""
+        placed = _measured(_block(h1=_cylinder((10.0, 10.0), 4.0, tilt=0.03)))
+        tolerance = GeometricTolerance("position", 0.2, ("A", "B", "C"), between=(0.0, 20.0))
+        found = inspect_geometry([placed["h1"]], tolerance, placed, 0.95)
+        assert found.quantity.value == pytest.approx(2.0 * 0.09, abs=5.0 * NEAR)
+        plain = _result(placed, "h1", "position", 0.2, "A|B|C")
+        assert plain.quantity.u < found.quantity.u
+
+    def test_what_fails_a_stricter_tolerance_is_not_decided(self) -> None:
+        placed = _measured(_block(h1=_cylinder((10.03, 10.04), 4.0)))
+        for zone, verdict in (
+            (0.12, ConformityVerdict.CONFORMS), (0.08, ConformityVerdict.UNDECIDED)
+        ):  # fmt: skip
+            tolerance = GeometricTolerance(
+                "position", zone, ("A", "B", "C"), instead_of="datums A|B(M)|C(M)"
+            )
+            found = inspect_geometry([placed["h1"]], tolerance, placed, 0.95)
+            assert found.conformity.verdict is verdict
+            assert found.quantity.name == "position to A|B|C, for datums A|B(M)|C(M)"
+
+    @pytest.mark.parametrize(
+        ("stated", "words"),
+        [
+            ({"kind": "flatness", "datums": ("A",)}, "a flatness has no datum"),
+            ({"kind": "position", "datums": ("A",), "offset": 0.1}, "has no offset"),
+            ({"kind": "profile", "between": (0.0, 1.0)}, "a projected zone is that of a position"),
+            ({"kind": "position", "datums": ("A",), "between": (1.0, 1.0)}, "between 1 and 1 mm"),
+        ],
+    )
+    def test_words(self, stated: dict[str, object], words: str) -> None:
+        with pytest.raises(PretravelError, match=words):
+            GeometricTolerance(**{"zone": 0.1, **stated})  # type: ignore[arg-type]
+
+
 def test_the_frame_of_three_planes_is_that_of_the_part() -> None:
     placed = _measured(_block())
     system = datum_system(

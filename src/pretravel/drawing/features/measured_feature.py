@@ -42,6 +42,8 @@ from pretravel.uncertainty import coverage_factor
 FORM_NAMES = {"plane": "flatness", "line": "straightness", "cylinder": "cylindricity",
               "circle": "roundness", "bore": "roundness", "boss": "roundness"}  # fmt: skip
 """The name of the form of a feature; `form` of the others."""
+BARE_SURFACE = "surface"
+"""Points of any faces of a part, which form no feature: only a profile compares them with it."""
 MEASURED_RANGE = "measured range"
 """Largest less smallest residual: the form of the surface and the noise of the points.
 
@@ -202,7 +204,7 @@ class MeasuredFeature(WithPlot):
             (value, u), away = self.position, self._distance
             plain = self.uncompensated_position
             found.append(Quantity("position", value, u, {}, plain, dof=away.dof, ends=away.ends))
-        if self.association.dof > 0:
+        if self.association.dof > 0 and self.kind != BARE_SURFACE:
             form, before = self.form, self.uncompensated
             if self.points.state_uncertainty:  # else the noise may be all of it
                 found.append(Quantity(self.form_name, form.value, form.u, {}, ends=form.interval))
@@ -341,7 +343,8 @@ def measure_feature(
         feature. Where they do not state which errors are common (`Points.shared` is None),
         uncertainties are the largest that any correlation allows.
     kind : str
-        circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot.
+        circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot; surface: points of
+        any faces, whose profile alone is measured.
     axis : (3,) float, optional
         Circle: normal of its plane, by default that of the plane through the points. Cylinder,
         cone, torus: approximate axis. Slot: across its planes; the normals of the points say it.
@@ -394,7 +397,12 @@ def measure_feature(
         axis = _unless_zero(np.asarray(points.normals.mean(axis=0)))
     if kind == "slot" and not plain and axis is None:
         axis = np.linalg.svd(points.normals, full_matrices=False)[2][0]
-    found = associate(kind, points.positions, axis=axis, at=at)
+    if kind == BARE_SURFACE:
+        if plain:
+            raise PretravelError("the points of a surface need their normals: align writes them")
+        found = _surface(points)
+    else:
+        found = associate(kind, points.positions, axis=axis, at=at)
     if plain:
         inward = -1.0 if kind == "bore" else 1.0
         points = replace(points, normals=frozen(inward * found.outward))
@@ -432,6 +440,20 @@ def measure_feature(
         nominal=None if at is None else frozen(np.asarray(at, dtype=np.float64)),
         form_by=form_by,
         range_about_least_squares=whole,
+    )
+
+
+def _surface(points: Points) -> Association:
+    """Points as they are: no parameter is fitted, and nothing is left of them."""
+    count = len(points)
+    return Association(
+        points=points.positions,
+        outward=points.normals,
+        residuals=np.zeros(count),
+        jacobian=np.zeros((count, 0)),
+        point=points.positions.mean(axis=0),
+        point_rows=np.zeros((3, 0)),
+        located_along=np.zeros((0, 3)),
     )
 
 
@@ -520,7 +542,7 @@ def _side(points: Points, association: Association, kind: str) -> str:
             f"than that of point {points.labels[0]}: these are points of two "
             "features, or a normal has the wrong sign"
         )
-    if kind in ("plane", "line"):
+    if kind in ("plane", "line", BARE_SURFACE):
         return ""
     side = "inside" if inside[0] else "outside"
     wanted = {"bore": "inside", "boss": "outside"}.get(kind, side)
@@ -551,6 +573,8 @@ def _uncompensated(
         if not np.all(np.isfinite(points.pretravel)):
             return None, False
         plain, rebuilt = points.positions - points.pretravel[:, None] * points.normals, True
+    if kind == BARE_SURFACE:
+        return None, False
     if kind in ("circle", "bore", "boss"):
         axis = association.direction
     found = associate_by(association.criterion, kind, plain, axis=axis, at=at, side=side)

@@ -9,7 +9,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import PretravelError
-from pretravel.drawing.pmi.items import Place, Pmi, PmiDatum, Size, Tolerance
+from pretravel.drawing.features.measured_feature import BARE_SURFACE
+from pretravel.drawing.pmi.frames import (
+    FORMS,
+    DecidedAs,
+    NotStatedError,
+    check_zone,
+    decided_as,
+)
+from pretravel.drawing.pmi.items import DatumReference, Place, Pmi, PmiDatum, Size, Tolerance
 from pretravel.drawing.pmi.measures import ANGLE_UNIT
 from pretravel.drawing.pmi.model_faces import SURFACE_KINDS, ModelFace, surfaces_of
 from pretravel.drawing.tolerances.features_file import (
@@ -17,28 +25,22 @@ from pretravel.drawing.tolerances.features_file import (
     DrawnFeature,
     DrawnPattern,
     DrawnRelation,
+    NotDecided,
 )
 from pretravel.drawing.tolerances.tolerance_frame import (
-    ORIENTATION,
+    COAXIALITY,
+    FORM_KINDS,
     POSITION,
     PROFILE,
     SYMMETRY,
-    TOLERANCE_KINDS,
     GeometricTolerance,
 )
 
-FORMS = {"flatness": "plane", "cylindricity": "cylinder", "roundness": "sphere"}
-"""The kind whose form a tolerance of form is."""
-_ROUND = "cylindrical or circular"
 _SAME = 1e-3
 """Between a nominal value of the PMI and that of its faces. [mm or degrees]"""
 _WITHOUT_TOLERANCE = ("theoretical", "auxiliary")
 _DIAMETERS = {"diameter": 1.0, "spherical diameter": 1.0, "radius": 2.0, "spherical radius": 2.0}
 """Sizes of round features, and how many of them a diameter is."""
-
-
-class _NotStatedError(Exception):
-    """Why the file of features cannot state an item."""
 
 
 @dataclass
@@ -66,7 +68,7 @@ class FeatureInWork:
     @property
     def drawn(self) -> DrawnFeature:
         """As in the file."""
-        point, direction = _nominal_place(self.faces)
+        point, direction = (None, None) if self.kind == BARE_SURFACE else _nominal_place(self.faces)
         return DrawnFeature(
             kind=self.kind,
             select="" if self.numbers else f"{_plain(self.label)}-*",
@@ -92,17 +94,21 @@ class DrawnPmi:
     between : tuple of DrawnRelation
     left_out : mapping of int to str
         Items that the file cannot state, by their instances, and why.
+    not_decided : tuple of NotDecided
+        The tolerances among them.
     """
 
     features: tuple[FeatureInWork, ...]
     patterns: tuple[DrawnPattern, ...]
     between: tuple[DrawnRelation, ...]
     left_out: dict[int, str]
+    not_decided: tuple[NotDecided, ...] = ()
 
     @property
     def drawing(self) -> Drawing:
         """As `read_drawing` gives it."""
-        return Drawing(tuple(each.drawn for each in self.features), self.patterns, self.between)
+        features = tuple(each.drawn for each in self.features)
+        return Drawing(features, self.patterns, self.between, self.not_decided)
 
 
 def drawn_pmi(pmi: Pmi, faces: dict[int, ModelFace], numbers: dict[int, int]) -> DrawnPmi:
@@ -128,13 +134,68 @@ def drawn_pmi(pmi: Pmi, faces: dict[int, ModelFace], numbers: dict[int, int]) ->
     for tolerance in pmi.tolerances:
         work.trying(tolerance.number, lambda one=tolerance: work.add_tolerance(one))
     return DrawnPmi(
-        tuple(work.features.values()), tuple(work.patterns), tuple(work.between), work.left_out
+        tuple(work.features.values()),
+        tuple(work.patterns),
+        tuple(work.between),
+        work.left_out,
+        _not_decided(pmi, numbers, work.left_out),
     )
+
+
+def _not_decided(
+    pmi: Pmi, numbers: dict[int, int], left_out: dict[int, str]
+) -> tuple[NotDecided, ...]:
+    """The tolerances that are not in the file: each has a line in the answer all the same."""
+    found = []
+    for size in pmi.sizes:
+        if size.number in left_out and (
+            size.fit or size.lower is not None or size.upper is not None
+        ):
+            places = " to ".join(place_words(place, numbers) for place in size.places)
+            sign = "°" if size.unit == ANGLE_UNIT else ""
+            known = size.lower is not None or size.upper is not None
+            found.append(
+                NotDecided(
+                    f"{places} (#{size.number})",
+                    " ".join(filter(None, (size.quantity, size.fit))),
+                    left_out[size.number],
+                    f"{size.limits()}{sign}" if known else "",
+                )
+            )
+    for each in pmi.tolerances:
+        if each.number in left_out:
+            signs = "".join(f" ({sign})" for sign in each.signs)
+            to = "|".join(datum.text for datum in each.datums)
+            found.append(
+                NotDecided(
+                    f"{place_words(each.place, numbers)} (#{each.number})",
+                    f"{each.kind}{signs}{f' to {to}' if to else ''}",
+                    left_out[each.number],
+                    "" if each.zone is None else f"0..{each.zone:.10g}",
+                )
+            )
+    found += [
+        NotDecided(
+            f"#{each.number}", "not understood",
+            f"{each.why or 'nothing that is understood refers to it'}: {each.text}",
+        )
+        for each in pmi.unread if each.is_tolerance
+    ]  # fmt: skip
+    return tuple(found)
+
+
+def place_words(place: Place, numbers: dict[int, int]) -> str:
+    """Faces by the numbers of `pretravel faces`: ``face 3``, ``faces 3, 4``."""
+    if place.whole:
+        return "the whole part"
+    own = [str(numbers.get(number, f"#{number}")) for number in place.faces]
+    named = [f"face{'s' * (len(own) > 1)} {', '.join(own)}"] if own else []
+    return ", ".join([*named, *place.others]) or "no face"
 
 
 class _Work:
     def __init__(self, pmi: Pmi, faces: dict[int, ModelFace], numbers: dict[int, int]) -> None:
-        self.faces, self.numbers = faces, numbers
+        self.faces, self.numbers, self.standard = faces, numbers, pmi.standard
         places = [each.place for each in pmi.datums] + [each.place for each in pmi.tolerances]
         places += [place for size in pmi.sizes for place in size.places]
         used = dict.fromkeys(number for place in places for number in place.faces)
@@ -150,7 +211,7 @@ class _Work:
     def trying(self, number: int, add) -> None:  # type: ignore[no-untyped-def]
         try:
             add()
-        except (_NotStatedError, PretravelError) as error:
+        except (NotStatedError, PretravelError) as error:
             self.left_out[number] = str(error)
 
     def groups(self, place: Place) -> list[tuple[ModelFace, ...]]:
@@ -158,17 +219,17 @@ class _Work:
 
         Raises
         ------
-        _NotStatedError
+        NotStatedError
             It has no face, or one of no kind that is measured as a feature.
         """
         if place.others:
-            raise _NotStatedError(f"it is of {', '.join(place.others)}, not of a face alone")
+            raise NotStatedError(f"it is of {', '.join(place.others)}, not of a face alone")
         if not place.faces:
-            raise _NotStatedError("the text binds it to no face")
+            raise NotStatedError("the text binds it to no face")
         own = [self.faces[number] for number in place.faces]
         other = [face for face in own if face.kind not in SURFACE_KINDS.values()]
         if other:
-            raise _NotStatedError(f"face {self.number(other[0])} is a {other[0].kind}")
+            raise NotStatedError(f"face {self.number(other[0])} is a {other[0].kind}")
         found: dict[tuple[int, ...], tuple[ModelFace, ...]] = {}
         for group in surfaces_of(own):
             whole = self.round.get(group[0].number, group)
@@ -198,7 +259,7 @@ class _Work:
 
     def add_datum(self, datum: PmiDatum) -> None:
         if not datum.place.faces and datum.targets:
-            raise _NotStatedError(
+            raise NotStatedError(
                 "it is made by datum targets, which the file of features cannot state"
             )
         groups = self.groups(datum.place)
@@ -208,35 +269,38 @@ class _Work:
             for k, group in enumerate(groups, start=1)
         ]
         if datum.targets:
-            raise _NotStatedError("its targets are not stated: the whole faces are its feature")
+            raise NotStatedError("its targets are not stated: the whole faces are its feature")
 
     def add_size(self, size: Size) -> None:
         if size.nominal is None and size.lower is None and size.upper is None:
-            raise _NotStatedError("the text states no value")
+            raise NotStatedError("the text states no value")
         stated = set(size.notes) & set(_WITHOUT_TOLERANCE)
         if stated:
-            raise _NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
+            raise NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
         if size.fit and size.lower is None:
-            raise _NotStatedError(f"state the limits of {size.fit} by ISO 286 as tolerance")
-        if size.lower is None or size.upper is None:
-            raise _NotStatedError("the text states no lower and upper limit")
+            raise NotStatedError(f"state the limits of {size.fit} by ISO 286 as tolerance")
+        if size.lower is None and size.upper is None:
+            raise NotStatedError("the text states no limits")
         groups = [self.groups(place) for place in size.places]
         if len(groups) == 2:
             self.add_distance(size, groups)
             return
         own = groups[0]
         if _two_planes(own) and size.quantity not in _DIAMETERS:
-            self.add_width(size, own)
+            if _opposite(own):
+                self.add_width(size, own)
+            else:
+                self.add_distance(size, [[own[0]], [own[1]]])
             return
         factor = _DIAMETERS.get(size.quantity)
         if factor is None or any(g[0].kind not in ("cylinder", "sphere") for g in own):
             kinds = ", ".join(dict.fromkeys(g[0].kind for g in own))
-            raise _NotStatedError(f"a {size.quantity} of a {kinds} is not decided here")
+            raise NotStatedError(f"a {size.quantity} of a {kinds} is not decided here")
         features = [self.feature(group) for group in own]
         if any(each.tolerance for each in features):
-            raise _NotStatedError("its feature has a tolerance of size before")
+            raise NotStatedError("its feature has a tolerance of size before")
         for each in features:
-            each.tolerance = f"{factor * size.lower:.10g}..{factor * size.upper:.10g}"
+            each.tolerance = size.limits(factor)
             each.nominal = None if size.nominal is None else round(factor * size.nominal, 9)
             each.remarks += [f"size: {note}" for note in size.notes]
             modelled = 2.0 * each.faces[0].radius
@@ -244,113 +308,159 @@ class _Work:
                 each.remarks.append(f"the model has a diameter of {modelled:.10g} mm")
 
     def add_width(self, size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> None:
-        assert size.lower is not None
-        assert size.upper is not None
-        if not _opposite(groups):
-            raise _NotStatedError("its planes do not face one another")
         each = self.feature((*groups[0], *groups[1]), "slot")
         if each.tolerance:
-            raise _NotStatedError("its feature has a tolerance of size before")
-        each.tolerance = f"{size.lower:.10g}..{size.upper:.10g}"
+            raise NotStatedError("its feature has a tolerance of size before")
+        each.tolerance = size.limits()
         each.nominal = size.nominal
         each.remarks += [f"size: {note}" for note in size.notes]
 
     def add_distance(self, size: Size, groups: Sequence[Sequence[tuple[ModelFace, ...]]]) -> None:
         if any(len(each) != 1 for each in groups):
-            raise _NotStatedError("it is between groups of several surfaces")
+            raise NotStatedError("it is between groups of several surfaces")
         first, second = (each[0] for each in groups)
         quantity = "angle" if size.unit == ANGLE_UNIT else "distance"
         here = _angle(first[0], second[0]) if quantity == "angle" else _apart(first[0], second[0])
         nominal = size.nominal
         if here is None or nominal is None or abs(here - nominal) > _SAME:
-            raise _NotStatedError(
+            raise NotStatedError(
                 f"its faces have no such {quantity}"
                 if here is None
                 else f"its faces have the {quantity} {here:.10g} {size.unit}, not that of the text"
             )
         pair = (self.feature(first).label, self.feature(second).label)
-        relation = DrawnRelation(pair, f"{size.lower:.10g}..{size.upper:.10g}", quantity, nominal)
+        relation = DrawnRelation(pair, size.limits(), quantity, nominal)
         self.between.append(relation)
 
     def add_tolerance(self, tolerance: Tolerance) -> None:
         if tolerance.zone is None:
-            raise _NotStatedError("the text states no value")
-        others = [sign for sign in tolerance.signs if sign not in ("M", "L", "all around")]
-        if others:
-            raise _NotStatedError(f"'{', '.join(others)}' is not decided here")
-        kind = FORMS.get(tolerance.kind)
-        if kind is None and tolerance.kind not in TOLERANCE_KINDS:
-            raise _NotStatedError(f"a {tolerance.kind} is not decided here")
-        groups = self.groups(tolerance.place)
-        if kind is not None:
-            self.add_form(tolerance, kind, groups)
+            raise NotStatedError("the text states no value")
+        if tolerance.kind == "roundness" and self.kinds(tolerance.place) == {"sphere"}:
+            self.add_form(tolerance)
             return
-        datums = tuple(self.datum_words(tolerance))
-        material = "".join(tolerance.modifiers)
-        groups = self.toleranced(tolerance, groups)
-        own = GeometricTolerance(tolerance.kind, tolerance.zone, datums, material)
-        sizes = [self.features.get(tuple(face.number for face in g)) for g in groups]
-        if material and not all(each is not None and each.tolerance for each in sizes):
-            raise _NotStatedError(f"({material}) needs the limits of the size of its feature")
-        if tolerance.kind == POSITION and len(groups) > 1:
-            names = tuple(self.feature(group).label for group in groups)
-            label = f"position{tolerance.number}"
-            self.patterns.append(DrawnPattern(label, names, tolerance.zone, datums, material))
+        found = decided_as(tolerance, self.kinds(tolerance.place), self.standard)
+        plain = not (found.instead_of or found.remarks or found.material or tolerance.datums)
+        if found.kind in FORMS and plain:
+            self.add_form(tolerance)
             return
-        if not datums and tolerance.kind != PROFILE:
-            raise _NotStatedError(f"a {tolerance.kind} of one feature needs a datum")
-        for group in groups:
-            self.feature(group).geometric.append(own)
+        if found.kind == PROFILE:
+            features = [self.surface(tolerance.place)]
+        else:
+            groups = self.toleranced(found, self.groups(tolerance.place))
+            of_axis = any(group[0].kind in ("cylinder", "cone") for group in groups)
+            check_zone(found, tolerance, of_axis)
+            features = [self.feature(group) for group in groups]
+        found.datums = tuple(self.datum_words(tolerance, found))
+        if found.material and not all(each.tolerance for each in features):
+            found.instead_of.append(f"({found.material}), without limits of the size")
+            found.material = ""
+        frame = GeometricTolerance(
+            found.kind,
+            tolerance.zone,
+            found.datums,
+            found.material,
+            found.offset,
+            self.projected(tolerance, features),
+            ", ".join(found.instead_of),
+            ", ".join(found.remarks),
+        )
+        if found.kind == POSITION and len(features) > 1 and found.together:
+            self.patterns.append(
+                DrawnPattern(
+                    f"position{tolerance.number}",
+                    tuple(each.label for each in features),
+                    *(frame.zone, frame.datums, frame.material),
+                    *(frame.between, frame.instead_of, frame.remark),
+                )
+            )
+            return
+        if not found.datums and found.kind not in (PROFILE, *FORM_KINDS):
+            raise NotStatedError(f"a {tolerance.kind} of one feature needs a datum")
+        for feature in features:
+            feature.geometric.append(frame)
+
+    def kinds(self, place: Place) -> set[str]:
+        return {self.faces[number].kind for number in place.faces}
+
+    def surface(self, place: Place) -> FeatureInWork:
+        """The feature of a profile: one surface as it is, or all faces together as one."""
+        if place.whole:
+            return self.feature(tuple(self.faces.values()), BARE_SURFACE)
+        if place.others:
+            raise NotStatedError(f"it is of {', '.join(place.others)}, not of a face alone")
+        if not place.faces:
+            raise NotStatedError("the text binds it to no face")
+        own = tuple(self.faces[number] for number in place.faces)
+        measured = {face.kind for face in own} <= set(SURFACE_KINDS.values())
+        if measured and len(found := self.groups(place)) == 1:
+            return self.feature(found[0])
+        return self.feature(own, BARE_SURFACE)
 
     def toleranced(
-        self, tolerance: Tolerance, groups: list[tuple[ModelFace, ...]]
+        self, found: DecidedAs, groups: list[tuple[ModelFace, ...]]
     ) -> list[tuple[ModelFace, ...]]:
         """The surfaces of the features of a tolerance: two opposite planes are one slot."""
-        if tolerance.kind == PROFILE and len(groups) > 1 and len(tolerance.datums) < 3:
-            raise _NotStatedError(
-                f"the profile is of {len(groups)} surfaces together, which the datums leave free"
-            )
-        if _two_planes(groups) and tolerance.kind != PROFILE:
-            if tolerance.kind not in (POSITION, SYMMETRY) or not _opposite(groups):
-                raise _NotStatedError("it can be of two planes, or of the plane between them")
+        if _two_planes(groups) and found.kind not in FORM_KINDS:
+            if found.kind not in (POSITION, SYMMETRY) or not _opposite(groups):
+                raise NotStatedError("it can be of two planes, or of the plane between them")
             slot = self.feature((*groups[0], *groups[1]), "slot")
-            groups = [slot.faces]
-        elif tolerance.kind == POSITION and len(groups) > 1 and groups[0][0].kind == "plane":
-            raise _NotStatedError("the position of several planes is not decided here")
-        axes = [g for g in groups if g[0].kind in ("cylinder", "cone")]
-        if axes and tolerance.kind in (POSITION, *ORIENTATION) and tolerance.form != _ROUND:
-            raise _NotStatedError(
-                "the zone of an axis is decided as a cylinder, and the text "
-                + (f"calls it '{tolerance.form}'" if tolerance.form else "states no form of it")
-            )
+            return [slot.faces]
+        if found.kind == POSITION and len(groups) > 1 and groups[0][0].kind == "plane":
+            raise NotStatedError("the position of several planes is not decided here")
         return groups
 
-    def add_form(
-        self, tolerance: Tolerance, kind: str, groups: Iterable[tuple[ModelFace, ...]]
-    ) -> None:
-        groups = list(groups)
-        if tolerance.modifiers or tolerance.datums:
-            raise _NotStatedError("a form with modifiers or datums is not decided here")
-        if any(group[0].kind != kind for group in groups):
-            found = ", ".join(dict.fromkeys(group[0].kind for group in groups))
-            raise _NotStatedError(f"the {tolerance.kind} of a {found} is not decided here")
-        for group in groups:
+    def projected(
+        self, tolerance: Tolerance, features: Sequence[FeatureInWork]
+    ) -> tuple[float, float] | None:
+        """The ends of a projected zone on the axes, from the nominal points. [mm]"""
+        if tolerance.projected is None:
+            return None
+        begins = [self.faces[number] for number in tolerance.projected_from.faces]
+        places = {_projected(each, begins, tolerance.projected) for each in features}
+        ends = places.pop()
+        if ends is None or places:
+            raise NotStatedError(
+                f"the zone is projected by {tolerance.projected:.10g} mm, and the plane across the "
+                "axis from which it is projected is not stated, or not one for all features"
+            )
+        return ends
+
+    def add_form(self, tolerance: Tolerance) -> None:
+        for group in self.groups(tolerance.place):
             own = self.feature(group)
             own.form = min(tolerance.zone or math.inf, own.form or math.inf)
 
-    def datum_words(self, tolerance: Tolerance) -> Iterable[str]:
-        marked = sum(bool(each.modifiers) for each in tolerance.datums)
+    def datum_words(self, tolerance: Tolerance, found: DecidedAs) -> list[str]:
+        """The datums in words of the file; several at their material sizes as they are.
+
+        A frame on the datums as they are is one of those that their material sizes allow, so that
+        what conforms to it conforms.
+        """
+        groups = []
         for each in tolerance.datums:
             unknown = [letter for letter in each.letters if letter not in self.datums]
             if unknown:
-                raise _NotStatedError(f"its datum {unknown[0]} is not in the file")
+                raise NotStatedError(f"its datum {unknown[0]} is not in the file")
+            if set(each.modifiers) - {"M", "L"}:
+                raise NotStatedError(f"datum {each.text} is modified by what is not decided here")
             names = [one.label for letter in each.letters for one in self.datums[letter]]
-            if each.modifiers and (each.modifiers != ("M",) or len(names) > 1 or marked > 1):
-                raise _NotStatedError(
-                    f"datums {'|'.join(one.text for one in tolerance.datums)}: one single datum "
-                    "of a frame may be at maximum material, none otherwise modified"
-                )
-            yield "-".join(names) + ("(M)" if each.modifiers else "")
+            groups.append(("-".join(names), bool(each.modifiers)))
+        marked = [each for each in tolerance.datums if each.modifiers]
+        single = len(marked) == 1 and marked[0].modifiers == ("M",)
+        if marked and not (single and self.can_float(marked[0], found)):
+            found.instead_of.append(f"datums {'|'.join(each.text for each in tolerance.datums)}")
+            return [name for name, _ in groups]
+        return [f"{name}(M)" if at_maximum else name for name, at_maximum in groups]
+
+    def can_float(self, datum: DatumReference, found: DecidedAs) -> bool:
+        """Whether `measure` moves the frame by the room of a datum at maximum material."""
+        own = [each for letter in datum.letters for each in self.datums[letter]]
+        return (
+            len(own) == 1
+            and own[0].kind == "cylinder"
+            and own[0].tolerance is not None
+            and found.kind in (POSITION, COAXIALITY)
+        )
 
 
 def _two_planes(groups: Sequence[Sequence[ModelFace]]) -> bool:
@@ -387,6 +497,25 @@ def _nominal_place(
         heights = (corners - first.point) @ first.direction
         middle = first.point + 0.5 * (heights.min() + heights.max()) * first.direction
     return _triple(middle, 6), _triple(first.direction)
+
+
+def _projected(
+    feature: FeatureInWork, begins: Sequence[ModelFace], length: float
+) -> tuple[float, float] | None:
+    """Ends of a projected zone on the axis of a feature, from its nominal point. [mm]"""
+    point, direction = (
+        None if each is None else np.array(each) for each in _nominal_place(feature.faces)
+    )
+    if point is None or direction is None or not begins:
+        return None
+    first = begins[0]
+    if first.kind != "plane" or first.point is None or first.direction is None:
+        return None
+    cosine = float(first.direction @ direction)
+    if abs(cosine) < 1.0 - 1e-6:
+        return None
+    start = float((first.point - point) @ direction)
+    return round(start, 6), round(start + math.copysign(length, cosine), 6)
 
 
 def _triple(values: Iterable[float], digits: int = 9) -> tuple[float, float, float]:

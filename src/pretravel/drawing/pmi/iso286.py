@@ -1,4 +1,4 @@
-"""Limits of fits: ISO 286-1, classes D to H and JS of holes, d to h and js of shafts."""
+"""Limits of fits: ISO 286-1, classes D to H, JS, K, M, N and P of holes, d to p of shafts."""
 
 from __future__ import annotations
 
@@ -25,6 +25,15 @@ _DISTANCES = {
     "h": (0,) * 13,
 }
 """Of the nearer limit from the nominal size: ISO 286-1:2010, tables 2 and 4. [µm]"""
+_BEYOND = {
+    "k": (0, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4, 5),
+    "m": (2, 4, 6, 7, 8, 9, 11, 13, 15, 17, 20, 21, 23),
+    "n": (4, 8, 10, 12, 15, 17, 20, 23, 27, 31, 34, 37, 40),
+    "p": (6, 12, 15, 18, 22, 26, 32, 37, 43, 50, 56, 62, 68),
+}
+"""The same of classes whose shafts are larger than the nominal size: tables 3 and 5. [µm]"""
+_K_GRADES = (4, 5, 6, 7)
+"""Grades in which k is larger than the nominal size; in others its lower limit is zero."""
 _CLASS = re.compile(r"([A-Za-z]{1,2})\s*(\d{1,2})")
 
 
@@ -43,8 +52,10 @@ def limits_of_fit(nominal: float, fit: str) -> tuple[float, float] | None:
     pair of float or None
         [mm] None: a class that is not in these tables.
 
-    >>> limits_of_fit(25.0, "H7"), limits_of_fit(20.0, "g6"), limits_of_fit(10.0, "k6")
+    >>> limits_of_fit(25.0, "H7"), limits_of_fit(20.0, "g6"), limits_of_fit(10.0, "zc6")
     ((25.0, 25.021), (19.98, 19.993), None)
+    >>> limits_of_fit(25.0, "k6"), limits_of_fit(25.0, "K7"), limits_of_fit(25.0, "P7")
+    ((25.002, 25.015), (24.985, 25.006), (24.965, 24.986))
     """
     found = _CLASS.fullmatch(fit)
     if found is None or not 0.0 < nominal <= _ENDS[-1]:
@@ -59,6 +70,27 @@ def limits_of_fit(nominal: float, fit: str) -> tuple[float, float] | None:
     elif letter.lower() in _DISTANCES:
         away = _DISTANCES[letter.lower()][row]
         low, high = (away, away + width) if letter.isupper() else (-away - width, -away)
+    elif letter in _BEYOND:
+        low = 0.0 if letter == "k" and grade not in _K_GRADES else _BEYOND[letter][row]
+        high = low + width
+    elif letter.lower() in _BEYOND:
+        upper = _upper_of_hole(letter, grade, row)
+        if upper is None:
+            return None
+        low, high = upper - width, upper
     else:
         return None
     return round(nominal + 1e-3 * low, 9), round(nominal + 1e-3 * high, 9)
+
+
+def _upper_of_hole(letter: str, grade: int, row: int) -> float | None:
+    """The upper deviation of holes K to P: that of the shaft, less the step between the grades.
+
+    None: a grade in which the standard has another rule or none. [µm]
+    """
+    if grade - 1 not in _GRADES or row == 0 or grade > (7 if letter == "P" else 8):
+        return None
+    if (letter, grade, row) == ("M", 6, _ENDS.index(315.0)):
+        return -9.0  # table 3 has it as an exception to the rule
+    step = _GRADES[grade][row] - _GRADES[grade - 1][row]
+    return float(step - _BEYOND[letter.lower()][row])

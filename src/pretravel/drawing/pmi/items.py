@@ -21,12 +21,15 @@ class Place:
         Whether it is all around.
     between : bool
         Whether it is the faces between two.
+    whole : bool
+        Whether it is the whole part.
     """
 
     faces: tuple[int, ...] = ()
     others: tuple[str, ...] = ()
     around: bool = False
     between: bool = False
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,11 @@ class Size:
     fit: str = ""
     notes: tuple[str, ...] = ()
 
+    def limits(self, factor: float = 1.0) -> str:
+        """As the file of features states them: ``11.98..12.02``, ``20..``."""
+        ends = (self.lower, self.upper)
+        return "..".join("" if end is None else f"{factor * end:.10g}" for end in ends)
+
 
 @dataclass(frozen=True)
 class DatumReference:
@@ -149,6 +157,10 @@ class Tolerance:
         Of an unequally disposed zone. [mm]
     notes : tuple of str
         What else the text states: a unit length, a largest value.
+    composite : int or None
+        The tolerance of the upper segment, where this one is the lower of a composite frame.
+    projected_from : Place
+        The faces where a projected zone begins.
     """
 
     number: int
@@ -161,6 +173,8 @@ class Tolerance:
     projected: float | None = None
     displacement: float | None = None
     notes: tuple[str, ...] = ()
+    composite: int | None = None
+    projected_from: Place = Place()
 
     @property
     def signs(self) -> tuple[str, ...]:
@@ -170,7 +184,9 @@ class Tolerance:
             *((f"U {self.displacement:.10g}",) if self.displacement is not None else ()),
             *((f"P {self.projected:.10g}",) if self.projected is not None else ()),
             *(("all around",) if self.place.around else ()),
+            *(("all over",) if self.place.whole else ()),
             *(("between",) if self.place.between else ()),
+            *((f"composite, below #{self.composite}",) if self.composite else ()),
             *self.notes,
         )
 
@@ -183,10 +199,16 @@ class Unread:
     ----------
     number : int
     text : str
+    why : str
+        What failed; empty where nothing refers to it.
+    is_tolerance : bool
+        Whether it is a tolerance or a size, not a part of one.
     """
 
     number: int
     text: str
+    why: str = ""
+    is_tolerance: bool = False
 
 
 @dataclass(frozen=True)
@@ -199,9 +221,12 @@ class Pmi:
     sizes : tuple of Size
     tolerances : tuple of Tolerance
     unread : tuple of Unread
+    standard : str
+        ASME or ISO, where the text names the standard of the drawing.
     """
 
     datums: tuple[PmiDatum, ...]
     sizes: tuple[Size, ...]
     tolerances: tuple[Tolerance, ...]
     unread: tuple[Unread, ...]
+    standard: str = ""

@@ -36,6 +36,7 @@ SIGNS = {
     "MAXIMUM_MATERIAL_REQUIREMENT": "M", "MAXIMUM_MATERIAL_CONDITION": "M",
     "LEAST_MATERIAL_REQUIREMENT": "L", "LEAST_MATERIAL_CONDITION": "L", "FREE_STATE": "F",
     "TANGENT_PLANE": "T", "RECIPROCITY_REQUIREMENT": "R", "COMMON_ZONE": "CZ",
+    "ALL_AROUND": "all around", "EACH_RADIAL_ELEMENT": "each radial element",
 }  # fmt: skip
 """Modifiers as on a drawing; regardless of feature size is none."""
 _NO_MODIFIER = "REGARDLESS_OF_FEATURE_SIZE"
@@ -67,15 +68,30 @@ def read_pmi(part21: Part21) -> Pmi:
     reading = _Reading(part21)
     datums = reading.each(reading.datum, part21.named("DATUM", "COMMON_DATUM"))
     sizes = reading.each(reading.size, part21.named(*_SIZES, *_LOCATIONS))
-    found = [
-        each
-        for each in part21.instances.values()
-        if "GEOMETRIC_TOLERANCE" in each.names
-        or any(name.removesuffix("_TOLERANCE") in TOLERANCE_ENTITIES and name.endswith("_TOLERANCE")
-               for name in each.names)
-    ]  # fmt: skip
+    found = [each for each in part21.instances.values() if _is_tolerance(each)]
     tolerances = reading.each(reading.tolerance, found)
-    return Pmi(tuple(datums), tuple(sizes), tuple(tolerances), reading.unread())
+    return Pmi(tuple(datums), tuple(sizes), tuple(tolerances), reading.unread(), _standard(part21))
+
+
+def _standard(part21: Part21) -> str:
+    """ASME or ISO, where documents of the file name one of them."""
+    texts = [each.text.upper() for each in part21.named("DOCUMENT", "DOCUMENT_FILE")]
+    named = {
+        name
+        for name, words in (
+            ("ASME", ("ASME", "Y14")),
+            ("ISO", ("ISO 1101", "ISO 8015", "ISO 5459")),
+        )
+        if any(word in text for word in words for text in texts)
+    }
+    return named.pop() if len(named) == 1 else ""
+
+
+def _is_tolerance(each: Instance) -> bool:
+    return "GEOMETRIC_TOLERANCE" in each.names or any(
+        name.endswith("_TOLERANCE") and name.removesuffix("_TOLERANCE") in TOLERANCE_ENTITIES
+        for name in each.names
+    )
 
 
 class _Reading:
@@ -88,6 +104,7 @@ class _Reading:
         self.below: dict[int, list[Instance]] = defaultdict(list)
         self.above: dict[int, list[Instance]] = defaultdict(list)
         self.geometry: dict[int, list[int]] = defaultdict(list)
+        self.composite = self.composites()
         for each in part21.instances.values():
             names = each.names
             if any(name.endswith("SHAPE_ASPECT_DERIVING_RELATIONSHIP")
@@ -107,6 +124,16 @@ class _Reading:
                 )
                 if isinstance(values[2], TextReference):
                     self.geometry[values[2].number] += _numbers(values[4])
+
+    def composites(self) -> dict[int, int]:
+        """The upper segment of each lower segment of a composite frame."""
+        found = {}
+        for each in self.part21.named("GEOMETRIC_TOLERANCE_RELATIONSHIP"):
+            name, words, upper, lower = each.values()[:4]
+            if "composite" in f"{name or ''} {words or ''}".lower():
+                found[lower.number] = upper.number
+                self.used.add(each.number)
+        return found
 
     def each(self, read: Any, instances: Iterable[Instance]) -> list[Any]:
         """Read each instance; one that does not have the form of its entity is listed instead."""
@@ -129,7 +156,16 @@ class _Reading:
             if each.number not in self.used
             if each.number in self.failed or any(_OF_PMI.match(name) for name in each.names)
         ]
-        return tuple(Unread(each.number, _short(each.text)) for each in left)
+        return tuple(
+            Unread(
+                each.number,
+                _short(each.text),
+                self.failed.get(each.number, ""),
+                _is_tolerance(each)
+                or bool(each.names & {*_SIZES, *_LOCATIONS, "GEOMETRIC_TOLERANCE_RELATIONSHIP"}),
+            )
+            for each in left
+        )
 
     # Places
 
@@ -155,13 +191,12 @@ class _Reading:
                 else:
                     others[f"#{number} {' '.join(sorted(item.names))}"] = None
             waiting += [each for each in self.below[own.number] if "DATUM" not in each.names]
-        if start.names & {"PRODUCT_DEFINITION_SHAPE"}:
-            others["the whole part"] = None
         return Place(
             tuple(faces),
             tuple(others),
             "ALL_AROUND_SHAPE_ASPECT" in start.names,
             "BETWEEN_SHAPE_ASPECT" in start.names,
+            "PRODUCT_DEFINITION_SHAPE" in start.names,
         )
 
     # Datums
@@ -301,6 +336,10 @@ class _Reading:
         angle = any("ANGULAR" in each for each in instance.names)
         unit = next((each.unit for each in (nominal, lower, upper) if each is not None),
                     ANGLE_UNIT if angle else LENGTH_UNIT)  # fmt: skip
+        if lower is None and upper is None and deviations == (None, None) and nominal is not None:
+            # One limit alone: 5 MAX, R2 MIN.
+            lower = nominal if "minimum" in notes else None
+            upper = nominal if "maximum" in notes else None
         known = {id(each) for each in (nominal, lower, upper)}
         notes += [f"{each.name} {each.value:.10g} {each.unit}" for each in measures
                   if id(each) not in known]  # fmt: skip
@@ -384,7 +423,7 @@ class _Reading:
         values = instance.values("GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE")
         magnitude, aspect = values[2:4]
         zone = None if magnitude is None else measure_of(self.part21, self.part21[magnitude])
-        form, projected, notes = self.zone(instance)
+        form, projected, notes, end = self.zone(instance)
         signs, displacement, more = self.added(own)
         return Tolerance(
             number=instance.number,
@@ -397,6 +436,8 @@ class _Reading:
             projected=projected,
             displacement=displacement,
             notes=(*more, *notes),
+            composite=self.composite.get(instance.number),
+            projected_from=end,
         )
 
     def added(self, own: dict[str, Any]) -> tuple[list[str], float | None, list[str]]:
@@ -428,9 +469,9 @@ class _Reading:
             raise PretravelError("a length without a value")
         return measure.value
 
-    def zone(self, tolerance: Instance) -> tuple[str, float | None, list[str]]:
-        """Form of the zone, length of a projected one, and what else is stated of it."""
-        form, projected, notes = "", None, []
+    def zone(self, tolerance: Instance) -> tuple[str, float | None, list[str], Place]:
+        """Form of the zone, length of a projected one, what else is stated of it, its beginning."""
+        form, projected, notes, end = "", None, [], Place()
         for each in self.part21.instances.values():
             if not any(name.endswith("TOLERANCE_ZONE") or name.startswith("TOLERANCE_ZONE_WITH")
                        for name in each.names):  # fmt: skip
@@ -447,8 +488,9 @@ class _Reading:
                 own = more.values("TOLERANCE_ZONE_DEFINITION", "PROJECTED_ZONE_DEFINITION")
                 if own[0].number == each.number:
                     projected = self.length(own[3])
+                    end = self.place(own[2])
                     self.used.add(more.number)
-        return form, projected, notes
+        return form, projected, notes, end
 
 
 _KNOWN = {"GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE"}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from pretravel.drawing.pmi.drawn import DrawnPmi, FeatureInWork
 from pretravel.drawing.pmi.items import Place, Pmi, PmiDatum, Size, Tolerance
+from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
 
 _HEAD = """\
 # {title}
@@ -136,7 +137,10 @@ def features_text(
     blocks = [_HEAD.format(title=_one_line(title)) + more]
     left = [each for each in item_lines(pmi, numbers, drawn.left_out) if each.left_out]
     if left:
-        blocks.append("# Not stated in this file:\n" + "".join(_comment(each) for each in left))
+        blocks.append(
+            "# Not measured by this file; what is a tolerance has a line at its end, and in the "
+            "answer:\n" + "".join(_comment(each) for each in left)
+        )
     if pmi.unread:
         texts = "".join(
             f"#   {_one_line(f'#{each.number} = {each.text}')}\n" for each in pmi.unread
@@ -151,7 +155,7 @@ def features_text(
             f"position_tolerance_mm = {_number(pattern.position_tolerance)}",
         ]
         lines += [f"datums = {_words(pattern.datums)}"] if pattern.datums else []
-        lines += [f"material = {_text(pattern.material)}"] if pattern.material else []
+        lines += _more(pattern.tolerance)
         blocks.append("\n".join(lines) + "\n")
     for relation in drawn.between:
         lines = ["[[between]]", f"features = {_words(relation.features)}"]
@@ -159,7 +163,21 @@ def features_text(
         lines += [] if relation.nominal is None else [f"nominal = {_number(relation.nominal)}"]
         lines.append(f"tolerance = {_text(relation.tolerance)}")
         blocks.append("\n".join(lines) + "\n")
+    for each in drawn.not_decided:
+        lines = ["[[not_decided]]", f"feature = {_text(each.feature)}"]
+        lines.append(f"characteristic = {_text(each.characteristic)}")
+        lines += [f"limits = {_text(each.limits)}"] if each.limits else []
+        blocks.append("\n".join([*lines, f"reason = {_text(each.reason)}"]) + "\n")
     return "\n".join(blocks)
+
+
+def _more(tolerance: GeometricTolerance) -> list[str]:
+    """The keys of a frame that few have."""
+    lines = [f"material = {_text(tolerance.material)}"] if tolerance.material else []
+    lines += [f"offset_mm = {_number(tolerance.offset)}"] if tolerance.offset else []
+    lines += [f"between_mm = {_vector(tolerance.between)}"] if tolerance.between else []
+    lines += [f"instead_of = {_text(tolerance.instead_of)}"] if tolerance.instead_of else []
+    return lines + ([f"remark = {_text(tolerance.remark)}"] if tolerance.remark else [])
 
 
 def _comment(line: ItemLine) -> str:
@@ -189,7 +207,7 @@ def _feature_text(own: FeatureInWork, numbers: dict[int, int]) -> str:
         lines += ["  [[feature.geometric]]", f"  kind = {_text(each.kind)}"]
         lines.append(f"  tolerance_mm = {_number(each.zone)}")
         lines += [f"  datums = {_words(each.datums)}"] if each.datums else []
-        lines += [f"  material = {_text(each.material)}"] if each.material else []
+        lines += [f"  {line}" for line in _more(each)]
     return "\n".join(lines) + "\n"
 
 

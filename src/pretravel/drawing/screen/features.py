@@ -128,9 +128,18 @@ def _chips(state: ScreenState, groups: dict[str, tuple[int, str]]) -> None:
             chip.classes("chip")
 
 
+def features_verdict(result: PartFeatures) -> None:
+    """The verdict, which stands above all tabs.
+
+    Parameters
+    ----------
+    result : PartFeatures
+    """
+    verdict_card(result.document.verdict, result.document.judgement)
+
+
 def _shown(result: PartFeatures) -> ui.element:
     document = result.document
-    verdict_card(document.verdict, document.judgement)
     for words in document.warnings:
         warning(words)
     lines = result.features.lines

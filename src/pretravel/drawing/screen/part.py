@@ -12,6 +12,7 @@ import numpy as np
 from nicegui import ui
 
 from pretravel.app import (
+    WORKS,
     ScreenState,
     StoredFile,
     Work,
@@ -39,16 +40,20 @@ from pretravel.app import (
     work_status,
 )
 from pretravel.base import MICROMETRE
-from pretravel.drawing.screen.features import features_tab
+from pretravel.drawing.screen.features import features_tab, features_verdict
+from pretravel.drawing.screen.next_of_part import guide_of_part
 from pretravel.drawing.screen.work import (
     ALIGN_FORM,
     COMPENSATION,
     FACE,
     FEATURE_FORM,
+    FEATURES,
     PART_FORM,
     PartFeatures,
     PartResult,
+    asks_where,
     example_map,
+    with_own_scale,
 )
 from pretravel.prediction import catalogue_names
 from pretravel.show import KeyFigure, decimals, plotly_figure, signed_decimals
@@ -59,7 +64,8 @@ ENDINGS_OF_POINTS = (".csv", ".json", ".nc", ".qif", ".msr")
 
 def show(state: ScreenState) -> None:
     """Build the screen."""
-    places = screen_places()
+    guide_of_part(state)
+    places = screen_places("part")
     with places.inputs:
         _inputs(state)
     with places.status:
@@ -70,6 +76,7 @@ def show(state: ScreenState) -> None:
             "a probe), or choose a probe.  3. With the part as a STEP file the contact is computed "
             "on its faces.",
         )
+        result_place(WORKS.of(state, FEATURES), features_verdict, says_warnings=False)
     with places.picture:
         result_place(
             work, partial(_pictures, state), says_warnings=False,
@@ -103,7 +110,7 @@ def _inputs(state: ScreenState) -> None:
     live(
         [state.listen],
         lambda: _where(state),
-        lambda: (bool(state.settings.get("aligned")), bool(state.files["part"])),
+        lambda: (state.settings.get("aligned"), bool(state.files["part"]), asks_where(state)),
     )
     _example(state)
     with folded("More settings"):
@@ -117,18 +124,23 @@ def _where(state: ScreenState) -> None:
     if not state.files["part"]:
         return
 
-    def found(*, aligned: bool) -> None:
-        state.settings["aligned"] = aligned
+    def answer(words: str, icon: str, *, aligned: bool) -> None:
+        def found() -> None:
+            state.settings["aligned"] = aligned
 
-    if state.settings.get("aligned"):
+        ui.button(words, icon=icon, on_click=found).props("no-caps outline")
+
+    stated = state.settings.get("aligned")
+    if stated:
         note("The part may lie anywhere: it is found from the touches.")
-        words, aligned = "The touches are in the frame of the part", False
+    elif stated is None and asks_where(state):
+        note("Does the part lie elsewhere than in its file, as on the table of a machine?")
     else:
         note("Touches are taken in the frame of the part. Do they lie elsewhere?")
-        words, aligned = "Find the part", True
-    ui.button(words, icon="my_location", on_click=lambda: found(aligned=aligned)).props(
-        "no-caps outline"
-    )
+    if not stated:
+        answer("Find the part", "my_location", aligned=True)
+    if stated or (stated is None and asks_where(state)):
+        answer("The touches are in the frame of the part", "filter_center_focus", aligned=False)
 
 
 _EXAMPLES = {
@@ -164,7 +176,7 @@ def _pictures(state: ScreenState, result: PartResult) -> None:
 
 def _charts(state: ScreenState, result: PartResult, which: slice) -> None:
     picture = result.document.pictures[0]
-    for chart in picture.charts[which]:
+    for chart in map(with_own_scale, picture.charts[which]):
         _clickable(state, result, plotly_figure(chart), f"{picture.caption}: {chart.title}")
 
 

@@ -14,6 +14,7 @@ from pretravel.drawing.tolerances.features_file import (
     DrawnFeature,
     DrawnPattern,
     DrawnRelation,
+    NotDecided,
     face_name,
 )
 from pretravel.drawing.tolerances.tolerance_frame import (
@@ -27,6 +28,8 @@ from pretravel.surface import Part
 ROW_NONE, ROW_SIZE, ROW_FORM, ROW_DISTANCE, ROW_ANGLE = "", "size", "form", "distance", "angle"
 OWN_POSITION = "position in the part"
 """A position without datums, to the nominal place of the feature."""
+ROW_NOT_DECIDED = "not decided"
+"""A tolerance of the drawing that is not decided here: it has its line in the answer."""
 CHARACTERISTICS = (
     ROW_NONE,
     ROW_SIZE,
@@ -35,6 +38,7 @@ CHARACTERISTICS = (
     *TOLERANCE_KINDS,
     ROW_DISTANCE,
     ROW_ANGLE,
+    ROW_NOT_DECIDED,
 )
 """What a row can state; none: a datum without a tolerance."""
 
@@ -57,7 +61,10 @@ class ToleranceRow:
     faces : tuple of int
         Of a feature that no other row states before.
     stated : mapping of str to value
-        What else the drawing states of the feature: kind, select, at, axis, nominal, …
+        What else the drawing states of the feature: kind, select, at, axis, nominal, …; of what is
+        not decided, its characteristic and the reason.
+    frame : mapping of str to value
+        What else it states of the tolerance: offset, between, instead_of, remark.
     """
 
     feature: str
@@ -67,6 +74,7 @@ class ToleranceRow:
     material: str = ""
     faces: tuple[int, ...] = ()
     stated: dict[str, Any] = field(default_factory=dict)
+    frame: dict[str, Any] = field(default_factory=dict)
 
     def with_typed(
         self, name: Literal["characteristic", "limits", "datums"], text: str
@@ -86,11 +94,33 @@ class ToleranceRow:
             return POSITION
         if self.characteristic in (ROW_DISTANCE, ROW_ANGLE):
             return self.characteristic
-        datums = tuple(word.strip() for word in self.datums.split("|") if word.strip())
-        to = f" to {'|'.join(datums)}" if datums else ""
-        return f"{self.characteristic}{f' ({self.material})' if self.material else ''}{to}"
+        if self.characteristic == ROW_NOT_DECIDED:
+            return str(self.stated.get("characteristic", ""))
+        try:
+            return self.tolerance.name
+        except PretravelError:  # as long as a person types
+            return self.characteristic
+
+    @property
+    def datum_words(self) -> tuple[str, ...]:
+        """The datums one by one."""
+        return tuple(word.strip() for word in self.datums.split("|") if word.strip())
+
+    @property
+    def tolerance(self) -> GeometricTolerance:
+        """The tolerance to datums that the row states.
+
+        Raises
+        ------
+        PretravelError
+            Limits that are no number, or what contradicts the characteristic.
+        """
+        return GeometricTolerance(
+            self.characteristic, _zone(self), self.datum_words, self.material, **_typed(self.frame)
+        )
 
 
+_OF_FRAME = ("offset", "between", "instead_of", "remark")
 _STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association")
 
 
@@ -105,15 +135,27 @@ def rows_of(drawing: Drawing) -> list[ToleranceRow]:
         if each.position_tolerance is not None:
             own.append(ToleranceRow(each.name, OWN_POSITION, f"{each.position_tolerance:.10g}"))
         own += [
-            ToleranceRow(each.name, g.kind, f"{g.zone:.10g}", "|".join(g.datums), g.material)
+            ToleranceRow(
+                each.name,
+                g.kind,
+                f"{g.zone:.10g}",
+                "|".join(g.datums),
+                g.material,
+                frame=_frame_of(g),
+            )
             for g in each.geometric
         ]
         first, *others = own or [ToleranceRow(each.name)]
         rows += [replace(first, faces=each.faces, stated=stated), *others]
     rows += [
         ToleranceRow(", ".join(p.features), POSITION, f"{p.position_tolerance:.10g}",
-                     "|".join(p.datums), p.material)
+                     "|".join(p.datums), p.material, frame=_frame_of(p.tolerance))
         for p in drawing.pattern
+    ]  # fmt: skip
+    rows += [
+        ToleranceRow(one.feature, ROW_NOT_DECIDED, one.limits,
+                     stated={"characteristic": one.characteristic, "reason": one.reason})
+        for one in drawing.not_decided
     ]  # fmt: skip
     rows += [
         ToleranceRow(", ".join(b.features), b.quantity, b.tolerance,
@@ -121,6 +163,10 @@ def rows_of(drawing: Drawing) -> list[ToleranceRow]:
         for b in drawing.between
     ]  # fmt: skip
     return rows
+
+
+def _frame_of(tolerance: GeometricTolerance) -> dict[str, Any]:
+    return {name: getattr(tolerance, name) for name in _OF_FRAME if getattr(tolerance, name)}
 
 
 def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
@@ -132,6 +178,11 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
         A row that contradicts another one, or whose limits are not numbers, with its feature.
     """
     features: dict[str, DrawnFeature] = {}
+    not_decided = tuple(
+        NotDecided(row.feature, row.called(""), str(row.stated.get("reason", "")), row.limits)
+        for row in rows if row.characteristic == ROW_NOT_DECIDED
+    )  # fmt: skip
+    rows = [row for row in rows if row.characteristic != ROW_NOT_DECIDED]
     for row in rows:
         if "," not in row.feature and (row.faces or row.stated):
             features.setdefault(
@@ -141,7 +192,6 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
     between: list[DrawnRelation] = []
     for row in rows:
         names = tuple(name.strip() for name in row.feature.split(","))
-        datums = tuple(word.strip() for word in row.datums.split("|") if word.strip())
         if row.characteristic in (ROW_DISTANCE, ROW_ANGLE):
             if len(names) != 2:
                 raise PretravelError(f"{row.feature}: a {row.characteristic} is between two")
@@ -151,12 +201,15 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
             )
         elif len(names) > 1:
             label = f"pattern{len(patterns) + 1}"
-            patterns.append(DrawnPattern(label, names, _zone(row), datums, row.material))
+            frame = {name: v for name, v in _typed(row.frame).items() if name != "offset"}
+            patterns.append(
+                DrawnPattern(label, names, _zone(row), row.datum_words, row.material, **frame)
+            )
         elif names[0] not in features:
             raise PretravelError(f"{row.feature}: no row states its faces")
         else:
-            features[names[0]] = _with(features[names[0]], row, datums)
-    return Drawing(tuple(features.values()), tuple(patterns), tuple(between))
+            features[names[0]] = _with(features[names[0]], row)
+    return Drawing(tuple(features.values()), tuple(patterns), tuple(between), not_decided)
 
 
 def _typed(stated: dict[str, Any]) -> dict[str, Any]:
@@ -174,7 +227,7 @@ def _zone(row: ToleranceRow) -> float:
         ) from None
 
 
-def _with(feature: DrawnFeature, row: ToleranceRow, datums: tuple[str, ...]) -> DrawnFeature:
+def _with(feature: DrawnFeature, row: ToleranceRow) -> DrawnFeature:
     if row.characteristic == ROW_NONE or not row.limits.strip():
         return feature
     taken = {
@@ -189,8 +242,7 @@ def _with(feature: DrawnFeature, row: ToleranceRow, datums: tuple[str, ...]) -> 
         return replace(feature, form_tolerance=_zone(row))
     if row.characteristic == OWN_POSITION:
         return replace(feature, position_tolerance=_zone(row))
-    own = GeometricTolerance(row.characteristic, _zone(row), datums, row.material)
-    return replace(feature, geometric=(*feature.geometric, own))
+    return replace(feature, geometric=(*feature.geometric, row.tolerance))
 
 
 def rows_of_faces(part: Part, touched: Sequence[int]) -> list[ToleranceRow]:

@@ -109,7 +109,8 @@ def _table(state: ScreenState, rows: list[ToleranceRow], found: PartFeatures | N
 def _line_of(row: ToleranceRow, kind: str, lines: Sequence[ToleranceLine]) -> ToleranceLine | None:
     """The result of a row."""
     called = row.called(kind)
-    own = [one for one in lines if one.feature.partition(" (")[0] == row.feature]
+    names = (row.feature, row.feature.partition(" (")[0])
+    own = [one for one in lines if one.feature in names or one.feature.partition(" (")[0] in names]
     return next((one for one in own if one.characteristic == called), None)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from itertools import takewhile
 from pathlib import Path
 
@@ -30,7 +31,7 @@ from pretravel.files import read_points
 from pretravel.maps import PretravelMap
 from pretravel.measurement import contact_slide, label_prefix, point_budget, points_at
 from pretravel.prediction import catalogue_names
-from pretravel.show import Document
+from pretravel.show import Chart, Document, Scale, SpaceChart, SpacePoints
 from pretravel.surface import Part, feet_on_faces, read_part
 from pretravel.task import SILENT, Task
 from pretravel.tasks.compensate import Compensate, CompensatedTouches
@@ -99,12 +100,67 @@ class PartResult:
 def lacking_for_points(state: ScreenState) -> str:
     """What is still needed beside the touches: a map, or a probe of the catalogue."""
     # Not a path on this computer.
-    if state.files["map"] or state.settings.get("probe", "") in catalogue_names():
+    if not state.files["map"] and state.settings.get("probe", "") not in catalogue_names():
+        return (
+            "Next: a map of the probe. Drop the map that “Qualify a probe” makes, or choose a "
+            "probe of the catalogue."
+        )
+    if not states_no_normals(state):
         return ""
-    return (
-        "Next: a map of the probe. Drop the map that “Qualify a probe” makes, or choose a probe of "
-        "the catalogue."
-    )
+    if not state.files["part"]:
+        return (
+            "Next: the part as a STEP file. The touches state no normals, and its faces have them."
+        )
+    if asks_where(state):
+        return "Next: press “Find the part”, or say that the touches are in the frame of the part."
+    return ""
+
+
+_LARGEST_LOOK = 2_000_000
+"""A file that is looked into for its normals while the page is built. [bytes]"""
+
+
+def states_no_normals(state: ScreenState) -> bool:
+    """Whether the touches are coordinates alone, so that their normals are those of the part."""
+    stored = next(iter(state.files["touches"]), None)
+    if stored is None or len(stored.content) > _LARGEST_LOOK or PART_FORM.given(state.settings):
+        return False  # settings say how the file is read
+    return _lacks_normals(stored.name, stored.content)
+
+
+def asks_where(state: ScreenState) -> bool:
+    """Whether nobody has said if touches without normals are in the frame of the part."""
+    unsaid = state.settings.get("aligned") is None
+    return unsaid and bool(state.files["part"]) and states_no_normals(state)
+
+
+@lru_cache(maxsize=8)
+def _lacks_normals(name: str, content: bytes) -> bool:
+    with temporary_folder() as folder:
+        (folder / name).write_bytes(content)
+        look = Compensate(touches=(folder / name,), map_file="", output=Path("points.csv"))
+        try:
+            look.read_with(look.reading_options())
+        except PretravelError as error:
+            return "normal" in error.inputs and "nominal" in error.inputs
+    return False
+
+
+def with_own_scale(chart: Chart) -> Chart:
+    """Deviations after compensation in colours of their own: beside those before, all are one.
+
+    Parameters
+    ----------
+    chart : Chart
+        Of a picture of compensated points.
+    """
+    if not isinstance(chart, SpaceChart) or not chart.title.startswith("after:"):
+        return chart
+    values = [mark.values for mark in chart.marks
+              if isinstance(mark, SpacePoints) and mark.values is not None]  # fmt: skip
+    if not values:
+        return chart
+    return replace(chart, scale=Scale.of("deviation", "µm", np.concatenate(values), signed=True))
 
 
 def compensate_part(inputs: Inputs) -> PartResult:

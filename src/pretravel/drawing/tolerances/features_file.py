@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,6 +114,9 @@ class DrawnPattern:
     datums : tuple of str
         As of `GeometricTolerance`; without them the pattern lies as it fits best.
     material : str
+    between : pair of float or None
+    instead_of, remark : str
+        As of `GeometricTolerance`.
     """
 
     label: str
@@ -120,11 +124,17 @@ class DrawnPattern:
     position_tolerance: float
     datums: tuple[str, ...] = ()
     material: str = ""
+    between: tuple[float, float] | None = None
+    instead_of: str = ""
+    remark: str = ""
 
     @property
     def tolerance(self) -> GeometricTolerance:
         """Of the position of each feature."""
-        return GeometricTolerance(POSITION, self.position_tolerance, self.datums, self.material)
+        return GeometricTolerance(
+            POSITION, self.position_tolerance, self.datums, self.material,
+            between=self.between, instead_of=self.instead_of, remark=self.remark,
+        )  # fmt: skip
 
     def __post_init__(self) -> None:
         if len(self.features) < 2:
@@ -159,6 +169,42 @@ class DrawnRelation:
 
 
 @dataclass(frozen=True)
+class NotDecided:
+    """A tolerance of the drawing that is not decided here; the answer has a line for it.
+
+    Attributes
+    ----------
+    feature, characteristic : str
+        In words: ``face73``; ``straightness``.
+    reason : str
+        Why it is not decided.
+    limits : str
+        ``0..0.127``, in mm, or in degrees with ``°``; empty where the drawing states none.
+    """
+
+    feature: str
+    characteristic: str
+    reason: str
+    limits: str = ""
+
+    def __post_init__(self) -> None:
+        _ = self.ends  # refused here, with the line
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The limits; not numbers where none are stated. [mm or degrees]"""
+        if not self.limits:
+            return math.nan, math.nan
+        low, _, high = self.limits.removesuffix("°").partition("..")
+        try:
+            return (float(low) if low else -math.inf), (float(high) if high else math.inf)
+        except ValueError:
+            raise PretravelError(
+                f"the limits '{self.limits}' are not two numbers as 0..0.1"
+            ) from None
+
+
+@dataclass(frozen=True)
 class Drawing:
     """All that is measured in one run.
 
@@ -167,11 +213,13 @@ class Drawing:
     feature : tuple of DrawnFeature
     pattern : tuple of DrawnPattern
     between : tuple of DrawnRelation
+    not_decided : tuple of NotDecided
     """
 
     feature: tuple[DrawnFeature, ...]
     pattern: tuple[DrawnPattern, ...] = ()
     between: tuple[DrawnRelation, ...] = ()
+    not_decided: tuple[NotDecided, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.feature:
@@ -207,15 +255,16 @@ _STRUCTURE.table(
     position_tolerance="position_tolerance_mm",
     form_tolerance="form_tolerance_mm",
 )
-_STRUCTURE.table(GeometricTolerance, zone="tolerance_mm")
-_STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm")
+_STRUCTURE.table(GeometricTolerance, zone="tolerance_mm", offset="offset_mm", between="between_mm")
+_STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm", between="between_mm")
 
 
 def read_drawing(path: str | Path) -> Drawing:
     r"""Read the features of a drawing: one table ``[[feature]]`` for each.
 
     Tables ``[[feature.geometric]]`` are tolerances to datums, ``[[pattern]]`` positions of several
-    features, ``[[between]]`` distances and angles.
+    features, ``[[between]]`` distances and angles, ``[[not_decided]]`` tolerances that have a line
+    in the answer, and no verdict.
 
     Parameters
     ----------
@@ -269,17 +318,19 @@ def drawing_text(drawing: Drawing) -> str:
         blocks += [_table_text("[[feature.geometric]]", one) for one in each.geometric]
     blocks += [_table_text("[[pattern]]", each) for each in drawing.pattern]
     blocks += [_table_text("[[between]]", each) for each in drawing.between]
+    blocks += [_table_text("[[not_decided]]", each) for each in drawing.not_decided]
     return "\n".join(blocks)
 
 
 def _table_text(
-    head: str, value: DrawnFeature | GeometricTolerance | DrawnPattern | DrawnRelation
+    head: str,
+    value: DrawnFeature | GeometricTolerance | DrawnPattern | DrawnRelation | NotDecided,
 ) -> str:
     keys = _STRUCTURE.keys(type(value))
     stated = {key: getattr(value, name) for name, key in keys.items() if name != "geometric"}
     lines = [
         f"{key} = {json.dumps(each, ensure_ascii=False)}"
         for key, each in stated.items()
-        if each is not None and each not in ("", ())
+        if each is not None and each not in ("", (), 0.0)
     ]
     return "\n".join([head, *lines]) + "\n"

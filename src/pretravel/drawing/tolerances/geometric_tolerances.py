@@ -11,7 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pretravel.base import PretravelError
+from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.tolerances.tolerance_frame import (
+    FORM_KINDS,
     POSITION,
     PROFILE,
     RUN_OUT,
@@ -20,6 +22,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     GeometricResult,
     GeometricTolerance,
     PlacedFeature,
+    stricter_verdict,
 )
 from pretravel.drawing.tolerances.tolerances_of_places import decided_places
 from pretravel.drawing.tolerances.tolerances_of_surfaces import decided_surface
@@ -72,8 +75,11 @@ def inspect_geometry(
     if _is_surface(features[0], tolerance):
         if len(features) > 1:
             raise PretravelError("a pattern consists of bores, bosses, slots or balls, not planes")
-        return decided_surface(features[0], tolerance, groups, required)
-    return decided_places(features, tolerance, groups, required)
+        found = decided_surface(features[0], tolerance, groups, required)
+    else:
+        found = decided_places(features, tolerance, groups, required)
+    remarks = (*found.remarks, *((tolerance.remark,) if tolerance.remark else ()))
+    return replace(found, conformity=stricter_verdict(found.conformity, tolerance), remarks=remarks)
 
 
 def nominal_of_part(placed: PlacedFeature, part: Part) -> PlacedFeature:
@@ -91,9 +97,10 @@ def nominal_of_part(placed: PlacedFeature, part: Part) -> PlacedFeature:
         What was stated stays. Where the faces beneath the points form no such feature, nothing is
         added.
     """
-    found = placed.feature.association
+    found, kind = placed.feature.association, placed.feature.kind
+    if kind == BARE_SURFACE:
+        return placed
     feet = feet_on_faces(part, found.points)
-    kind = placed.feature.kind
     axis = feet.local.normal.mean(axis=0) if kind == "plane" else found.direction
     if kind == "slot":
         axis = found.direction
@@ -124,6 +131,6 @@ def _group(word: str, datums: Mapping[str, PlacedFeature]) -> DatumWord:
 
 def _is_surface(placed: PlacedFeature, tolerance: GeometricTolerance) -> bool:
     """Whether the touched points themselves must lie in the zone."""
-    if tolerance.kind in (PROFILE, RUN_OUT, TOTAL_RUN_OUT):
+    if tolerance.kind in (PROFILE, RUN_OUT, TOTAL_RUN_OUT, *FORM_KINDS):
         return True
     return placed.feature.kind in ("plane", "line") or placed.feature.kind not in _DERIVED

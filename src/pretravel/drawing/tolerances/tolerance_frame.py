@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base import DISTANCE, FloatArray, Placement, PretravelError, checked
-from pretravel.drawing.features.conformity import Conformity
+from pretravel.base import COORDINATE, DISTANCE, FloatArray, Placement, PretravelError, checked
+from pretravel.drawing.features.conformity import Conformity, ConformityVerdict
 from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
 from pretravel.drawing.tolerances.datum_system import (
     DatumFeature,
@@ -22,15 +22,23 @@ POSITION, PROFILE = "position", "profile"
 COAXIALITY, CONCENTRICITY, SYMMETRY = "coaxiality", "concentricity", "symmetry"
 PARALLELISM, PERPENDICULARITY, ANGULARITY = "parallelism", "perpendicularity", "angularity"
 RUN_OUT, TOTAL_RUN_OUT = "run-out", "total run-out"
+ROUNDNESS, FLATNESS, CYLINDRICITY = "roundness", "flatness", "cylindricity"
+FORM_KINDS = (ROUNDNESS, FLATNESS, CYLINDRICITY)
 TOLERANCE_KINDS = (
     POSITION, PROFILE, COAXIALITY, CONCENTRICITY, SYMMETRY, PARALLELISM, PERPENDICULARITY,
-    ANGULARITY, RUN_OUT, TOTAL_RUN_OUT,
+    ANGULARITY, RUN_OUT, TOTAL_RUN_OUT, *FORM_KINDS,
 )  # fmt: skip
-"""The tolerances to datums, by name; the form of a feature is a tolerance without datums."""
+"""The tolerances to datums, by name, and those of form, which have none; the roundness of a
+cylinder or cone is that of its sections."""
 ORIENTATION = (PARALLELISM, PERPENDICULARITY, ANGULARITY)
 TO_AXIS = (COAXIALITY, CONCENTRICITY, SYMMETRY, RUN_OUT, TOTAL_RUN_OUT)
 MAXIMUM, LEAST = "M", "L"
 """Material conditions of ISO 2692."""
+_WITH_FORM = {
+    ROUNDNESS: ("cylinder", "cone", "bore", "boss", "circle"),
+    CYLINDRICITY: ("cylinder",),
+    FLATNESS: ("plane",),
+}
 ROUNDS = 6
 NO_MOTION = 1e-7  # of distances by a unit motion: less is rounding
 _NO_DIRECTION = 1e-9  # size below which what is left of a unit vector is rounding
@@ -52,12 +60,25 @@ class GeometricTolerance:
     material : str
         "M" or "L" where the tolerance grows with the departure of the feature from its maximum or
         least material size (ISO 2692).
+    offset : float
+        Of the middle of a profile's zone out of the material: UZ of ISO 1101. [mm]
+    between : pair of float or None
+        Of a projected zone: its ends on the axis from the nominal point. [mm]
+    instead_of : str
+        What the drawing asks in words, where this tolerance is stricter: what fails the stricter
+        one may still conform, and is not decided.
+    remark : str
+        What the drawing states of the measurement, such as the free state; in the answer.
     """
 
     kind: str
     zone: float
     datums: tuple[str, ...] = ()
     material: str = ""
+    offset: float = 0.0
+    between: tuple[float, float] | None = None
+    instead_of: str = ""
+    remark: str = ""
 
     def __post_init__(self) -> None:
         if self.kind not in TOLERANCE_KINDS:
@@ -71,14 +92,31 @@ class GeometricTolerance:
             POSITION, COAXIALITY, SYMMETRY, PARALLELISM, PERPENDICULARITY, ANGULARITY
         ):  # fmt: skip
             raise PretravelError(f"a {self.kind} has no material condition")
-        if not self.datums and self.kind not in (POSITION, PROFILE):
+        if not self.datums and self.kind not in (POSITION, PROFILE, *FORM_KINDS):
             raise PretravelError(f"a {self.kind} needs a datum")
+        if self.datums and self.kind in FORM_KINDS:
+            raise PretravelError(f"a {self.kind} has no datum")
+        checked(self.offset, "the offset of the zone", COORDINATE)
+        if self.offset and self.kind != PROFILE:
+            raise PretravelError(f"the zone of a {self.kind} has no offset; that of a profile has")
+        if self.between is not None and (
+            self.kind not in (POSITION, *ORIENTATION) or self.between[0] == self.between[1]
+        ):
+            raise PretravelError(
+                "a projected zone is that of a position or an orientation, between two places on "
+                f"the axis, not between {self.between[0]:g} and {self.between[1]:g} mm of a "
+                f"{self.kind}"
+            )
 
     @property
     def name(self) -> str:
         """As in a report: ``position to A|B|C (M)``."""
         to = f" to {'|'.join(self.datums)}" if self.datums else ""
-        return f"{self.kind}{f' ({self.material})' if self.material else ''}{to}"
+        signs = f" ({self.material})" if self.material else ""
+        signs += f" (UZ {self.offset:+.4g})" if self.offset else ""
+        signs += f" (P {abs(self.between[1] - self.between[0]):.4g})" if self.between else ""
+        stricter = f", for {self.instead_of}" if self.instead_of else ""
+        return f"{self.kind}{signs}{to}{stricter}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,6 +249,8 @@ def frame_of(
     """
     if tolerance.kind in TO_AXIS:
         return _frame_of_axis(tolerance, groups)
+    if tolerance.kind in FORM_KINDS:
+        return _frame_of_form(placed, tolerance)
     if tolerance.kind in ORIENTATION and len(groups) == 1 and len(groups[0].features) == 1:
         return _frame_of_direction(placed, tolerance, groups[0].features[0])
     system = datum_system([[_nominal(one) for one in group.features] for group in groups])
@@ -266,6 +306,17 @@ def _frame_of_axis(tolerance: GeometricTolerance, groups: Sequence[DatumWord]) -
     return Frame(system, place.points(point[None])[0], turned)
 
 
+def _frame_of_form(placed: PlacedFeature, tolerance: GeometricTolerance) -> Frame:
+    """The feature itself: the zone of a form lies as it fits best."""
+    own = placed.feature.association
+    if placed.feature.kind not in _WITH_FORM[tolerance.kind] or own.direction is None:
+        raise PretravelError(
+            f"{placed.label}: a {tolerance.kind} is that of a "
+            f"{' or '.join(_WITH_FORM[tolerance.kind])}, not of a {placed.feature.kind}"
+        )
+    return Frame(datum_system(()), own.point, own.direction)
+
+
 def _frame_of_direction(
     placed: PlacedFeature, tolerance: GeometricTolerance, datum: PlacedFeature
 ) -> Frame:
@@ -297,6 +348,23 @@ def _frame_of_direction(
             f"{datum.label}: this is no {tolerance.kind}"
         )
     return Frame(system, own.point, direction)
+
+
+def stricter_verdict(conformity: Conformity, tolerance: GeometricTolerance) -> Conformity:
+    """The decision about what the drawing asks, where it was made by a stricter tolerance.
+
+    What conforms to the stricter one conforms; what does not may still conform.
+
+    Parameters
+    ----------
+    conformity : Conformity
+        Of the stricter tolerance.
+    tolerance : GeometricTolerance
+    """
+    fails = conformity.verdict is ConformityVerdict.DOES_NOT_CONFORM
+    if not tolerance.instead_of or not fails:
+        return conformity
+    return replace(conformity, verdict=ConformityVerdict.UNDECIDED, probability=math.nan)
 
 
 def independent_columns(columns: FloatArray) -> FloatArray:

@@ -131,21 +131,24 @@ class Together:
 
 @dataclass(frozen=True)
 class OpenTolerance:
-    """A tolerance of a drawing that was not decided, since something was not measured.
+    """A tolerance of a drawing that was not decided: not measured, or of a kind that is not.
 
     Attributes
     ----------
     labels : tuple of str
     characteristic : str
     limits : pair of float
-        [mm, or degrees of an angle]
+        Not numbers where the drawing states none. [mm, or degrees of an angle]
     reason : str
+    is_measured : bool
+        Whether touches can decide it; else it is of a kind that is not decided here.
     """
 
     labels: tuple[str, ...]
     characteristic: str
     limits: tuple[float, float]
     reason: str
+    is_measured: bool = True
 
     @property
     def name(self) -> str:

@@ -300,7 +300,11 @@ def _located(placed: PlacedFeature, frame: Frame, tolerance: GeometricTolerance)
     height = (found.points - found.point) @ found.direction
     sides = across(direction)
     rows = []
-    for end in (float(height.min()), float(height.max())):
+    ends = (float(height.min()), float(height.max()))
+    if tolerance.between is not None:  # a projected zone, beyond the touched length
+        start = float((frame.point - found.point) @ found.direction)
+        ends = (start + sign * tolerance.between[0], start + sign * tolerance.between[1])
+    for end in ends:
         place = found.point + end * found.direction
         at = frame.point + float((place - frame.point) @ direction) * direction
         own = sides @ (found.point_rows + end * found.direction_rows)

@@ -20,8 +20,11 @@ from pretravel.drawing.features.form_of_part import NO_FORM
 from pretravel.drawing.features.measured_feature import Quantity
 from pretravel.drawing.tolerances.datum_system import DatumSystem, moved_by_frame
 from pretravel.drawing.tolerances.tolerance_frame import (
+    CYLINDRICITY,
+    FORM_KINDS,
     ORIENTATION,
     PROFILE,
+    ROUNDNESS,
     ROUNDS,
     RUN_OUT,
     TOTAL_RUN_OUT,
@@ -34,13 +37,13 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     independent_columns,
 )
 from pretravel.surface import feet_on_faces
-from pretravel.uncertainty import about_axis
+from pretravel.uncertainty import about_axis, across
 
 _TRIALS = 2000
 _SEED = 1
 _NOISE_DOF = 50  # as of a form
 _MOST_WEIGHTS = 4000  # points of a surface whose common errors may be unknown
-_FEWEST_IN_SECTION = 3
+_FEWEST_IN_SECTION = {RUN_OUT: 3, ROUNDNESS: 4}
 _SECTION = 0.02  # of the length of a cylinder: heights nearer than this are one section
 
 
@@ -71,11 +74,16 @@ def decided_surface(
     points = placed.feature.association.points
     for _ in range(ROUNDS):
         distance, normals, section = _distances(placed, frame, tolerance)
+        if tolerance.offset:
+            outside = np.sign(np.sum(normals * placed.feature.points.normals, axis=1))
+            distance = distance - outside * tolerance.offset
         frame_rows = -moved_by_frame(points, normals)
         columns = _free_of_surface(frame_rows, system, tolerance, section)
+        if tolerance.kind == ROUNDNESS:
+            columns = _circles(normals, frame, columns)
         fitted = _flattest(distance, columns)
         left = distance + columns @ fitted
-        if section is not None or tolerance.kind in ORIENTATION:
+        if section is not None or tolerance.kind in (*ORIENTATION, *FORM_KINDS):
             break
         frame, turned = frame.moved(frame_rows, columns @ fitted)
         if not turned:
@@ -103,9 +111,16 @@ def _free_of_surface(
     if section is not None:
         return np.asarray((section[:, None] == np.unique(section)).astype(float))
     free = [frame_rows @ system.free]
-    if tolerance.kind in ORIENTATION:
+    if tolerance.kind in (*ORIENTATION, CYLINDRICITY):  # of a place, or of a radius
         free.append(np.ones((len(frame_rows), 1)))
     return independent_columns(np.hstack(free))
+
+
+def _circles(normals: FloatArray, frame: Frame, sections: FloatArray) -> FloatArray:
+    """What moves the distances of each section freely: its radius, and its centre across."""
+    assert frame.direction is not None
+    sideways = normals @ across(frame.direction).T
+    return np.hstack([sections, *(sections * each[:, None] for each in sideways.T)])
 
 
 def _distances(
@@ -114,20 +129,22 @@ def _distances(
     """Distances of the points from the nominal surface, its normals, and sections of a run-out."""
     feature, points = placed.feature, placed.feature.association.points
     kind, direction = feature.kind, frame.direction
-    if tolerance.kind in (RUN_OUT, TOTAL_RUN_OUT):
+    if tolerance.kind in (RUN_OUT, TOTAL_RUN_OUT, ROUNDNESS, CYLINDRICITY):
         assert direction is not None
         height, radius, outward = about_axis(points, frame.point, direction)
         axial = kind in ("plane", "line")
         value = height if axial else radius
         normals = np.tile(direction, (len(points), 1)) if axial else outward
+        if tolerance.kind == CYLINDRICITY:
+            return value - value.mean(), normals, None
         whole = tolerance.kind == TOTAL_RUN_OUT
         of_section = np.zeros(len(points), dtype=int) if whole else _sections(
-            placed, radius if axial else height
+            placed, radius if axial else height, tolerance.kind
         )  # fmt: skip
         return value - value.mean(), normals, of_section
     if placed.part is not None and tolerance.kind == PROFILE:
         place = frame.system.placement
-        feet = feet_on_faces(placed.part, place.inverse.points(points))
+        feet = feet_on_faces(placed.part, place.inverse.points(points), _own_faces(placed))
         return feet.distance, place.vectors(feet.local.normal), None
     if kind in ("plane", "line"):
         assert direction is not None
@@ -149,21 +166,33 @@ def _distances(
     raise PretravelError(f"the profile of a {kind} needs the part, with whose faces it is compared")
 
 
-def _sections(placed: PlacedFeature, place: FloatArray) -> IntArray:
-    """Numbers of the sections that the points of a run-out form by their heights or radii."""
+def _own_faces(placed: PlacedFeature) -> IntArray | None:
+    """The faces of the points, as indices of the part's, where the points state them."""
+    numbers, part = placed.feature.points.face, placed.part
+    if numbers is None or part is None:
+        return None
+    index = {face.number: i for i, face in enumerate(part.faces)}
+    if any(int(number) not in index for number in numbers):
+        return None
+    return np.array([index[int(number)] for number in numbers])
+
+
+def _sections(placed: PlacedFeature, place: FloatArray, kind: str) -> IntArray:
+    """Numbers of the sections that the points of a run-out or a roundness form by their place."""
     order = np.argsort(place)
     steps = np.diff(place[order])
     near = max(_SECTION * float(np.ptp(place)), 1e-2)
     number = np.concatenate([[0], np.cumsum(steps > near)])
     found = np.empty(len(place), dtype=int)
     found[order] = number
-    few = np.flatnonzero(np.bincount(number) < _FEWEST_IN_SECTION)
+    fewest = _FEWEST_IN_SECTION[kind]
+    few = np.flatnonzero(np.bincount(number) < fewest)
     if len(few):
         label = placed.feature.points.labels[int(np.flatnonzero(found == few[0])[0])]
         raise PretravelError(
-            f"{placed.label}: a run-out is that of single sections, and the one of point {label} "
-            f"has fewer than {_FEWEST_IN_SECTION} points. Touch several places of each section, or "
-            "state the total run-out"
+            f"{placed.label}: a {kind} is that of single sections, and the one of point {label} "
+            f"has fewer than {fewest} points. Touch several places of each section"
+            + (", or state the total run-out" if kind == RUN_OUT else "")
         )
     return found
 

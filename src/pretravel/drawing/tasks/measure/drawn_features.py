@@ -100,6 +100,10 @@ class DrawnFeatures:
             inspected.append(own.with_geometric(decided) if decided else own)
         together = [self._pattern(index, placed) for index in range(len(self.drawing.pattern))]
         together += [self._between(row, placed) for row in self.drawing.between]
+        self.open += [
+            OpenTolerance((one.feature,), one.characteristic, one.ends, one.reason, False)
+            for one in self.drawing.not_decided
+        ]
         return tuple(inspected), tuple(each for each in together if each is not None)
 
     def _to_datums(

@@ -40,7 +40,8 @@ VERDICT_LEVELS: dict[ConformityVerdict, VerdictLevel] = {
 }
 """The worst first."""
 VERDICT_SIGNS = {"bad": "✖", "caution": "?", "good": "✔"}
-NOT_MEASURED = "not measured"
+NOT_MEASURED, NOT_DECIDED = "not measured", "not decided"
+_ANGLES = ("angle", "angular size", "half angle")
 _SHOWN = 4  # names in a sentence
 
 
@@ -85,7 +86,7 @@ class ToleranceLine:
     @property
     def named(self) -> str:
         """The characteristic with its symbol: ``⌀ diameter``."""
-        name = self.characteristic.partition(" to ")[0].partition(" (")[0]
+        name = _bare_name(self.characteristic)
         symbol = CHARACTERISTIC_SYMBOLS.get(name, "")
         return f"{symbol} {self.characteristic}".strip()
 
@@ -93,6 +94,8 @@ class ToleranceLine:
     def limits(self) -> str:
         """``11.95 to 12.05 mm``; ``0.1 mm`` of a zone."""
         low, high = (f"{end:.7g}" for end in (self.lower, self.upper))
+        if math.isnan(self.upper):
+            return ""
         if math.isinf(self.upper):
             return _with_unit(f"from {low}", self.unit)
         if self.lower == 0.0 or math.isinf(self.lower):
@@ -120,6 +123,11 @@ class ToleranceLine:
     @property
     def k_text(self) -> str:
         return number_text(self.k, significant(3)) if math.isfinite(self.k) else ""
+
+
+def _bare_name(characteristic: str) -> str:
+    """``position`` of ``position (M) to A|B``."""
+    return characteristic.partition(" to ")[0].partition(" (")[0].partition(",")[0]
 
 
 def _with_unit(text: str, unit: str) -> str:
@@ -173,7 +181,7 @@ def tolerance_lines(
         ]
     found += [
         _line(one.name, one.tolerance or one.quantity.name, one.quantity, one.conformity,
-              one.u_machine)
+              one.u_machine, _stricter(one.conformity))
         for one in together
     ]  # fmt: skip
     found += [
@@ -181,10 +189,10 @@ def tolerance_lines(
             one.name,
             one.characteristic,
             *one.limits,
-            "°" if one.characteristic == "angle" else "mm",
+            "°" if one.characteristic in _ANGLES else "mm",
             *(3 * (math.nan,)),
             ConformityVerdict.UNDECIDED,
-            f"{NOT_MEASURED}: {one.reason}",
+            f"{NOT_MEASURED if one.is_measured else NOT_DECIDED}: {one.reason}",
         )
         for one in left_open
     ]
@@ -225,9 +233,19 @@ def _line(
 
 def _lower(decided: Conformity) -> float:
     """The lower end of a zone is zero; a size without a lower limit has none."""
-    name = decided.name.partition(" to ")[0].partition(" (")[0]
+    name = _bare_name(decided.name)
     sized = name in ("diameter", "width", "tube diameter", "distance", "angle")
     return decided.lower if sized else 0.0
+
+
+STRICTER_FAILS = "the stricter tolerance fails, by which it was decided"
+"""Of a tolerance that was decided by a stricter one: the drawing's may still be kept."""
+
+
+def _stricter(decided: Conformity) -> str:
+    undecided = decided.verdict is ConformityVerdict.UNDECIDED
+    fails = undecided and ", for " in decided.name and decided.value > decided.upper
+    return STRICTER_FAILS if fails else ""
 
 
 def _reason(decided: Conformity, feature: MeasuredFeature) -> str:
@@ -235,7 +253,7 @@ def _reason(decided: Conformity, feature: MeasuredFeature) -> str:
     return (
         side_of_failure(decided, feature.side)
         if fails and decided.name == feature.size_name
-        else ""
+        else _stricter(decided)
     )
 
 

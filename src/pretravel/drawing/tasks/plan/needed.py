@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +16,15 @@ from pretravel.probing import InspectionPlan, InspectionRegion, plan_inspection
 from pretravel.surface import Part, face_triangles, feet_on_faces
 from pretravel.task import tolerance
 
+if TYPE_CHECKING:
+    from pretravel.controls import Machine
+
 SHARE_OF_TOLERANCE = 0.1
 """Of a tolerance that U may be."""
 MOST_OF_FEATURE = 60
 """Touches of one feature: more take longer than they help."""
 _FEWEST = {"plane": 9, "cylinder": 15, "cone": 15, "sphere": 13, "torus": 15, "slot": 12}
+_DETERMINED_BY = {"plane": 3, "cylinder": 5, "cone": 6, "sphere": 4, "torus": 7, "slot": 4}
 _RINGS = 3
 """Heights at which a cylinder is touched: two show its axis, three its form."""
 _PARTS = {"plane": 2.0}
@@ -28,6 +33,9 @@ _PART = 2.0 * math.sqrt(2.0)
 zone is twice a distance; a diameter or an axis is determined by half of them."""
 _AROUND = 8
 """Lines along the stylus that must be free."""
+_MORE_PLACES = (1, 2, 3, 4, 8, 16, 32)
+"""How many times more places than wanted are tried on the rectangle of a face."""
+_MOST_OVER = 2  # times the wanted places of a round face are kept: it has whole rings
 _INSIDE = 1e-3  # how deep a tip may seem to be in another face, by rounding [mm]
 
 
@@ -46,6 +54,34 @@ class ReachingStylus:
     tip_radius: float
     stem_radius: float
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def reaches(self, part: Part, plan: InspectionPlan) -> BoolArray:
+        """Whether the tip finds room at each place, and the stem above it, (n,)."""
+        return _reached(part, plan, self)
+
+
+@dataclass(frozen=True)
+class ProbeOfMachine:
+    """The probe of a machine file, whose body and free ways count as they do in its programs.
+
+    Attributes
+    ----------
+    machine : Machine
+        Its work coordinates are those of the part.
+    """
+
+    machine: Machine
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def reaches(self, part: Part, plan: InspectionPlan) -> BoolArray:
+        """Whether a program of the machine gets to each place, (n,)."""
+        from pretravel.controls import PartObstacle, unreached_targets
+        from pretravel.touches import Targets
+
+        blocked = unreached_targets(
+            Targets(plan.point, plan.normal), self.machine, [PartObstacle(part)]
+        )
+        return np.asarray(~blocked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +104,11 @@ class NeededTouches:
 
 
 def needed_touches(
-    drawing: Drawing, part: Part, stylus: ReachingStylus, u_touch: float, region: InspectionRegion
+    drawing: Drawing,
+    part: Part,
+    stylus: ReachingStylus | ProbeOfMachine,
+    u_touch: float,
+    region: InspectionRegion,
 ) -> NeededTouches:
     """Choose the touches that the tolerances of a drawing need.
 
@@ -77,7 +117,7 @@ def needed_touches(
     drawing : Drawing
         With faces.
     part : Part
-    stylus : ReachingStylus
+    stylus : ReachingStylus or ProbeOfMachine
     u_touch : float
         Standard uncertainty of one touch. [mm]
     region : InspectionRegion
@@ -100,7 +140,7 @@ def needed_touches(
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])
         wanted = few if math.isnan(width) else _count(width, part_of_u * u_touch, few)
         found = _touches_of(row, part, wanted, region)
-        seen = found if found is None else _at(found, _reached(part, found, stylus))
+        seen = found if found is None else _at(found, stylus.reaches(part, found))
         if found is None or seen is None or not len(seen):
             warnings.append(f"{row.name}: the stylus reaches no place on it")
             continue
@@ -110,6 +150,12 @@ def needed_touches(
         seen = _along_a_short_way(seen, row, last, np.array(stylus.axis))
         last = seen.point[-1]
         pieces.append(seen)
+        needed = _DETERMINED_BY.get(row.kind, 1)
+        if len(seen) < needed:
+            warnings.append(
+                f"{row.name}: {len(seen)} places do not determine a {row.kind}, which takes "
+                f"{needed}; a smaller margin, or another stylus, may find more"
+            )
         expanded = 2.0 * part_of_u * u_touch / math.sqrt(len(seen))
         rows.append((row.name, len(seen), expanded, width))
         if expanded > 1.05 * SHARE_OF_TOLERANCE * width:
@@ -179,17 +225,33 @@ def _touches_of(
     for number in row.faces:
         chosen = part.select(str(number))
         face = part.faces[chosen.chosen[0]]
-        for more in range(4):  # a face that does not fill its rectangle
+        best: InspectionPlan | None = None
+        for more in _MORE_PLACES:  # a face that does not fill its rectangle
             try:
                 found = plan_inspection(
-                    chosen, grid=_grid(face.kind, each * (1 + more), face.box), region=region
+                    chosen, grid=_grid(face.kind, more * each, face.box), region=region
                 )
             except PretravelError:
                 continue
-            if len(found) >= each or more == 3:
-                pieces.append(found)
+            best = found if best is None or len(found) > len(best) else best
+            if len(best) >= each:
                 break
+        if best is not None:
+            most = each if face.kind == "plane" else _MOST_OVER * each
+            pieces.append(_at(best, _far_apart(best.point, most)))
     return _joined(pieces) if pieces else None
+
+
+def _far_apart(points: FloatArray, count: int) -> IntArray:
+    """Rows of the points that are furthest from those before them, in their order."""
+    if len(points) <= count:
+        return np.arange(len(points))
+    chosen = [0]
+    away = np.linalg.norm(points - points[0], axis=1)
+    while len(chosen) < count:
+        chosen.append(int(np.argmax(away)))
+        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.array(sorted(chosen))
 
 
 def _grid(kind: str, count: int, box: tuple[FloatArray, FloatArray]) -> tuple[int, int]:

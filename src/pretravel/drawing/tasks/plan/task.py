@@ -11,9 +11,18 @@ from pretravel.task import SILENT, Field, Progress, Result
 from pretravel.tasks.plan import PlanTargets
 
 if TYPE_CHECKING:
-    from pretravel.drawing.tasks.plan.needed import NeededTouches
+    from pretravel.drawing.tasks.plan.needed import (
+        NeededTouches,
+        ProbeOfMachine,
+        ReachingStylus,
+    )
     from pretravel.show import Document
     from pretravel.surface import Part
+
+
+_TIP = 2.0
+"""Diameter of a tip that is usual for parts. [mm]"""
+_UP = (0.0, 0.0, 1.0)
 
 
 class PlanForDrawing(PlanTargets):
@@ -43,10 +52,25 @@ class PlanForDrawing(PlanTargets):
             only=("drawing",),
         ),
     ] = 1.0
+    machine: Annotated[
+        Path | None,
+        Field(
+            help="The machine file, .toml, whose probe touches: the touches are those that its "
+            "programs reach with tip, stem and body, in work coordinates that are those of the "
+            "part.",
+            label="Machine file",
+            reads=True,
+            only=("drawing",),
+        ),
+    ] = None
     tip_diameter: Annotated[
-        float,
-        Field(help="Diameter of the tip, in mm.", range=TIP_BALL, only=("drawing",)),
-    ] = 2.0
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm; without it, that of the machine file, or 2.",
+            range=TIP_BALL,
+            only=("drawing",),
+        ),
+    ] = None
     stem_diameter: Annotated[
         float | None,
         Field(
@@ -61,7 +85,7 @@ class PlanForDrawing(PlanTargets):
         """Choose the points."""
         if self.drawing is None:
             return super().run(progress)
-        from pretravel.drawing.tasks.plan.needed import ReachingStylus, needed_touches
+        from pretravel.drawing.tasks.plan.needed import needed_touches
         from pretravel.drawing.tolerances.features_file import read_drawing
         from pretravel.probing import InspectionRegion
         from pretravel.surface import read_part
@@ -74,14 +98,41 @@ class PlanForDrawing(PlanTargets):
             )
         drawing = read_drawing(self.drawing)
         part = read_part(self.surface)
-        stem = 0.5 * self.tip_diameter if self.stem_diameter is None else self.stem_diameter
-        stylus = ReachingStylus(0.5 * self.tip_diameter, 0.5 * stem, self.axis)
+        stylus = self._stylus()
         region = InspectionRegion(
             self.margin, self.u, self.v, self.max_polar_deg * DEGREE, self.axis
         )
         with progress.working(f"planning {self.drawing.name}"):
             found = needed_touches(drawing, part, stylus, self.u_touch_um * MICROMETRE, region)
         return PlannedDrawing(self, part, found)
+
+    def _stylus(self) -> ReachingStylus | ProbeOfMachine:
+        """What must reach the touches.
+
+        Raises
+        ------
+        PretravelError
+            A machine file beside a tip, a stem or another axis than its own.
+        """
+        from pretravel.drawing.tasks.plan.needed import ProbeOfMachine, ReachingStylus
+
+        if self.machine is None:
+            tip = _TIP if self.tip_diameter is None else self.tip_diameter
+            stem = 0.5 * tip if self.stem_diameter is None else self.stem_diameter
+            return ReachingStylus(0.5 * tip, 0.5 * stem, self.axis)
+        from pretravel.files import read_machine
+
+        if self.tip_diameter is not None or self.stem_diameter is not None:
+            raise PretravelError(
+                "the machine file states the probe: leave out the diameters of tip and stem",
+                inputs=("machine", "tip_diameter", "stem_diameter"),
+            )
+        if tuple(self.axis) != _UP:
+            raise PretravelError(
+                "the probe of a machine file points along z of the part: leave out the axis",
+                inputs=("machine", "axis"),
+            )
+        return ProbeOfMachine(read_machine(self.machine))
 
 
 @dataclass(frozen=True)

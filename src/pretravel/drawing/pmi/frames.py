@@ -1,0 +1,164 @@
+"""What a tolerance of the PMI is decided as: the same tolerance, or one that is stricter."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+from pretravel.drawing.pmi.items import Tolerance
+from pretravel.drawing.tolerances.tolerance_frame import (
+    CYLINDRICITY,
+    FLATNESS,
+    ORIENTATION,
+    POSITION,
+    PROFILE,
+    ROUNDNESS,
+    TOLERANCE_KINDS,
+)
+
+ROUND_ZONES = (
+    "cylindrical or circular", "cylindrical", "circular", "within a cylinder", "within a circle",
+)  # fmt: skip
+_PLANE_ZONES = ("", "between two parallel planes", "parallel planes", "unknown")
+_WITHOUT_SECTIONS = {"plane": "flatness", "cylinder": "cylindricity"}
+FORMS = {"flatness": "plane", "cylindricity": "cylinder"}
+"""The kind whose form a tolerance of form is."""
+_OF_LINES = ("line element", "each radial element", "each element", "any cross section")
+_MATERIAL = ("M", "L")
+_TOGETHER = ("CZ", "all around")
+
+
+class NotStatedError(Exception):
+    """Why the file of features cannot state an item."""
+
+
+@dataclass
+class DecidedAs:
+    """A tolerance as it is decided.
+
+    Attributes
+    ----------
+    kind : str
+        Of `TOLERANCE_KINDS`.
+    datums : tuple of str
+        In words of the file.
+    material : str
+    offset : float
+        [mm]
+    together : bool
+        Whether several surfaces have one zone, or several features are one pattern.
+    instead_of : list of str
+        What makes the decided tolerance the stricter one.
+    remarks : list of str
+    """
+
+    kind: str
+    datums: tuple[str, ...] = ()
+    material: str = ""
+    offset: float = 0.0
+    together: bool = True
+    instead_of: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+
+def decided_as(tolerance: Tolerance, kinds: Collection[str], standard: str) -> DecidedAs:
+    """How a tolerance is decided, by its kind and its signs; its datums are added by the caller.
+
+    Parameters
+    ----------
+    tolerance : Tolerance
+    kinds : collection of str
+        Of its faces.
+    standard : str
+        ASME, ISO, or empty where the model does not state one.
+
+    Raises
+    ------
+    NotStatedError
+        A kind or a sign that is not decided, with the reason.
+    """
+    found = _kind(tolerance, kinds)
+    if tolerance.composite:
+        found.instead_of.append("the lower segment of a composite frame")
+    if tolerance.displacement is not None:
+        found.offset = _offset(tolerance, standard)
+    left = [sign for sign in tolerance.modifiers if sign not in _TOGETHER]
+    for sign in left:
+        if sign in _MATERIAL and not found.material:
+            found.material = sign
+        elif sign == "F":
+            found.remarks.append("in the free state (F)")
+        elif sign == "separate requirement":
+            found.together = False
+        elif sign in _OF_LINES:
+            found.instead_of.append(sign)
+        else:
+            raise NotStatedError(f"'{sign}' is not decided here")
+    if tolerance.place.between:
+        raise NotStatedError("'between' is not decided here: the faces between are not stated")
+    _add_notes(found, tolerance)
+    return found
+
+
+def _kind(tolerance: Tolerance, kinds: Collection[str]) -> DecidedAs:
+    own = tolerance.kind
+    if own == "line profile":
+        return DecidedAs(PROFILE, instead_of=["the profile of each line"])
+    if own == "straightness":
+        form = {_WITHOUT_SECTIONS.get(kind, "") for kind in kinds}
+        if len(form) != 1 or "" in form or tolerance.form in ROUND_ZONES or tolerance.modifiers:
+            raise NotStatedError("a straightness of this kind is not decided here")
+        return DecidedAs(form.pop(), instead_of=["the straightness of each line"])
+    if own not in TOLERANCE_KINDS:
+        raise NotStatedError(f"a {own} is not decided here")
+    if own in FORMS and set(kinds) - {FORMS[own]}:
+        raise NotStatedError(f"the {own} of a {', '.join(kinds)} is not decided here")
+    return DecidedAs(own)
+
+
+def _offset(tolerance: Tolerance, standard: str) -> float:
+    """Of the middle of the zone out of the material, of an unequally disposed one. [mm]"""
+    assert tolerance.displacement is not None
+    assert tolerance.zone is not None
+    if tolerance.kind not in ("profile", "line profile"):
+        raise NotStatedError(f"an unequally disposed {tolerance.kind} is not decided here")
+    if standard == "ISO":
+        return tolerance.displacement
+    by_asme = round(tolerance.displacement - 0.5 * tolerance.zone, 9)
+    if standard == "ASME":
+        return by_asme
+    raise NotStatedError(
+        "the model does not say by which standard it is unequally disposed: offset_mm is "
+        f"{by_asme:.10g} by ASME Y14.5 (U: {tolerance.displacement:.10g} mm outside the material), "
+        f"{tolerance.displacement:.10g} by ISO 1101 (UZ: middle of the zone)"
+    )
+
+
+def _add_notes(found: DecidedAs, tolerance: Tolerance) -> None:
+    """Unit lengths and areas, and the largest value of a tolerance that grows."""
+    for note in tolerance.notes:
+        unit = note.startswith("on each") or " area" in note
+        if unit and found.kind in (FLATNESS, CYLINDRICITY, ROUNDNESS, PROFILE, *ORIENTATION):
+            found.instead_of.append(note)
+        elif note.startswith("at most") and found.material:
+            found.instead_of.append(f"({found.material}) {note}")
+            found.material = ""
+        else:
+            raise NotStatedError(f"'{note}' is not decided here")
+
+
+def check_zone(found: DecidedAs, tolerance: Tolerance, of_axis: bool) -> None:
+    """The zone of an axis is decided as a cylinder, which lies within one between planes.
+
+    Raises
+    ------
+    NotStatedError
+        A zone of another form.
+    """
+    if not of_axis or found.kind not in (POSITION, *ORIENTATION) or tolerance.form in ROUND_ZONES:
+        return
+    if tolerance.form not in _PLANE_ZONES:
+        raise NotStatedError(
+            f"the zone of an axis is decided as a cylinder, not '{tolerance.form}'"
+        )
+    found.instead_of.append("a zone between planes")
