@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,10 @@ _LEGEND_SIGNS, _LEGEND_ROW = 60, 20
 
 
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
+
+
+FIT_SCRIPT = Path(__file__).parent / "templates" / "fit.js"
+"""The script that fits the words and the camera of a figure to its place: ``fitted``."""
 
 
 def plotly_figure(chart: Chart) -> PlotlyFigure:
