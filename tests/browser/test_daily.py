@@ -147,7 +147,7 @@ def test_task_verify_adds_the_day_to_the_history_that_was_dropped(
         screens.drop(page, "task-verify", "touches", day_of(tmp_path, day))
         page.wait_for_selector(f".file-name:has-text('day{day}.csv')")
         page.get_by_role("button", name="Run", exact=True).click()
-        page.wait_for_selector(f".live:not(.stale) .document:has-text('day{day}.csv')")
+        page.wait_for_selector(".screen-answer .live:not(.stale) .document")
         settled(page)
         tab(page, "Files")
         return len(list(read_history(downloaded(page, name, tmp_path))))

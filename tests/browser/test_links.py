@@ -144,6 +144,7 @@ def test_a_map_that_a_task_made_is_a_link_to_the_task(
     opened(page, f"{workbench.address}task/verify")
     screens.drop(page, "task-verify", "touches", example_folder() / "sphere_touches.csv")
     page.wait_for_selector(".newer:has-text('The map is newer: Qualify makes another one now')")
-    page.get_by_role("button", name="Use the newer one").click()  # it is computed there first
-    page.wait_for_selector(".newer", state="detached")
+    newer = page.locator(".newer:has-text('The map is newer')")
+    newer.get_by_role("button", name="Use the newer one").click()  # it is computed there first
+    newer.wait_for(state="detached")
     page.wait_for_selector(".file-name:has-text('qualify.json')")

@@ -26,6 +26,7 @@ from .chart_marks import SpaceMesh as SpaceMesh
 from .chart_marks import SpaceNotes as SpaceNotes
 from .chart_marks import SpacePoints as SpacePoints
 from .chart_marks import Symbol as Symbol
+from .chart_marks import at_the_edge as at_the_edge
 from .chart_plotly import FIT_SCRIPT as FIT_SCRIPT
 from .chart_plotly import plotly_figure as plotly_figure
 from .colours import DARK as DARK

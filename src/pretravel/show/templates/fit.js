@@ -51,7 +51,10 @@ const fitted = (figure, width, height) => {
   const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
   const right = bars.length ? BAR : layout.scene ? 4 : 24;
   // Many names stand beside a scene rather than below it.
-  const beside = layout.scene && rows > 2 && !bars.length && width > 400 ? Math.max(...names) : 0;
+  const wanted = Math.max(...names, 0);
+  const tall = layout.scene?.aspectratio && layout.scene.aspectratio.z > 1.5 * layout.scene.aspectratio.x;
+  const there = width - wanted > (tall ? 0.4 : 0.9) * (height - top);
+  const beside = layout.scene && rows > 2 && !bars.length && there ? wanted : 0;
   const legend = rows && !beside ? 8 + 20 * rows : 0;
   if (beside) {
     layout.legend = { ...layout.legend, orientation: "v", x: 1, xanchor: "right", y: 0.5, yanchor: "middle", yref: "paper" };
