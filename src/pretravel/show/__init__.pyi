@@ -14,6 +14,7 @@ from .chart import View as View
 from .chart_files import drawn_figure as drawn_figure
 from .chart_marks import Area as Area
 from .chart_marks import Bars as Bars
+from .chart_marks import Contours as Contours
 from .chart_marks import Dots as Dots
 from .chart_marks import LineMark as LineMark
 from .chart_marks import Mark as Mark

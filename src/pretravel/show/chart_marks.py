@@ -218,7 +218,26 @@ class Note:
     colour: Colour = "ink"
 
 
-Mark: TypeAlias = LineMark | Dots | Area | Bars | Rule | Note
+@dataclass(frozen=True, eq=False)
+class Contours(FrozenArrays):
+    """A quantity over a plane: lines of equal values, filled with the colours of the chart's scale.
+
+    Attributes
+    ----------
+    x : (m,) float
+        Increasing.
+    y : (n,) float
+        Increasing.
+    values : (n, m) float
+        Not a number where there is none.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+
+
+Mark: TypeAlias = LineMark | Dots | Area | Bars | Rule | Note | Contours
 
 
 @dataclass(frozen=True, eq=False)

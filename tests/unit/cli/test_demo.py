@@ -39,7 +39,7 @@ def test_demo(tmp_path: Path) -> None:
     assert "harmonic map" in page
     # The headline decides no more than the section of the bores.
     assert "no statement of conformity" in words
-    assert page.count("no statement of conformity") == 2
+    assert page.count("no statement of conformity") >= 2
     assert "proven" not in page
     assert page.index("<img") < page.index("The probe, qualified on the sphere")
     assert page.index("Errors that each kind of map leaves") < page.index("SHA-256")

@@ -198,6 +198,10 @@ def section_view(section: Section) -> None:
         table_view(table)
 
 
+_LONG_VALUE = 20
+"""Characters above which a key figure has two places."""
+
+
 def key_figures(figures: Iterable[KeyFigure]) -> None:
     """Quantities with their units and uncertainties."""
     listed = list(figures)
@@ -205,10 +209,11 @@ def key_figures(figures: Iterable[KeyFigure]) -> None:
         return
     with ui.element("dl").classes("key-figures"):
         for figure in listed:
-            with ui.element("div"):
+            value = value_text(figure.value, figure.unit, figure.digits)
+            with ui.element("div").classes("words" if len(value) > _LONG_VALUE else ""):
                 text("dt", figure.name)
                 with ui.element("dd"):
-                    text("span", value_text(figure.value, figure.unit, figure.digits), "value")
+                    text("span", value, "value")
                     text("span", addition_text(figure).removeprefix(", "), "addition")
 
 

@@ -61,17 +61,18 @@ const fitted = (figure, width, height) => {
     layout.scene.domain = { x: [0, 1 - beside / width], y: [0, 1] };
   }
   let margin = { ...layout.margin, t: top };
-  if (layout.scene) margin = { ...margin, l: 4, r: bars.length ? 0 : 4, b: Math.max(4, legend) };
-  else if (layout.polar) margin = { ...margin, t: top + 18, b: 30 + legend };
+  if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) };
+  else if (layout.polar) margin = { l: 48, r: bars.length ? BAR + 40 : 48, t: top + 18, b: 30 + legend };
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;
     if (yaxis?.ticktext) yaxis.ticktext = yaxis.ticktext.map((text) => inLines(text, Math.max(0.3 * width, 96), 13));
     const below = xaxis?.visible === false ? 0 : 26 + 13 * LINE * withTitle(xaxis, wide);
-    margin = { ...margin, b: below + 6 + legend + (layout.sliders ? 60 : 0) };
+    margin = { ...margin, r: right, b: below + 6 + legend + (layout.sliders ? 60 : 0) };
     if (yaxis?.visible !== false) withTitle(yaxis, height - margin.t - margin.b - 16);
   }
   layout.margin = margin;
+  for (const bar of bars) Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
   for (const bar of bars) withTitle(bar, height - margin.t - margin.b - 24, 13);
   const camera = layout.scene?.camera;
   if (camera) layout.scene.camera = seen(layout.scene, camera, width - margin.l - right - beside, height - margin.t - margin.b);
