@@ -93,6 +93,7 @@ from .touch_sphere_chart import TouchesInSpace as TouchesInSpace
 from .touch_sphere_chart import touches_chart as touches_chart
 from .whisker_marks import interval_lines as interval_lines
 from .whisker_marks import magnification as magnification
+from .whisker_marks import round_number as round_number
 from .whisker_marks import whiskers as whiskers
 from .work_record import InputFile as InputFile
 from .work_record import StatedSetting as StatedSetting

@@ -336,11 +336,12 @@ def _points(mark: Dots, axes: Axes, scale: Scale | None) -> None:
 
 
 def _contours(mark: Contours, axes: Axes, scale: Scale) -> None:
-    levels = np.linspace(scale.low, scale.high, 11)
+    levels = np.arange(scale.low, scale.high + 0.5 * mark.step, mark.step)
     values = np.ma.masked_invalid(mark.values)
-    filled = axes.contourf(mark.x, mark.y, values, levels, **_colouring(scale), extend="both")
+    filled = axes.contourf(mark.x, mark.y, values, levels, **_colouring(scale))
     lines = axes.contour(mark.x, mark.y, values, levels, colors=LIGHT["ink"], linewidths=0.6)
-    axes.clabel(lines, fontsize=7, fmt="%.3g")
+    for label in axes.clabel(lines, fontsize=7, fmt="%.4g"):
+        label.set_bbox({"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
     figure = axes.get_figure()
     assert figure is not None
     figure.colorbar(filled, ax=axes, shrink=0.9, pad=0.04, label=scale.text)

@@ -230,11 +230,14 @@ class Contours(FrozenArrays):
         Increasing.
     values : (n, m) float
         Not a number where there is none.
+    step : float
+        From line to line; the first one is at the low end of the scale.
     """
 
     x: FloatArray
     y: FloatArray
     values: FloatArray
+    step: float
 
 
 Mark: TypeAlias = LineMark | Dots | Area | Bars | Rule | Note | Contours

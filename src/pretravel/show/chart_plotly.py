@@ -242,8 +242,7 @@ def _slider(chart: PlaneChart) -> dict[str, Any]:
 
 
 def _contour_trace(mark: Contours, scale: Scale) -> dict[str, Any]:
-    step = (scale.high - scale.low) / 10.0
-    lines = {"start": scale.low, "end": scale.high, "size": step, "showlabels": True}
+    lines = {"start": scale.low, "end": scale.high, "size": mark.step, "showlabels": True}
     return {
         "type": "contour",
         "x": plain_numbers(mark.x),

@@ -68,7 +68,7 @@ const fitted = (figure, width, height) => {
     const wide = width - 80 - right;
     if (yaxis?.ticktext) yaxis.ticktext = yaxis.ticktext.map((text) => inLines(text, Math.max(0.3 * width, 96), 13));
     const below = xaxis?.visible === false ? 0 : 26 + 13 * LINE * withTitle(xaxis, wide);
-    margin = { ...margin, r: right, b: below + 6 + legend + (layout.sliders ? 60 : 0) };
+    margin = { ...margin, r: right, b: below + 12 + legend + (layout.sliders ? 60 : 0) };
     if (yaxis?.visible !== false) withTitle(yaxis, height - margin.t - margin.b - 16);
   }
   layout.margin = margin;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ from pretravel.show import (
     View,
     decimals,
     number_text,
+    round_number,
     series,
     shown_unit,
     significant,
@@ -287,14 +289,17 @@ def _contours(
     size = [np.ptp(level) for level in levels]
     surface = LinearNDInterpolator(np.column_stack([x / size[0], y / size[1]])[good], values[good])
     field = surface(*np.meshgrid(places[0] / size[0], places[1] / size[1]))
-    scale = Scale.of(label.label, label.unit, values[good])
+    low, high = float(values[good].min()), float(values[good].max())
+    step = round_number((high - low) / 7.0)
+    ends = step * np.floor(low / step), step * np.ceil(high / step)
+    scale = Scale(label.label, label.unit, float(ends[0]), float(ends[1]))
     least = np.flatnonzero(good)[[np.argmin(values[good])]]
     return PlaneChart(
         f"{label.label} over both factors",
-        across,
-        along,
+        _with_room(across, levels[0]),
+        _with_room(along, levels[1]),
         (
-            Contours(*places, field),
+            Contours(*places, field, step),
             Dots(x[good], y[good], "designs", "ink", symbol="ring", size=4.0),
             Dots(
                 x[least], y[least], f"smallest {label.label}", "after", symbol="diamond", size=9.0
@@ -302,6 +307,12 @@ def _contours(
         ),
         scale,
     )
+
+
+def _with_room(axis: Axis, levels: npt.NDArray[np.float64]) -> Axis:
+    """An axis on which the designs at the ends are seen whole."""
+    room = 0.04 * float(np.ptp(levels))
+    return replace(axis, low=float(levels[0]) - room, high=float(levels[-1]) + room)
 
 
 def _both_factors(
