@@ -220,7 +220,7 @@ def test_laboratory_without_a_mouse(german: Any, tmp_path: Path) -> None:
     _begin(german, "Calibration rig and separation")
     _choose_files(german, "Traces of the rig", *sorted((EXAMPLES / "rig").glob("*.csv")))
     german.wait_for_selector(".verdict")
-    _choose_tab(german, "Verdict", "Files")
+    _choose_tab(german, "Details", "Files")
     _reached(german, "Certificate (PDF)")
     with german.expect_download() as waiting:
         german.keyboard.press("Enter")

@@ -134,3 +134,33 @@ def test_task_history_takes_the_file(
     page.wait_for_selector('.file-name:has-text("probe7.jsonl")')
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector(".document:has-text('1 verification')")
+
+
+def test_task_verify_adds_the_day_to_the_history_that_was_dropped(
+    page: Any, workbench: RunningWorkbench, tmp_path: Path
+) -> None:
+    made, history = tmp_path / "map.json", tmp_path / "probe7.jsonl"
+    run("qualify", SPHERE, "--diameter", "24.9987", "--tip-diameter", "6", "-o", made)
+
+    def check(day: int, name: str) -> int:
+        """The days in the history after a run with the touches of a day."""
+        screens.drop(page, "task-verify", "touches", day_of(tmp_path, day))
+        page.wait_for_selector(f".file-name:has-text('day{day}.csv')")
+        page.get_by_role("button", name="Run", exact=True).click()
+        page.wait_for_selector(".screen-answer .live:not(.stale) .document")
+        settled(page)
+        tab(page, "Files")
+        return len(list(read_history(downloaded(page, name, tmp_path))))
+
+    opened(page, f"{workbench.address}task/verify")
+    screens.drop(page, "task-verify", "map_file", made)
+    page.wait_for_selector(".file-name:has-text('map.json')")
+    page.get_by_label("Diameter of the reference [mm]").first.fill("24.9987")
+    page.get_by_label("Diameter of the reference [mm]").first.blur()
+    assert check(1, "history.jsonl") == 1  # a new one, to keep
+    history.write_bytes((tmp_path / "history.jsonl").read_bytes())
+    page.get_by_text("More files", exact=True).click()
+    screens.drop(page, "task-verify", "history", history)
+    page.wait_for_selector(".file-name:has-text('probe7.jsonl')")
+    assert check(2, "probe7.jsonl") == 2
+    assert check(3, "probe7.jsonl") == 3  # the screen has kept that of before

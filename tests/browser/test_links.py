@@ -114,10 +114,37 @@ def test_a_file_of_another_screen_is_a_link_to_it(page: Any, workbench: RunningW
     opened(page, f"{workbench.address}task/qualify")
     page.get_by_role("button", name="Take sphere.csv from this project").click()
     page.get_by_role("button", name="Run", exact=True).click()
-    page.wait_for_selector(".q-tab-panel .document")
+    page.wait_for_selector(".screen-answer .document")
     opened(page, f"{workbench.address}engineer")
     drop(page, SPHERE.read_bytes().replace(b"-124.73", b"-124.74", 3))
     step(page, "Choose your control")
     opened(page, f"{workbench.address}task/qualify")
     page.wait_for_selector(".newer:has-text('Qualify a probe has another one now')")
-    page.wait_for_selector(".q-tab-panel .live.stale")
+    page.wait_for_selector(".screen-answer .live.stale")
+
+
+def test_a_map_that_a_task_made_is_a_link_to_the_task(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    opened(page, f"{workbench.address}task/qualify")
+    screens.drop(page, "task-qualify", "touches", example_folder() / "sphere_touches.csv")
+    page.get_by_label(REFERENCE).first.fill("24.9987")
+    page.get_by_label("Diameter of the tip [mm]").first.fill("6")
+    page.get_by_label("Diameter of the tip [mm]").first.blur()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".screen-answer .live:not(.stale) .document")
+    opened(page, f"{workbench.address}task/verify")
+    page.get_by_role("button", name="qualify.json of Qualify").first.click()
+    page.wait_for_selector(".file-name:has-text('qualify.json')")
+    assert page.locator(".newer").count() == 0
+    opened(page, f"{workbench.address}task/qualify")
+    page.get_by_label(REFERENCE).first.fill("25.0007")
+    page.get_by_label(REFERENCE).first.blur()
+    page.wait_for_selector(".screen-answer .live.stale")
+    opened(page, f"{workbench.address}task/verify")
+    screens.drop(page, "task-verify", "touches", example_folder() / "sphere_touches.csv")
+    page.wait_for_selector(".newer:has-text('The map is newer: Qualify makes another one now')")
+    newer = page.locator(".newer:has-text('The map is newer')")
+    newer.get_by_role("button", name="Use the newer one").click()  # it is computed there first
+    newer.wait_for(state="detached")
+    page.wait_for_selector(".file-name:has-text('qualify.json')")

@@ -169,7 +169,7 @@ def test_what_is_typed_without_a_connection_leaves_no_verdict_of_before(
     page.get_by_label(REFERENCE).blur()
     page.wait_for_timeout(2500)  # longer than a number is taken for unfinished
     style = "e => [getComputedStyle(e).pointerEvents, getComputedStyle(e).opacity]"
-    for place in (".screen-picture", ".q-tab-panels", ".next-step"):
+    for place in (".screen-answer", ".screen-picture", ".q-tab-panels", ".next-step"):
         assert page.locator(place).evaluate(style) == ["none", "0.6"], place
     page.evaluate("window.socket.connect()")
     step(page, "what stands in this field is no valid value")
@@ -211,3 +211,17 @@ def test_a_page_that_takes_seconds_says_that_it_is_being_made(
         page.get_by_role("button", name="Certificate (PDF)").click()
         page.wait_for_selector("text=Making certificate.pdf")
     page.wait_for_selector("text=Making certificate.pdf", state="detached")
+
+
+def test_a_large_file_counts_while_it_is_read(page: Any, workbench: RunningWorkbench) -> None:
+    opened(page, f"{workbench.address}task/convert")
+    row = b"12.345,-23.456,34.567,0.6,0.0,0.8\n"
+    content = b"x_mm,y_mm,z_mm,nx,ny,nz\n" + 90_000 * row
+    place = '.file-drop-input[data-url$="/task-convert/touches"]'
+    page.set_input_files(place, {"name": "long.csv", "mimeType": "text/csv", "buffer": content})
+    page.wait_for_selector(".file-name:has-text('long.csv')")
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".running-stage:has-text('0000 of 90001 rows read')")
+    page.wait_for_selector(".running-stage:has-text('90001 rows')")
+    page.get_by_role("button", name="Cancel").click()
+    page.wait_for_selector("text=Cancelled after")

@@ -16,7 +16,7 @@ RESULTS = {
     ".q-tab-panel .plot-area >> nth=0": "Lobes",
     "text=All corrections, over the azimuth": "Corrections",
     "text=The same on the command line and in Python": "Files",
-    ".verdict": "Verdict",
+    ".verdict": "",
 }
 """One thing of each place that a qualification has made, and its tab."""
 

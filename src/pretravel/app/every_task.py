@@ -11,19 +11,20 @@ from functools import partial
 from nicegui import ui
 
 from pretravel.app.components.document_view import (
+    document_answer,
     document_details,
     document_picture,
-    document_verdict,
     no_result,
 )
 from pretravel.app.components.downloads import download_button
-from pretravel.app.components.fields import text_field
+from pretravel.app.components.fields import switch_field, text_field
 from pretravel.app.components.file_drop import file_drop
 from pretravel.app.components.from_project import from_project, take_reference
 from pretravel.app.components.layout import (
     empty_state,
     folded,
     live,
+    note,
     panel,
     screen_places,
     text,
@@ -43,6 +44,7 @@ from pretravel.app.task_run import (
     TaskRun,
     file_settings,
     form_of,
+    outputs_of_run,
     run_task,
     tasks_on_screens,
     typed_too,
@@ -126,11 +128,13 @@ def job_of(name: str) -> Job:
         "run",
         run_task,
         title_of(name),
-        settings=(NAME, *form_of(kind).stored, *files, *_shared(kind)),
+        settings=(NAME, *form_of(kind).stored, *files, *outputs_of_run(kind), *_shared(kind)),
         files=files,
         automatic=False,
         own_process=True,
         report=lambda made: None if made is None else made.report,
+        keeps=lambda made: made.grown,
+        gives=lambda made: made.files,
     )
 
 
@@ -163,13 +167,13 @@ def show(name: str, state: ScreenState) -> None:
             statements_form(state)
     with places.status:
         work = work_status(state, job_of(name), button="Run")
+    with places.answer:
+        result_place(work, _answer)
     with places.picture:
         result_place(
             work, _picture, says_warnings=False,
             empty=lambda: empty_state("terminal", f"For example: {kind.example}"),
         )  # fmt: skip
-    with places.tab("Verdict"):
-        result_place(work, _verdict, empty=no_result)
     with places.tab("Details"):
         result_place(work, _details, empty=no_result, says_warnings=False)
     with places.tab("Files"):
@@ -196,6 +200,10 @@ def _fields(kind: type[Task], state: ScreenState) -> None:
     with panel("Settings"):
         for name in names[:_SHOWN_AT_FIRST]:
             described_field(state, form, name)
+        for name in outputs_of_run(kind):
+            setting = by_name(kind)[name]
+            switch_field(state, name, setting.label)
+            note(page_words(kind, setting.help))
     if len(names) > _SHOWN_AT_FIRST:
         with folded("More settings"):
             for name in names[_SHOWN_AT_FIRST:]:
@@ -209,16 +217,16 @@ def _picture(made: TaskRun) -> None:
         empty_state("terminal", "This task has no picture: its answer stands below")
 
 
-def _verdict(made: TaskRun) -> None:
+def _answer(made: TaskRun) -> None:
     for caution in made.cautions:
         warning(caution)
     if made.report is not None:
-        document_verdict(made.report)
-    if made.text:
-        text("pre", made.text, "file-text").props('tabindex="0"')
+        document_answer(made.report)
 
 
 def _details(made: TaskRun) -> None:
+    if made.text:
+        text("pre", made.text, "file-text").props('tabindex="0"')
     if made.report is not None:
         document_details(made.report)
 

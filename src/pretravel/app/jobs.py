@@ -72,6 +72,8 @@ class Job:
     keeps : callable
         Takes a result and returns the files, by purpose, that the screen keeps of it, such as a
         history with today's line. They are inputs of the next run, and no change of this one.
+    gives : callable
+        Takes a result and returns files, by their names, that other screens can take: `links`.
     """
 
     name: str
@@ -87,6 +89,7 @@ class Job:
     live: bool = False
     report: Callable[[Any], Document | None] = report_of
     keeps: Callable[[Any], Mapping[str, tuple[StoredFile, ...]]] = lambda _: {}
+    gives: Callable[[Any], Mapping[str, bytes]] = lambda _: {}
 
 
 @dataclass(frozen=True)

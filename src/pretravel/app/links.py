@@ -43,6 +43,8 @@ class Uses(Protocol):
 
 REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diameter")
 """Of the reference and the tip; called alike by all tasks that ask for a reference."""
+OF_TASK = "task-"
+"""Begins the names of the screens of tasks."""
 OF_REFERENCE = "reference"
 """The name of their link."""
 
@@ -78,7 +80,13 @@ def reference_of(settings: Mapping[str, SettingValue]) -> dict[str, SettingValue
 
 
 def job_of_screen(screen: str, name: str) -> Uses | None:
-    """A job whose result other screens take."""
+    """A job whose result other screens take; `name` is a place of `Link`."""
+    name = name.partition(":")[0]
+    if screen.startswith(OF_TASK):
+        from pretravel.app.every_task import job_of, screen_of_task
+
+        task = screen_of_task(screen.removeprefix(OF_TASK))
+        return None if task is None else job_of(task.task)
     for each in SCREENS:
         if each.name == screen:
             jobs: Iterable[Uses] = map(object_at, each.jobs)
@@ -91,9 +99,13 @@ def link_of_file(source: ScreenState, purpose: str, digest: str) -> Link:
     return Link(source.name, "file", purpose, digest, digest)
 
 
-def link_of_result(source: ScreenState, job: Uses, taken: str) -> Link:
-    """A link to what a job of another screen makes; `taken` is the digest of the file."""
-    return Link(source.name, "result", job.name, inputs_digest(source, job), taken)
+def link_of_result(source: ScreenState, job: Uses, taken: str, file: str = "") -> Link:
+    """A link to what a job of another screen makes; `taken` is the digest of the file.
+
+    `file` is its name among those that the job gives (`Job.gives`).
+    """
+    place = f"{job.name}:{file}" if file else job.name
+    return Link(source.name, "result", place, inputs_digest(source, job), taken)
 
 
 def link_of_reference(source: ScreenState) -> Link:

@@ -64,7 +64,7 @@ class Link:
     kind : str
         "file": a file of it; "result": what a job of it made; "reference": its reference and tip.
     place : str
-        The purpose of the file, or the name of the job.
+        The purpose of the file; or the name of the job, and of a file that it gives, after a colon.
     of_source : str
         Digest of the file, of the inputs of the job, or of the values, when it was taken.
     taken : str

@@ -70,6 +70,16 @@ FILE_KINDS = (
 )  # fmt: skip
 
 
+def kind_of(content: bytes) -> Kind | None:
+    """The kind of a file; None of one that is not recognised.
+
+    >>> kind_of(b'{"schema": "pretravel map"}').purpose
+    'map'
+    """
+    begin = content[:_BEGIN]
+    return next((kind for kind in FILE_KINDS if all(m in begin for m in kind.marks)), None)
+
+
 def kind_elsewhere(content: bytes, purpose: str) -> Kind | None:
     """The kind of a file that a purpose cannot take; None where it may be of this purpose.
 
@@ -82,8 +92,5 @@ def kind_elsewhere(content: bytes, purpose: str) -> Kind | None:
     'a trace of a calibration rig'
     >>> kind_elsewhere(b"x_mm,y_mm,z_mm", "touches")
     """
-    begin = content[:_BEGIN]
-    for kind in FILE_KINDS:
-        if purpose in kind.not_for and all(mark in begin for mark in kind.marks):
-            return kind
-    return None
+    kind = kind_of(content)
+    return kind if kind is not None and purpose in kind.not_for else None

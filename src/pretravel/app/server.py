@@ -27,6 +27,7 @@ from pretravel.app.session import NO_PROJECT, SESSION, address_in
 from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
 from pretravel.app.uploads import UPLOADS, Slot, limited_content, parted
 from pretravel.base import PretravelError
+from pretravel.show import FIT_SCRIPT
 
 
 def serve(access: Access, port: int, *, listening: Callable[[], None]) -> None:
@@ -99,6 +100,7 @@ class _KnownProject:
 
 
 def _add_pages() -> None:
+    app.add_static_file(local_file=FIT_SCRIPT, url_path=f"{STATIC}/fit.js")
     app.add_static_files(STATIC, str(Path(__file__).parent / "static"))
     ui.page("/")(home_page)
     ui.page("/help")(help_page)

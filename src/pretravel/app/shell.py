@@ -51,6 +51,7 @@ def page_frame(title: str, current: str = "") -> Iterator[None]:
     ui.colors(primary="#0b5394", negative="#a4161a", positive="#1b6e3c", warning="#8a5a00")
     ui.page_title(f"{title} – pretravel")
     ui.add_head_html(f'<link rel="stylesheet" href="{STATIC}/workbench.css">')
+    ui.add_head_html(f'<script src="{STATIC}/fit.js"></script>')
     ui.add_body_html(f'<script src="{STATIC}/workbench.js" defer></script>')
     client = ui.context.client
     main = client.content.parent_slot.parent if client.content.parent_slot else client.content

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pretravel.app.components.statements import laboratory_file
-from pretravel.app.project import Inputs
+from pretravel.app.project import Inputs, StoredFile
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base import PretravelError, own_files_alone, temporary_folder
 from pretravel.task import (
@@ -66,6 +66,19 @@ def file_settings(task: type[Task]) -> tuple[Setting, ...]:
     ['log']
     """
     return tuple(setting for setting in settings_of(task) if setting.field.reads)
+
+
+def outputs_of_run(task: type[Task]) -> tuple[str, ...]:
+    """The outputs that a run writes itself where they are asked for.
+
+    >>> outputs_of_run(task_named("verify"))
+    ('accept',)
+    """
+    return tuple(
+        setting.name
+        for setting in settings_of(task)
+        if setting.field.in_run and setting.default is None
+    )
 
 
 def typed_too(setting: Setting) -> bool:
@@ -131,6 +144,8 @@ class TaskRun:
     cautions : tuple of str
     files : mapping of str to bytes
         The other outputs, by their names.
+    grown : mapping of str to tuple of StoredFile
+        Files of the screen to which the run has added, by their settings.
     """
 
     command: str
@@ -141,6 +156,7 @@ class TaskRun:
     template: str = "page.html"
     cautions: tuple[str, ...] = ()
     files: Mapping[str, bytes] = field(default_factory=dict)
+    grown: Mapping[str, tuple[StoredFile, ...]] = field(default_factory=dict)
 
 
 def run_task(inputs: Inputs) -> TaskRun:
@@ -160,13 +176,17 @@ def run_task(inputs: Inputs) -> TaskRun:
             stated[setting.name] = value
     stated = {**form_of(kind).given(inputs.settings, stated), **stated}
     _refuse_missing(kind, stated)
+    asked = [name for name in outputs_of_run(kind) if inputs.settings.get(name)]
     with own_files_alone(), temporary_folder() as folder:
+        growing = {s.name: s.field.grows for s in file_settings(kind) if s.field.grows}
+        given = stated.keys() & growing
+        stated = {n: folder / f"{n}{growing[n]}" for n in growing} | stated
         if issubclass(kind, LaboratoryReport) and "lab" not in stated:
             stated["lab"] = laboratory_file(inputs.settings, folder)
         names = {
             setting.name: f"{kind.name.replace(' ', '-')}{ending}"
             for setting in settings_of(kind)
-            if setting.name in kind.needed_outputs(stated)
+            if setting.name in (*kind.needed_outputs(stated), *asked)
             for ending in setting.field.writes[:1]
         }
         task = kind(**stated, **{name: folder / file for name, file in names.items()})
@@ -174,6 +194,7 @@ def run_task(inputs: Inputs) -> TaskRun:
         full = replace(task, verbose=True) if isinstance(task, Reported) else task
         result = full.run()
         report = result.document()
+        grown = {name: _stored(getattr(task, name)) for name in growing}
         return TaskRun(
             command_line(with_file_names(task, **_shown(names))),
             with_file_names(task, **_shown(names)),
@@ -182,8 +203,13 @@ def run_task(inputs: Inputs) -> TaskRun:
             result.text,
             result.template,
             tuple(result.cautions),
-            _written(task, result, folder),
+            _written(task, result, folder) | {file.name: file.content for file in grown.values()},
+            {name: (grown[name],) for name in given},
         )
+
+
+def _stored(path: Path) -> StoredFile:
+    return StoredFile(path.name, path.read_bytes())
 
 
 def _shown(names: Mapping[str, str]) -> dict[str, Path]:

@@ -168,8 +168,9 @@ def _bores_sentence(job: MainJob) -> str:
     return (
         f"Bores of {_limits()}: with the tip's radius alone {_sizes(before)} mm, {outside} "
         f"outside; with the map of the probe {_sizes([size.value for size in sizes])} mm, U = "
-        f"{value_text(u, 'µm')}, {inside} proven inside. Their points leave a circle by "
-        f"{value_text(ranges)} µm before, by {value_text(left, 'µm')} after"
+        f"{value_text(u, 'µm')}, {inside} within the tolerance. Their points leave a circle by "
+        f"{value_text(ranges)} µm before, by {value_text(left, 'µm')} after. This is no statement "
+        "of conformity: U contains the errors of probing alone"
     )
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import csv
 import itertools
+import logging
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -19,6 +20,10 @@ from pretravel.files.column_names import (
 )
 from pretravel.files.source_file import SourceFile, shortened
 from pretravel.files.spreadsheet_cells import cell_content
+
+_LOG = logging.getLogger(__name__)
+_COUNTED = 20_000
+"""Rows after which it is said how many are read: a second of work, about."""
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
 """The separators that are tried, in this order, each with its name for people."""
@@ -179,12 +184,22 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     comments += [] if separator == ";" else [r for r in plain if r[1].startswith(";")]
     split = [
         (number, split_cells(line, separator))
-        for number, line in plain
+        for number, line in _counted(plain, file.name)
         if separator == ";" or not line.startswith(";")
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
     split = _header_in_wide_blanks(split, dict(plain), separator)
     return _table(file, split, sorted(comments), separator, encoding)
+
+
+def _counted(records: list[Record], name: str) -> Iterator[Record]:
+    """The lines of a file; of a long one it is logged how many are read."""
+    for count, record in enumerate(records):
+        if count and count % _COUNTED == 0:
+            _LOG.info("%s: %d of %d rows read", name, count, len(records))
+        yield record
+    if len(records) > _COUNTED:
+        _LOG.info("%s: %d rows, what they mean", name, len(records))
 
 
 def _is_rule(line: str) -> bool:

@@ -14,6 +14,7 @@ from .chart import View as View
 from .chart_files import drawn_figure as drawn_figure
 from .chart_marks import Area as Area
 from .chart_marks import Bars as Bars
+from .chart_marks import Contours as Contours
 from .chart_marks import Dots as Dots
 from .chart_marks import LineMark as LineMark
 from .chart_marks import Mark as Mark
@@ -26,6 +27,8 @@ from .chart_marks import SpaceMesh as SpaceMesh
 from .chart_marks import SpaceNotes as SpaceNotes
 from .chart_marks import SpacePoints as SpacePoints
 from .chart_marks import Symbol as Symbol
+from .chart_marks import at_the_edge as at_the_edge
+from .chart_plotly import FIT_SCRIPT as FIT_SCRIPT
 from .chart_plotly import plotly_figure as plotly_figure
 from .colours import DARK as DARK
 from .colours import LIGHT as LIGHT
@@ -90,6 +93,7 @@ from .touch_sphere_chart import TouchesInSpace as TouchesInSpace
 from .touch_sphere_chart import touches_chart as touches_chart
 from .whisker_marks import interval_lines as interval_lines
 from .whisker_marks import magnification as magnification
+from .whisker_marks import round_number as round_number
 from .whisker_marks import whiskers as whiskers
 from .work_record import InputFile as InputFile
 from .work_record import StatedSetting as StatedSetting

@@ -27,6 +27,7 @@ from pretravel.show.chart import (
 from pretravel.show.chart_marks import (
     Area,
     Bars,
+    Contours,
     Dots,
     LineMark,
     Mark,
@@ -303,6 +304,9 @@ def _draw_mark(mark: Mark, axes: Axes, scale: Scale | None) -> None:
             _bars(mark, axes)
         case Rule():
             _rule(mark, axes)
+        case Contours():
+            assert scale is not None
+            _contours(mark, axes, scale)
         case Note():
             axes.annotate(mark.text, (mark.x, mark.y), fontsize=8, color=LIGHT[mark.colour])
 
@@ -329,6 +333,18 @@ def _points(mark: Dots, axes: Axes, scale: Scale | None) -> None:
         figure = axes.get_figure()
         assert figure is not None
         figure.colorbar(drawn, ax=axes, shrink=0.8, pad=0.1, label=scale.text)
+
+
+def _contours(mark: Contours, axes: Axes, scale: Scale) -> None:
+    levels = np.arange(scale.low, scale.high + 0.5 * mark.step, mark.step)
+    values = np.ma.masked_invalid(mark.values)
+    filled = axes.contourf(mark.x, mark.y, values, levels, **_colouring(scale))
+    lines = axes.contour(mark.x, mark.y, values, levels, colors=LIGHT["ink"], linewidths=0.6)
+    for label in axes.clabel(lines, fontsize=7, fmt="%.4g"):
+        label.set_bbox({"facecolor": "w", "alpha": 0.75, "edgecolor": "none", "pad": 0.6})
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(filled, ax=axes, shrink=0.9, pad=0.04, label=scale.text)
 
 
 def _band(mark: Area, axes: Axes) -> None:

@@ -34,6 +34,37 @@ class FrozenArrays:
             raise ValueError(f"{type(self).__name__}: {self._rows} have the lengths {lengths}")
 
 
+_BEYOND = 0.12
+"""How far beyond the others what is left out is drawn at most, as a part of their range."""
+
+
+def at_the_edge(left_out: npt.ArrayLike, others: npt.ArrayLike) -> FloatArray:
+    """Values that are left out, drawn at the edge of the others where they are beyond.
+
+    So none of them sets the scale of a picture; its label has the value.
+
+    Parameters
+    ----------
+    left_out : (n,) float
+    others : (m,) float
+
+    Returns
+    -------
+    (n,) float
+
+    >>> at_the_edge([60.0, 1.5], [0.0, 1.0, 2.0]).tolist()
+    [2.24, 1.5]
+    """
+    known = np.asarray(others, dtype=np.float64)
+    known = known[np.isfinite(known)]
+    given = np.asarray(left_out, dtype=np.float64)
+    if not len(known):
+        return given
+    low, high = float(known.min()), float(known.max())
+    room = _BEYOND * (high - low)
+    return np.clip(given, low - room, high + room)
+
+
 @dataclass(frozen=True, eq=False)
 class LineMark(FrozenArrays):
     """A line through points; a value that is not a number interrupts it.
@@ -187,7 +218,29 @@ class Note:
     colour: Colour = "ink"
 
 
-Mark: TypeAlias = LineMark | Dots | Area | Bars | Rule | Note
+@dataclass(frozen=True, eq=False)
+class Contours(FrozenArrays):
+    """A quantity over a plane: lines of equal values, filled with the colours of the chart's scale.
+
+    Attributes
+    ----------
+    x : (m,) float
+        Increasing.
+    y : (n,) float
+        Increasing.
+    values : (n, m) float
+        Not a number where there is none.
+    step : float
+        From line to line; the first one is at the low end of the scale.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
+    step: float
+
+
+Mark: TypeAlias = LineMark | Dots | Area | Bars | Rule | Note | Contours
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from pretravel.show.chart import (
     Chart,
     PlaneChart,
     PolarChart,
+    Scale,
     SpaceChart,
     TopView,
     title_and_frame,
@@ -27,6 +29,7 @@ from pretravel.show.chart import (
 from pretravel.show.chart_marks import (
     Area,
     Bars,
+    Contours,
     Dots,
     LineMark,
     Note,
@@ -35,9 +38,11 @@ from pretravel.show.chart_marks import (
 from pretravel.show.colours import DARK, LIGHT, transparent
 from pretravel.show.plotly_directions import polar_figure, top_view_figure
 from pretravel.show.plotly_parts import (
+    COLOUR_SCALES,
     SMALL,
     PlotlyFigure,
     area_style,
+    colour_bar,
     escaped,
     flat_trace,
     legend_entry,
@@ -52,6 +57,10 @@ _LEGEND_SIGNS, _LEGEND_ROW = 60, 20
 
 
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
+
+
+FIT_SCRIPT = Path(__file__).parent / "templates" / "fit.js"
+"""The script that fits the words and the camera of a figure to its place: ``fitted``."""
 
 
 def plotly_figure(chart: Chart) -> PlotlyFigure:
@@ -232,7 +241,26 @@ def _slider(chart: PlaneChart) -> dict[str, Any]:
     }
 
 
-def _plane_traces(mark: LineMark | Dots | Area | Bars, chart: PlaneChart) -> list[dict[str, Any]]:
+def _contour_trace(mark: Contours, scale: Scale) -> dict[str, Any]:
+    lines = {"start": scale.low, "end": scale.high, "size": mark.step, "showlabels": True}
+    return {
+        "type": "contour",
+        "x": plain_numbers(mark.x),
+        "y": plain_numbers(mark.y),
+        "z": plain_numbers(mark.values),
+        "zmin": scale.low,
+        "zmax": scale.high,
+        "colorscale": COLOUR_SCALES[scale.signed],
+        "contours": lines | {"labelfont": {"size": 11}},
+        "line": {"width": 0.8},
+        "colorbar": colour_bar(scale),
+        "hovertemplate": f"%{{x:.5g}}, %{{y:.5g}}: %{{z:.4g}} {escaped(scale.unit)}<extra></extra>",
+    }
+
+
+def _plane_traces(
+    mark: LineMark | Dots | Area | Bars | Contours, chart: PlaneChart
+) -> list[dict[str, Any]]:
     match mark:
         case LineMark():
             return [flat_trace(mark.x, mark.y) | line_style(mark)]
@@ -252,6 +280,9 @@ def _plane_traces(mark: LineMark | Dots | Area | Bars, chart: PlaneChart) -> lis
             return [flat_trace(x, y) | area_style(mark)]
         case Bars():
             return _bar_traces(mark)
+        case Contours():
+            assert chart.scale is not None
+            return [_contour_trace(mark, chart.scale)]
 
 
 def _bar_traces(mark: Bars) -> list[dict[str, Any]]:

@@ -253,10 +253,11 @@ class _Assets:
 def _assets(*, scripts: bool, plotly: bool) -> _Assets:
     from markupsafe import Markup
 
-    style, script = (
+    style, fit, script = (
         package_files("pretravel.show").joinpath(f"templates/{name}").read_text(encoding="utf-8")
-        for name in ("page.css", "page.js")
+        for name in ("page.css", "fit.js", "page.js")
     )
+    script = fit + script
     allowed = [_digest(script.encode()) if scripts else "'none'"]
     packed = ""
     if plotly:

@@ -33,6 +33,7 @@ from pretravel.show import (
     PolarChart,
     Span,
     View,
+    at_the_edge,
     decimals,
     drawn_figure,
     figure_text,
@@ -246,7 +247,8 @@ def _qualification(result: Qualification) -> NotebookCard:
         _dots(azimuths[result.used], observed[result.used], "touches", "series4"),
     ]
     if np.any(left_out):
-        series.append(_dots(azimuths[left_out], observed[left_out], "left out", "limit"))
+        at = at_the_edge(observed[left_out], observed[result.used])
+        series.append(_dots(azimuths[left_out], at, "left out", "limit"))
     return NotebookCard("Qualification", figures, _of_map(series), result.warnings)
 
 

@@ -157,6 +157,8 @@ class Field:
         Returns the names that are allowed, from a registry of the library.
     reads : callable, bool
         The value names files that are read; a callable gives the paths.
+    grows : str
+        The run adds to the file that it reads, and makes it where there is none: its ending.
     word : callable or None
         Where the value can also be a word, such as a probe of the catalogue: whether a text is
         one. Of a project that somebody sent, nothing else that is typed is taken.
@@ -188,6 +190,7 @@ class Field:
     parse: Callable[[str], Any] | None = None
     names: Callable[[], Iterable[str]] | None = None
     reads: Callable[[Any], Sequence[Path]] | bool = False
+    grows: str = ""
     word: Callable[[str], bool] | None = None
     connects: bool = False
     writes: tuple[str, ...] = ()

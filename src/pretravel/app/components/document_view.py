@@ -50,17 +50,17 @@ def document_view(document: Document, *, pictures: bool = True) -> None:
     with ui.element("article").classes("document"):
         _head(document)
         if pictures:
-            for picture in document.pictures:
-                picture_view(picture)
+            with ui.element("div").classes("pictures"):
+                for picture in document.pictures:
+                    picture_view(picture)
         _tables(document)
         _details(document)
 
 
-def document_verdict(document: Document) -> None:
-    """The part of a report that answers: verdict, warnings, key figures, main tables, notes."""
+def document_answer(document: Document) -> None:
+    """The part of a report that answers: verdict, warnings and key figures."""
     with ui.element("article").classes("document"):
         _head(document)
-        _tables(document)
 
 
 def document_picture(document: Document) -> None:
@@ -70,17 +70,20 @@ def document_picture(document: Document) -> None:
 
 
 def document_details(document: Document) -> None:
-    """The rest of a report: more pictures, and all figures and tables."""
+    """The rest of a report: main tables, notes, more pictures, and all figures and tables."""
     with ui.element("article").classes("document"):
-        for picture in document.pictures[1:]:
-            picture_view(picture)
-        _details(document, opened=len(document.pictures) < 2)
+        _tables(document)
+        with ui.element("div").classes("pictures"):
+            for picture in document.pictures[1:]:
+                picture_view(picture)
+        short = len(document.pictures) < 2 and all(table.detail for table in document.tables)
+        _details(document, opened=short)
 
 
 def document_screen(
     places: ScreenPlaces, work: Work, document_of: Callable[[Any], Document], *, empty: str
 ) -> None:
-    """The picture and the tabs Verdict and Details of a screen whose result is a report.
+    """The answer, the picture and the tab Details of a screen whose result is a report.
 
     Parameters
     ----------
@@ -91,13 +94,13 @@ def document_screen(
     empty : str
         What will be seen in the place of the picture.
     """
+    with places.answer:
+        result_place(work, lambda result: document_answer(document_of(result)))
     with places.picture:
         result_place(
             work, lambda result: document_picture(document_of(result)),
             empty=lambda: empty_state("insert_chart_outlined", empty), says_warnings=False,
         )  # fmt: skip
-    with places.tab("Verdict"):
-        result_place(work, lambda result: document_verdict(document_of(result)), empty=no_result)
     with places.tab("Details"):
         result_place(
             work, lambda result: document_details(document_of(result)), empty=no_result,
@@ -195,6 +198,10 @@ def section_view(section: Section) -> None:
         table_view(table)
 
 
+_LONG_VALUE = 20
+"""Characters above which a key figure has two places."""
+
+
 def key_figures(figures: Iterable[KeyFigure]) -> None:
     """Quantities with their units and uncertainties."""
     listed = list(figures)
@@ -202,10 +209,11 @@ def key_figures(figures: Iterable[KeyFigure]) -> None:
         return
     with ui.element("dl").classes("key-figures"):
         for figure in listed:
-            with ui.element("div"):
+            value = value_text(figure.value, figure.unit, figure.digits)
+            with ui.element("div").classes("words" if len(value) > _LONG_VALUE else ""):
                 text("dt", figure.name)
                 with ui.element("dd"):
-                    text("span", value_text(figure.value, figure.unit, figure.digits), "value")
+                    text("span", value, "value")
                     text("span", addition_text(figure).removeprefix(", "), "addition")
 
 

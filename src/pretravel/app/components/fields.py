@@ -110,7 +110,7 @@ def number_field(
 
     state.mark(name, "")  # the field begins with what is stored
     field = ui.input(f"{label} [{unit}]" if unit else label, value=shown(), validation=problem)
-    field.props(f'outlined inputmode="decimal" debounce="{_TYPING}" autocomplete="off"')
+    field.props(f'outlined stack-label inputmode="decimal" debounce="{_TYPING}" autocomplete="off"')
     field.classes("field").on_value_change(commit)
     if hint:
         field.props["hint"] = hint
@@ -132,7 +132,9 @@ def text_field(
 ) -> ui.input:
     """A field for a line of text."""
     field = ui.input(label, value=state.settings.get(name, default))
-    field.props('outlined debounce="250" autocomplete="off" maxlength="1000"').classes("field")
+    field.props('outlined stack-label debounce="250" autocomplete="off" maxlength="1000"').classes(
+        "field"
+    )
     if hint:
         field.props["hint"] = hint
 
@@ -157,7 +159,7 @@ def choice_field(
     shown = dict(options) if isinstance(options, Mapping) else {value: value for value in options}
     value = state.settings.get(name, default)
     field = ui.select(shown, label=label, value=value if value in shown else default)
-    field.props('outlined behavior="menu"').classes("field")
+    field.props('outlined stack-label behavior="menu"').classes("field")
     if hint:
         field.props["hint"] = hint
 

@@ -11,6 +11,7 @@ from pretravel.app.components.newer import take_file, take_reference_of, take_re
 from pretravel.app.jobs import WORKS, Work
 from pretravel.app.links import OF_REFERENCE, reference_of
 from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.recognised import kind_of
 from pretravel.app.screens import QUALIFYING, title_of_screen
 from pretravel.app.session import SESSION, address_in
 from pretravel.base import object_at
@@ -95,14 +96,18 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
             found.setdefault(file, (other, place))
         return dict(list(found.items())[:_MOST])
 
+    def made() -> dict[StoredFile, tuple[ScreenState, str]]:
+        """Files that screens of tasks have made, with the place of their link."""
+        return {} if state.files[purpose] else _made_by_tasks(state, purpose)
+
     def key() -> object:
         with_map = takes_map and not state.files[purpose] and made_map() is not None
-        return with_map, tuple(file.digest for file in offered())
+        return with_map, tuple(file.digest for file in (*offered(), *made()))
 
     def build() -> None:
         with_map = takes_map and not state.files[purpose] and made_map() is not None
-        files = offered()
-        if not (with_map or files):
+        files, results = offered(), made()
+        if not (with_map or files or results):
             return
         with ui.element("div").classes("from-project"):
             text("span", "From this project:")
@@ -115,7 +120,31 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
                 button.props("no-caps flat dense")
                 button.props["aria-label"] = f"Take {file.name} from this project"
 
-    live([project.listen, _qualifying().listen], build, key)
+            for file, place in results.items():
+                take = partial(take_result, state, purpose, *place)
+                button = ui.button(
+                    f"{file.name} of {title_of_screen(place[0].name)}", on_click=take
+                )
+                button.props("no-caps flat dense")
+
+    tasks = [
+        work for other in project.screens for work in WORKS.made(other) if work.job.name == "run"
+    ]
+    listened = [project.listen, _qualifying().listen, *(work.listen for work in tasks)]
+    live(listened, build, key)
+
+
+def _made_by_tasks(state: ScreenState, purpose: str) -> dict[StoredFile, tuple[ScreenState, str]]:
+    found = {}
+    for other in SESSION.project.screens:
+        for work in WORKS.made(other) if other is not state else ():
+            if work.result is None or work.outdated:
+                continue
+            for name, content in work.job.gives(work.result).items():
+                kind = kind_of(content)
+                if kind and purpose in (kind.purpose, *_ALIKE.get(kind.purpose, ())):
+                    found[StoredFile(name, content)] = (other, f"{work.job.name}:{name}")
+    return found
 
 
 def take_reference(state: ScreenState) -> None:

@@ -1,4 +1,4 @@
-"""Places of a screen: steps on the left, the picture and its tabs on the right."""
+"""Places of a screen: steps on the left; answer, picture and tabs on the right."""
 
 from __future__ import annotations
 
@@ -22,15 +22,18 @@ class ScreenPlaces:
     ----------
     inputs : Element
         Steps, on the left.
-    picture : Element
-        On the right; it stays in view while the steps and the tabs are scrolled.
     status : Element
-        Below the picture: progress and errors, in view whatever tab is chosen.
+        On top of what comes out: progress and errors.
+    answer : Element
+        Below it: the verdict with its key figures, in view whatever tab is chosen.
+    picture : Element
+        Below the answer.
     """
 
     inputs: Element
-    picture: Element
     status: Element
+    answer: Element
+    picture: Element
     _tabs: ui.tabs
     _panels: ui.tab_panels
 
@@ -46,7 +49,7 @@ class ScreenPlaces:
 
 
 def screen_places(name: str = "") -> ScreenPlaces:
-    """The places of a screen: steps, the picture that stays, its status, and tabs.
+    """The places of a screen: steps; status, answer, picture and tabs below each other.
 
     Parameters
     ----------
@@ -56,13 +59,14 @@ def screen_places(name: str = "") -> ScreenPlaces:
     with ui.element("div").classes(f"two-columns {name}"):
         inputs = ui.element("section").classes("inputs").props('aria-label="What goes in"')
         with ui.element("section").classes("results").props('aria-label="What comes out"'):
+            status = ui.element("div").classes("screen-status")
+            answer = ui.element("div").classes("screen-answer")
             picture = ui.element("div").classes("screen-picture")
             with ui.element("div").classes("screen-tabs"):
-                status = ui.element("div").classes("screen-status")
                 tabs = ui.tabs().props("dense align=left inline-label")
                 panels = ui.tab_panels(tabs, animated=False).props('tabindex="0" role="region"')
                 panels.props["aria-label"] = "Results"
-    return ScreenPlaces(inputs, picture, status, tabs, panels)
+    return ScreenPlaces(inputs, status, answer, picture, tabs, panels)
 
 
 def empty_state(icon: str, words: str) -> Element:

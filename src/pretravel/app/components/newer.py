@@ -97,19 +97,31 @@ def take_file(
     state.link(name, link_of_file(source, purpose, file.digest))
 
 
-async def take_result(state: ScreenState, name: str, source: ScreenState, job_name: str) -> None:
-    """The map that a job of another screen makes.
+async def take_result(state: ScreenState, name: str, source: ScreenState, place: str) -> None:
+    """The map that a job of another screen makes, or the file of this place of a `Link`.
 
     Raises
     ------
     PretravelError
         There is none.
     """
-    job = job_of_screen(source.name, job_name)
+    job = job_of_screen(source.name, place)
     if not isinstance(job, Job):
-        raise PretravelError(f"there is no work {job_name} on the screen {source.name}")
-    result = (await WORKS.of(source, job).finished()).result
+        raise PretravelError(f"there is no work {place} on the screen {source.name}")
+    name_of_file = place.partition(":")[2]
+    work = WORKS.of(source, job)
+    if not job.automatic and (work.result is None or work.outdated):
+        work.start()
+    result = (await work.finished()).result
     made_of = inputs_digest(source, job)
+    if name_of_file:
+        content = job.gives(result).get(name_of_file)
+        if content is None:
+            raise PretravelError(f"{title_of_screen(source.name)} makes no {name_of_file} now")
+        file = StoredFile(name_of_file, content)
+        state.files[name] = (file,)
+        state.link(name, link_of_result(source, job, file.digest, name_of_file))
+        return
 
     def write(path: Path) -> None:
         result.qualified.write("output", path)
@@ -119,4 +131,4 @@ async def take_result(state: ScreenState, name: str, source: ScreenState, job_na
         state.files[name] = (file,)
         state.link(name, link_of_result(source, job, file.digest))
         return
-    await take_result(state, name, source, job_name)
+    await take_result(state, name, source, place)

@@ -3,10 +3,6 @@
 const EVENTS = ["plotly_click", "plotly_hover", "plotly_unhover", "plotly_relayout", "plotly_relayouting",
   "plotly_selected", "plotly_doubleclick", "plotly_afterplot"];
 
-// In a narrow picture the camera is farther away: the titles of the axes fit, and in one that is higher than wide
-// the whole scene, beside the bar of colours and below the title. In pixels.
-const NARROW = 450, BAR = 90, TITLE = 70;
-
 export default {
   template: "<div></div>",
   props: { options: Object, colours: Object },
@@ -22,8 +18,8 @@ export default {
     // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
     this.observer = new ResizeObserver(() => {
       if (!this.$el.getClientRects().length) return;
-      if (this.narrow === this.isNarrow()) Plotly.Plots.resize(this.$el).catch(() => {});
-      else this.draw(); // the camera is another one
+      clearTimeout(this.waiting); // words and camera are those of its size
+      this.waiting = setTimeout(() => this.$el.getClientRects().length && this.draw(), 100);
     });
     this.observer.observe(this.$el);
   },
@@ -35,27 +31,10 @@ export default {
     update() {
       if (this.Plotly) this.draw();
     },
-    isNarrow() {
-      return this.$el.clientWidth < NARROW;
-    },
     draw() {
-      this.narrow = this.isNarrow();
-      const { data, layout, config } = this.coloured(this.options);
-      const eye = layout.scene?.camera?.eye;
-      const { clientWidth: width, clientHeight: height } = this.$el;
-      if (eye && this.narrow) {
-        const away = Math.min(1.2 * Math.max(1, (height - TITLE) / (width - BAR)), 2);
-        for (const axis of "xyz") eye[axis] *= away;
-      }
-      if (this.narrow) this.smaller(layout);
+      const { config, ...figure } = this.coloured(this.options);
+      const { data, layout } = fitted(figure, this.$el.clientWidth, this.$el.clientHeight);
       return this.Plotly.react(this.$el, data, layout, config);
-    },
-    // Titles of axes and bars do not break: in a narrow picture they have smaller letters.
-    smaller(layout) {
-      for (const [name, axis] of Object.entries(layout)) {
-        const title = /^[xy]axis|^coloraxis/.test(name) ? (axis.colorbar ?? axis).title : null;
-        if (title?.text) title.font = { ...title.font, size: title.text.length > 34 ? 10 : 12 };
-      }
     },
     coloured(value) {
       if (typeof value === "string") return value.startsWith("@") ? this.colour(value) : value;

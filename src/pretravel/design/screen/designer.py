@@ -97,6 +97,8 @@ def show(state: ScreenState) -> None:
             live([work.listen], lambda: _strip(work), lambda: id(work.result))
     with places.status:
         live([work.listen], lambda: _show_error(work), lambda: work.error)
+    with places.answer, _pale_with_error(work):
+        live([work.listen], lambda: _verdict(work), lambda: id(work.result))
     plots: dict[str, ColouredPlot] = {}
     with places.picture, _pale_with_error(work), ui.element("div").classes("charts"):
         plots |= _empty_plots("probe", "pretravel")
@@ -276,7 +278,6 @@ def _comparison(state: ScreenState, work: Work) -> None:
             {float(angle): _polar_words(angle) for angle in range(0, 91, 5)},
             default=90.0,
         )
-    live([work.listen], lambda: _verdict(work), lambda: id(work.result))
     live([work.listen], lambda: _tables(work), lambda: id(work.result))
 
 

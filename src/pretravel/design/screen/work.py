@@ -271,7 +271,8 @@ def probe_figure(probe: Probe) -> dict[str, Any]:
     from pretravel.show import plotly_figure
     from pretravel.tasks.probes import space_chart
 
-    return plotly_figure(space_chart(probe, "Your design"))
+    # Its sizes are in the form: without axes the body fills the picture.
+    return plotly_figure(replace(space_chart(probe, "Your design"), bare=True))
 
 
 def compute_finite_elements(inputs: Inputs) -> FiniteElementDesigns:

@@ -149,7 +149,7 @@
   const settings = { displaylogo: false, responsive: true, scrollZoom: false };
   const fill = (picture) => {
     picture.plots.forEach((place, index) => {
-      const figure = coloured(picture.figures[index]);
+      const figure = fitted(coloured(picture.figures[index]), place.clientWidth, place.clientHeight);
       window.Plotly.react(place, figure.data, figure.layout, settings);
     });
   };

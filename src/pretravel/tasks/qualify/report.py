@@ -33,6 +33,7 @@ from pretravel.show import (
     Table,
     View,
     angles_deg,
+    at_the_edge,
     azimuth_axis,
     budget_picture,
     chart_by_place,
@@ -335,7 +336,9 @@ def _residuals_on_ring(
     qualification: Qualification, directions: FloatArray, labels: tuple[str, ...]
 ) -> PlaneChart:
     """Residuals over azimuth, and before them those of the mean radius about its own centre."""
-    rows = some_rows(np.arange(len(directions)), 3000)
+    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
+    used = np.setdiff1d(np.arange(len(directions)), outliers)
+    rows = used[some_rows(np.arange(len(used)), 3000)]
     observed = qualification.observed / MICROMETRE
     circle = np.column_stack([np.ones(len(observed)), directions[:, :2]])
     mean = observed - circle @ np.linalg.lstsq(circle, observed, rcond=None)[0]
@@ -348,10 +351,11 @@ def _residuals_on_ring(
         Dots(azimuth, mean[rows], "left by the mean radius", "before", symbol="ring", labels=named),
         Dots(azimuth, residuals, f"left by the map ({kind})", "after", labels=named),
     ]
-    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
     if outliers:
         at = angles_deg(directions[outliers])[1]
-        marks.append(Dots(at, qualification.residuals[outliers] / MICROMETRE, "named as outlier",
-                          "limit", symbol="ring", size=11.0))  # fmt: skip
+        beyond = qualification.residuals[outliers] / MICROMETRE
+        drawn = at_the_edge(beyond, np.append(mean[rows], residuals))
+        marks.append(Dots(at, drawn, "named as outlier", "limit", symbol="ring", size=11.0,
+                          labels=tuple(labels[row] for row in outliers)))  # fmt: skip
     return PlaneChart("residuals by place", azimuth_axis(),
                       Axis("touch less map", "µm"), tuple(marks))  # fmt: skip

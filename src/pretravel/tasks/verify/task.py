@@ -63,7 +63,9 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     history: Annotated[
         Path | None,
         Field(
-            help="History file of this probe, .jsonl; created when it does not exist.", reads=True
+            help="History file of this probe, .jsonl; created when it does not exist.",
+            reads=True,
+            grows=".jsonl",
         ),
     ] = None
     accept: Annotated[

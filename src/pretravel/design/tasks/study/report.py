@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.interpolate import LinearNDInterpolator
 
 from pretravel.base import PretravelError
 from pretravel.design.studies.results import StudyResults
@@ -17,6 +19,7 @@ from pretravel.show import (
     Bars,
     Chart,
     Column,
+    Contours,
     Document,
     Dots,
     KeyFigure,
@@ -24,11 +27,13 @@ from pretravel.show import (
     Picture,
     PlaneChart,
     PolarChart,
+    Scale,
     Span,
     Table,
     View,
     decimals,
     number_text,
+    round_number,
     series,
     shown_unit,
     significant,
@@ -235,9 +240,13 @@ def _factors_view(results: StudyResults, main: str) -> View:
     good = good[:: max(1, len(good) // _MOST_DOTS)]
     label = Axis(_words(main), _unit(results, main))
     charts: list[Chart] = []
-    together = _both_factors(results, values, label)
-    if together is not None:
-        return View(results.name, (together,))
+    together = [
+        chart
+        for chart in (_contours(results, values, label), _both_factors(results, values, label))
+        if chart is not None
+    ]
+    if together:
+        return View(results.name, tuple(together), 2)
     for key, column in list(results.factors.items())[:_MOST_FACTORS]:
         x, axis = _places(column[good], key)
         dots = Dots(x, values[good], "designs", size=4.0)
@@ -249,8 +258,61 @@ def _factors_view(results: StudyResults, main: str) -> View:
     return View(results.name, tuple(charts))
 
 
+_FEWEST_LEVELS = 3
+"""Of a factor from which contours are drawn."""
 _MOST_LEVELS = 8
 """Lines of one chart."""
+
+
+_FINE = 41
+"""Places along each axis of contours between designs that do not stand in a grid."""
+
+
+def _contours(
+    results: StudyResults, values: npt.NDArray[np.float64], label: Axis
+) -> PlaneChart | None:
+    """The main output over two factors that are numbers, with the designs.
+
+    Between designs that do not stand in a grid it is interpolated linearly. None for other studies.
+    """
+    keys = list(results.factors)
+    if len(keys) != 2 or any(results.factors[key].dtype == object for key in keys):
+        return None
+    good = np.isfinite(values)
+    (x, across), (y, along) = (_places(results.factors[key], key) for key in keys)
+    levels = [np.unique(column[good]) for column in (x, y)]
+    if min(map(len, levels)) < _FEWEST_LEVELS:
+        return None
+    places = levels
+    if len(levels[0]) * len(levels[1]) != len(values):
+        places = [np.linspace(level[0], level[-1], _FINE) for level in levels]
+    size = [np.ptp(level) for level in levels]
+    surface = LinearNDInterpolator(np.column_stack([x / size[0], y / size[1]])[good], values[good])
+    field = surface(*np.meshgrid(places[0] / size[0], places[1] / size[1]))
+    low, high = float(values[good].min()), float(values[good].max())
+    step = round_number((high - low) / 7.0)
+    ends = step * np.floor(low / step), step * np.ceil(high / step)
+    scale = Scale(label.label, label.unit, float(ends[0]), float(ends[1]))
+    least = np.flatnonzero(good)[[np.argmin(values[good])]]
+    return PlaneChart(
+        f"{label.label} over both factors",
+        _with_room(across, levels[0]),
+        _with_room(along, levels[1]),
+        (
+            Contours(*places, field, step),
+            Dots(x[good], y[good], "designs", "ink", symbol="ring", size=4.0),
+            Dots(
+                x[least], y[least], f"smallest {label.label}", "after", symbol="diamond", size=9.0
+            ),
+        ),
+        scale,
+    )
+
+
+def _with_room(axis: Axis, levels: npt.NDArray[np.float64]) -> Axis:
+    """An axis on which the designs at the ends are seen whole."""
+    room = 0.04 * float(np.ptp(levels))
+    return replace(axis, low=float(levels[0]) - room, high=float(levels[-1]) + room)
 
 
 def _both_factors(
@@ -343,7 +405,7 @@ def _shares_view(found: Sensitivity) -> View:
     names = tuple(words_of_key(found.factors[i])[0] for i in order)
     axis = Axis("share in the variance", "%", low=0.0)
     chart = PlaneChart(
-        f"what decides the {_words(found.output)}", Axis("", categories=names), axis, tuple(marks)
+        f"what decides the {_words(found.output)}", axis, Axis("", categories=names), tuple(marks)
     )
     return View(chart.title, (chart,))
 
@@ -354,6 +416,6 @@ def _bars(
 ) -> Bars:  # fmt: skip
     half = 0.5 * np.ptp(interval, axis=1)
     return Bars(
-        places, 100.0 * shares[order], name, colour, width=0.35,
+        places, 100.0 * shares[order], name, colour, width=0.35, horizontal=True,
         u=100.0 * half[order] if np.isfinite(half).all() else None,
     )  # fmt: skip

@@ -75,7 +75,10 @@ def alignment_document(
         pictures=(
             Picture(
                 "The part with the deviations of its faces, before and after compensation",
-                lambda: points_view(points_in_part(alignment), title, nominal=part),
+                # A touch that is left out sets no scale; the table has it.
+                lambda: points_view(
+                    points_in_part(alignment)[~alignment.gross], title, nominal=part
+                ),
             ),
         ),
         warnings=(*warnings, *_warnings(alignment)),

@@ -45,6 +45,7 @@ from pretravel.show import (
     Symbol,
     Table,
     View,
+    at_the_edge,
     budget_picture,
     decimals,
     interval_lines,
@@ -53,6 +54,7 @@ from pretravel.show import (
     significant,
     some_rows,
     sphere_mesh,
+    value_text,
 )
 from pretravel.task import budget_table, budgets_data, expanded_figure
 from pretravel.uncertainty import Budget, coverage_factor
@@ -545,9 +547,10 @@ def _around(calibration: RigCalibration, directions: Sequence[DirectionPerforman
                 ):
                     azimuth.append(d.azimuth)
                     pretravel.append(touch.pretravel / MICROMETRE)
-                    labels.append(touch.trace)
+                    labels.append(f"{touch.trace}: {value_text(pretravel[-1], 'µm')}")
         if labels:
-            marks.append(Dots(np.array(azimuth), np.array(pretravel), name, role,
+            drawn = np.array(pretravel) if used else at_the_edge(pretravel, [0.0, *means])
+            marks.append(Dots(np.array(azimuth), drawn, name, role,
                               symbol=symbol, size=4.0, labels=tuple(labels)))  # fmt: skip
     names = tuple(f"mean of {d.count} touches" for d in directions)
     marks.append(Dots(np.array([d.azimuth for d in directions]), means, "mean of a direction",

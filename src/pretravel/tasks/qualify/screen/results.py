@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
@@ -34,7 +35,7 @@ from pretravel.app import (
     warning,
     work_status,
 )
-from pretravel.show import PolarChart, SpaceChart, plotly_figure
+from pretravel.show import Chart, PolarChart, SpaceChart, plotly_figure
 from pretravel.tasks.qualify.screen.inputs import answer_about_file
 from pretravel.tasks.qualify.screen.settings import tasks_of
 from pretravel.tasks.qualify.screen.touches import touches_table
@@ -50,7 +51,6 @@ from pretravel.tasks.qualify.screen.work import (
     TriedMap,
 )
 
-_MISSING = "Here comes a verdict on the probe, and what it costs to correct it more simply."
 _EMPTY = "Your touches on the reference, as soon as their file is dropped"
 _LONGEST_TEXT = 20_000
 _MOST_OUTLIERS = 5
@@ -62,10 +62,11 @@ def results(state: ScreenState, places: ScreenPlaces) -> None:
     fit, export = WORKS.of(state, FIT), WORKS.of(state, EXPORT)
     with places.status:
         work_status(state, FIT, answer=partial(answer_about_file, state))
-    with places.picture:
+    with places.answer:
+        result_place(fit, _verdict)
+    with places.picture, ui.element("div").classes("charts"):
         _touches_in_space(state)
-    with places.tab("Verdict"):
-        result_place(fit, _verdict, empty=lambda: note(_MISSING))
+        result_place(fit, lambda result: _plots(_lobe_charts(result)[:1]), says_warnings=False)
     with places.tab("Touches"), belonging_to(WORKS.of(state, LOOK), fit):
         touches_table(state)
     with places.tab("Lobes"):
@@ -97,9 +98,6 @@ def _verdict(result: FitResult) -> None:
             note(f"Corrections of controls cannot be compared: {result.problem}")
         for words in report.warnings:
             warning(words[0].upper() + words[1:])
-        folded_until_opened(
-            "Full report of the qualification", lambda: document_view(result.report)
-        )
 
 
 def _touches_in_space(state: ScreenState) -> None:
@@ -167,11 +165,21 @@ def toggle_point(state: ScreenState, result: FitResult, trace: int, point: int) 
         set_used(state, result.names[row], used=bool(result.touches.left_out[row]))
 
 
+def _lobe_charts(result: FitResult) -> list[Chart]:
+    charts = result.report.pictures[0].charts
+    shown = [chart for chart in charts if isinstance(chart, PolarChart | SpaceChart)]
+    return [chart for chart in shown if chart.title.startswith("pretravel")]
+
+
+def _plots(charts: Iterable[Chart]) -> None:
+    for chart in charts:
+        plot(plotly_figure(chart), chart.title)
+
+
 def _lobes(result: FitResult) -> None:
     with ui.element("div").classes("charts"):
-        for chart in result.report.pictures[0].charts:
-            if isinstance(chart, PolarChart | SpaceChart) and chart.title.startswith("pretravel"):
-                plot(plotly_figure(chart), chart.title)
+        _plots(_lobe_charts(result)[1:])
+    folded_until_opened("Full report of the qualification", lambda: document_view(result.report))
 
 
 def _corrections(result: FitResult) -> None:

@@ -1,0 +1,112 @@
+// What a picture needs in a place of some pixels: its words in lines that the place has room for, margins for these
+// lines, and in space a camera whose picture fills the place.
+"use strict";
+const fitted = (figure, width, height) => {
+  const LETTER = 0.56; // mean width of a letter, in heights
+  const LINE = 1.3;
+  const BAR = 84; // a bar of colours with its numbers and its title
+  const { data, layout } = figure;
+  if (!width || !height || !layout.title) return figure;
+
+  // Tags of HTML have no width, and are not broken.
+  const words = (text) => text.match(/(?:<[^>]+>|[^\s<])+/g) ?? [];
+  const long = (text) => text.replace(/<[^>]+>/g, "").replace(/&\w+;/g, "x").length;
+  const inLines = (text, pixels, size) => {
+    const most = Math.max(8, Math.floor(pixels / (LETTER * size)));
+    return text.split("<br>").map((line) => {
+      if (long(line) <= most) return line;
+      let made = "", now = 0;
+      for (const word of words(line.replace(/<span style='[^']*'>/g, (tag) => tag.replaceAll(" ", "\u0001")))) {
+        const count = long(word);
+        made += now === 0 ? word : now + 1 + count > most ? `<br>${word}` : ` ${word}`;
+        now = now === 0 || now + 1 + count > most ? count : now + 1 + count;
+      }
+      return made.replaceAll("\u0001", " ");
+    }).join("<br>");
+  };
+  const lines = (text) => (text ? text.split("<br>").length : 0);
+  const withTitle = (axis, pixels, size = 13) => {
+    const title = typeof axis?.title === "string" ? { text: axis.title } : axis?.title;
+    if (!title?.text) return 0;
+    axis.title = { ...title, text: inLines(title.text, pixels, size), font: { ...title.font, size } };
+    return lines(axis.title.text);
+  };
+
+  // A frame or a note stands beside the title where there is room.
+  const [heading, ...more] = layout.title.text.split("<br>");
+  const joined = more.reduce((text, line) => {
+    const last = text.slice(text.lastIndexOf("<br>") + 1);
+    const fits = !line.startsWith("<span") && long(`${last}, ${line}`) * LETTER * 15 < width - 24;
+    return text + (fits ? ", " : "<br>") + line;
+  }, heading);
+  const title = inLines(joined, width - 24, 15);
+  layout.title = { ...layout.title, text: title, pad: { t: 22 } };
+  const top = title ? 30 + 15 * LINE * lines(title) : 30;
+
+  // A legend of one row, or in columns of the width of its longest name.
+  const names = data.filter((trace) => trace.showlegend).map((trace) => 13 * LETTER * long(trace.name ?? "") + 44);
+  const across = Math.max(1, Math.floor((0.95 * width) / Math.max(...names, 1)));
+  const oneRow = names.reduce((sum, each) => sum + each, 0) <= 0.95 * width;
+  const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
+  const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
+  const right = bars.length ? BAR : layout.scene ? 4 : 24;
+  // Many names stand beside a scene rather than below it.
+  const wanted = Math.max(...names, 0);
+  const tall = layout.scene?.aspectratio && layout.scene.aspectratio.z > 1.5 * layout.scene.aspectratio.x;
+  const there = width - wanted > (tall ? 0.4 : 0.9) * (height - top);
+  const beside = layout.scene && rows > 2 && !bars.length && there ? wanted : 0;
+  const legend = rows && !beside ? 8 + 20 * rows : 0;
+  if (beside) {
+    layout.legend = { ...layout.legend, orientation: "v", x: 1, xanchor: "right", y: 0.5, yanchor: "middle", yref: "paper" };
+    layout.scene.domain = { x: [0, 1 - beside / width], y: [0, 1] };
+  }
+  let margin = { ...layout.margin, t: top };
+  if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) };
+  else if (layout.polar) margin = { l: 48, r: bars.length ? BAR + 40 : 48, t: top + 18, b: 30 + legend };
+  else {
+    const { xaxis, yaxis } = layout;
+    const wide = width - 80 - right;
+    if (yaxis?.ticktext) yaxis.ticktext = yaxis.ticktext.map((text) => inLines(text, Math.max(0.3 * width, 96), 13));
+    const below = xaxis?.visible === false ? 0 : 26 + 13 * LINE * withTitle(xaxis, wide);
+    margin = { ...margin, r: right, b: below + 12 + legend + (layout.sliders ? 60 : 0) };
+    if (yaxis?.visible !== false) withTitle(yaxis, height - margin.t - margin.b - 16);
+  }
+  layout.margin = margin;
+  for (const bar of bars) Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
+  for (const bar of bars) withTitle(bar, height - margin.t - margin.b - 24, 13);
+  const camera = layout.scene?.camera;
+  if (camera) layout.scene.camera = seen(layout.scene, camera, width - margin.l - right - beside, height - margin.t - margin.b);
+  return { ...figure, layout };
+
+  // The nearest place on the line of sight from which all corners of the box, with the words beside its axes, are in
+  // the picture; Plotly's angle of view is 45° over the height.
+  function seen(scene, camera, w, h) {
+    const bare = scene.xaxis?.visible === false;
+    const [aside, above] = bare ? [10, 10] : [Math.min(68, 0.27 * w), Math.min(24, 0.08 * h)];
+    const size = Math.hypot(...["x", "y", "z"].map((axis) => camera.eye[axis]));
+    const [x, y, z] = ["x", "y", "z"].map((axis) => camera.eye[axis] / size);
+    const flat = Math.hypot(x, y) || 1e-9;
+    const rightwards = [-y / flat, x / flat, 0];
+    const upwards = [(-x * z) / flat, (-y * z) / flat, flat];
+    const focus = h / 2 / Math.tan(Math.PI / 8);
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const side = scene.aspectratio;
+    let far = 0.1;
+    for (const corner of [0, 1, 2, 3, 4, 5, 6, 7]) {
+      const place = ["x", "y", "z"].map((axis, bit) => (corner & (1 << bit) ? 0.5 : -0.5) * side[axis]);
+      const near = dot(place, [x, y, z]);
+      far = Math.max(
+        far,
+        near + (Math.abs(dot(place, rightwards)) * focus) / (w / 2 - aside),
+        near + (Math.abs(dot(place, upwards)) * focus) / (h / 2 - above),
+      );
+    }
+    // The words stand below the box: it is seen a little higher.
+    const lower = bare ? 0 : (0.7 * above * far) / focus;
+    return {
+      ...camera,
+      eye: { x: far * x, y: far * y, z: far * z - lower },
+      center: { x: 0, y: 0, z: -lower },
+    };
+  }
+};
