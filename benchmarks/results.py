@@ -18,9 +18,9 @@ compared. The ratio says how many times as long the alternative takes. No test s
 Where an alternative takes its points one by one, it takes a part of them, and its time is
 scaled up."""
 _ABOUT_GROWTH = """\
-Each job runs at two or three sizes, each in a process of its own. Where memory is stated, time is
-that of the processor with one thread, and memory is beside imports and data. The exponents compare
-the two largest sizes: 1 is linear, less where a part does not grow, 2 is a matrix of all pairs.
+Each job runs at two or three sizes, each in a separate process. Where memory is stated, time is
+processor time with one thread, and memory is without imports and data. The exponents compare the
+two largest sizes: 1 is linear, less where a part does not grow, 2 is a matrix of all pairs.
 Over workers, −1 is the ideal."""
 
 

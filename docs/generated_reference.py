@@ -12,6 +12,7 @@ from __future__ import annotations
 import ast
 import csv
 import inspect
+import itertools
 import math
 import re
 import tomllib
@@ -308,10 +309,13 @@ def _usual(field: Any, key: str) -> str:
 
 
 def columns(_: str) -> str:
-    """The columns of every CSV file, with their meanings."""
+    """The columns of every CSV file, with their meanings; columns of one meaning share a row."""
     sections = []
     for file in csv_files():
-        rows = [(code(name.replace("*", "…")), text) for name, text in file["columns"].items()]
+        rows = [
+            (", ".join(code(name.replace("*", "…")) for name, _ in same), text)
+            for text, same in itertools.groupby(file["columns"].items(), key=lambda item: item[1])
+        ]
         uses = [f"Written by {file['written_by']}."] if "written_by" in file else []
         uses += [f"Read by {file['read_by']}."] if "read_by" in file else []
         words = " ".join([*uses, file.get("note", "")]).rstrip()
@@ -439,6 +443,20 @@ def statements(_: str) -> str:
     return head + "\n".join(rows) + "\n"
 
 
+# The glossary
+
+
+def glossary(span: str) -> str:
+    """The words of the glossary from one to another, with their meanings and units."""
+    from pretravel.show.glossary_terms import glossary
+
+    first, last = span.split(" … ")
+    terms = [entry.term for entry in glossary()]
+    chosen = glossary()[terms.index(first) : terms.index(last) + 1]
+    head = ("word", "meaning", "unit inside")
+    return table(head, ((each.term, each.meaning, each.unit or "–") for each in chosen))
+
+
 # The Python interface
 
 
@@ -524,6 +542,7 @@ PARTS: dict[str, Callable[[str], str]] = {
     "columns": columns,
     "formats": formats,
     "gallery": gallery,
+    "glossary": glossary,
     "interface": interface,
     "materials": materials,
     "published": published,

@@ -1,12 +1,14 @@
 """What a user of the package installs with it: the libraries, their licences and versions.
 
-``make licences`` writes the table of docs/licences.md, ``make sbom`` a CycloneDX file with the
-versions that are installed here.
+``make licences`` writes the table of docs/licences.md, docs/results/licences.csv; ``make sbom`` a
+CycloneDX file with the versions that are installed here.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import json
 import re
 import sys
@@ -20,8 +22,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "licences.md"
-BEGIN = "<!-- the table below is made by make licences -->"
+TABLE = ROOT / "docs" / "results" / "licences.csv"
 
 CLASSIFIERS = {
     "Apache Software License": "Apache-2.0",
@@ -123,9 +124,11 @@ def licence_of(installed: Distribution) -> str:
 
 
 def table(found: list[Library]) -> str:
-    """The libraries as a table in Markdown."""
-    rows = [f"| {each.name} | {each.licence} | {each.needed_by} |" for each in found]
-    return "\n".join(["| library | licence | needed by |", "| --- | --- | --- |", *rows]) + "\n"
+    """The libraries as a table in CSV."""
+    text = io.StringIO()
+    rows = [(each.name, each.licence, each.needed_by) for each in found]
+    csv.writer(text, lineterminator="\n").writerows([("library", "licence", "needed by"), *rows])
+    return text.getvalue()
 
 
 def bill_of_materials(found: list[Library], version: str) -> dict[str, object]:
@@ -159,18 +162,10 @@ def bill_of_materials(found: list[Library], version: str) -> dict[str, object]:
     }
 
 
-def page_with(text: str, rows: str) -> str:
-    """The page with a new table."""
-    head, mark, _ = text.partition(BEGIN)
-    if not mark:
-        raise SystemExit(f"{PAGE} has no line '{BEGIN}'")
-    return f"{head}{BEGIN}\n\n{rows}"
-
-
 def main() -> None:
-    """Write the page, or the bill of materials."""
+    """Write the table, or the bill of materials."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sbom", type=Path, help="write a CycloneDX file, not the page")
+    parser.add_argument("--sbom", type=Path, help="write a CycloneDX file, not the table")
     wanted = parser.parse_args()
     try:
         found = libraries()
@@ -180,7 +175,7 @@ def main() -> None:
         content = bill_of_materials(found, distribution("pretravel").version)
         wanted.sbom.write_text(json.dumps(content, indent=1) + "\n", "utf-8")
         return
-    PAGE.write_text(page_with(PAGE.read_text("utf-8"), table(found)), "utf-8")
+    TABLE.write_text(table(found), "utf-8")
 
 
 if __name__ == "__main__":

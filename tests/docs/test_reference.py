@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generated_reference import END, HERE, csv_files, renewed, toml_keys
+from docs.generated_reference import END, HERE, columns, csv_files, renewed, toml_keys
 from pretravel.laboratory.rig.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
@@ -142,14 +142,25 @@ def test_a_key_has_its_unit_and_its_usual_value() -> None:
     assert "| `tip_diameter_mm` | number | needed |" in toml_keys("machine")
 
 
-@pytest.mark.parametrize("name", ["materials", "toml-files", "csv-columns"])
-def test_pages_are_whole_in_the_repository(name: str) -> None:
-    """They were a comment alone for those who read them there. `python -m docs.generated_reference`
-    renews them."""
-    text = (HERE / "reference" / f"{name}.md").read_text("utf-8")
+def test_materials_are_whole_in_the_repository() -> None:
+    """`python -m docs.generated_reference` renews them."""
+    text = (HERE / "reference" / "materials.md").read_text("utf-8")
     assert END in text
     assert "| --- |" in text
     assert renewed(text) == text
+
+
+@pytest.mark.parametrize(
+    ("page", "source"), [("csv-columns", "columns.toml"), ("toml-files", "toml_keys.toml")]
+)
+def test_pages_of_the_site_lead_to_what_they_are_made_from(page: str, source: str) -> None:
+    """Who reads them in the repository finds the meanings there."""
+    assert f"]({source})" in (HERE / "reference" / f"{page}.md").read_text("utf-8")
+    assert (HERE / "reference" / source).is_file()
+
+
+def test_columns_of_one_meaning_share_a_row() -> None:
+    assert "| `x_mm`, `y_mm`, `z_mm` | tip centre" in columns("")
 
 
 def test_a_part_without_an_end_is_made_for_the_site_alone() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from email.message import Message
@@ -19,9 +20,9 @@ PERMISSIVE = r"0BSD|Apache|BSD|CC0|ISC|MIT|PSF|Zlib"
 
 def _page() -> tuple[str, dict[str, str]]:
     """The prose, and the licence of each library of the table."""
-    prose, mark, rows = licences.PAGE.read_text("utf-8").partition(licences.BEGIN)
-    assert mark
-    return prose, dict(re.findall(r"^\| (\w[\w-]*) \| ([^|]+) \|", rows, re.M))
+    prose = (licences.ROOT / "docs" / "licences.md").read_text("utf-8")
+    with licences.TABLE.open(encoding="utf-8", newline="") as file:
+        return prose, {name: licence for name, licence, _ in csv.reader(file)}
 
 
 def test_every_library_here_is_in_the_table() -> None:
