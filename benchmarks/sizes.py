@@ -69,5 +69,5 @@ SMALL = Sizes(
     kinds=("mean",),
     calculix=0,
     holes=(2, 2),
-    sets=2,
+    sets=20,
 )
