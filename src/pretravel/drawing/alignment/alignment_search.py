@@ -90,9 +90,10 @@ def _locus(part: Part, radius: float) -> _Locus:
 
     cloud = part.cloud_of_chosen
     normals = np.empty_like(cloud.points)
-    for index in np.unique(cloud.face):
-        mine = cloud.face == index
-        normals[mine] = part.faces[int(index)].local(cloud.uv[mine]).normal
+    order = np.argsort(cloud.face, kind="stable")
+    ends = np.flatnonzero(np.diff(cloud.face[order])) + 1
+    for mine in np.split(order, ends):
+        normals[mine] = part.faces[int(cloud.face[mine[0]])].local(cloud.uv[mine]).normal
     good = np.isfinite(normals).all(axis=1)
     points, normals = cloud.points[good] + radius * normals[good], normals[good]
     # Where another face is nearer than the tip's radius, the tip cannot be.

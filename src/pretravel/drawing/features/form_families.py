@@ -98,15 +98,15 @@ def families_of_faces(
     """
     names = np.unique(face)
     of_face = (face[:, None] == names).astype(float)
-    found = [Family("faces displaced", of_face)]
+    found = [Family("faces displaced", of_face, face=face)]
     sized = [index for index, name in enumerate(names) if name in set(curved)]
     if sized:
-        found.append(Family("bores and bosses of another size", of_face[:, sized]))
+        found.append(Family("bores and bosses of another size", of_face[:, sized], face=face))
     for order in _OF_FACES:
         shapes = _polynomials(list(parameters.T), 0, order)
         columns = (of_face[:, :, None] * shapes[:, None, :]).reshape(len(face), -1)
         used = np.any(columns != 0.0, axis=0)
-        found.append(Family(f"form of order {order} on each face", columns[:, used]))
+        found.append(Family(f"form of order {order} on each face", columns[:, used], face=face))
     return tuple(found)
 
 

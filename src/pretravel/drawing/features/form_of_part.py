@@ -27,6 +27,7 @@ _SIZES = 24  # of the form of a part that are tried
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a family takes
+_MANY_SHAPES = 600  # of all faces together, from which the spectrum is that of each face
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _SEEN = 1e-5  # probability of a size that is kept
 _BINS = 60
@@ -44,11 +45,14 @@ class Family:
         The shapes at the touches; the mean of their squares' sum over the face is 1.
     share : float
         Probability before the touches, in relation to that of the other families.
+    face : (n,) int, optional
+        Of each touch, where each shape is that of one face.
     """
 
     name: str
     columns: FloatArray
     share: float = 1.0
+    face: IntArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +178,7 @@ def form_of_part(
     # Errors that the feature takes up whole leave nothing, or less by rounding.
     noise = max(math.sqrt(max(expected, 0.0) / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
     tried = list(families) if count <= _MOST_TOUCHES else []
-    spectra = [_Spectrum.of(each.columns, basis, residuals) for each in tried]
+    spectra = [_Spectrum.of(each, basis, residuals) for each in tried]
     shown = [each.visible >= _VISIBLE for each in spectra]
     hidden = tuple(each.name for each, is_in in zip(tried, shown, strict=True) if not is_in)
     # One that fills the residuals is not distinguished from roughness.
@@ -216,16 +220,32 @@ class _Spectrum:
     visible: float
 
     @classmethod
-    def of(cls, columns: FloatArray, basis: FloatArray, residuals: FloatArray) -> _Spectrum:
+    def of(cls, family: Family, basis: FloatArray, residuals: FloatArray) -> _Spectrum:
+        columns = family.columns
+        whole = max(float(np.sum(columns**2)), 1e-300)
+        least = 1e-6 * math.sqrt(whole)
+        if family.face is not None and columns.shape[1] > _MANY_SHAPES:
+            return cls._of_faces(family, family.face, residuals, least)
         left = columns - basis @ (basis.T @ columns)
         u, size, _ = np.linalg.svd(left, full_matrices=False)
-        kept: BoolArray = size > 1e-6 * max(float(np.linalg.norm(columns)), 1e-300)
-        whole = float(np.sum(columns**2))
-        return cls(
-            size[kept] ** 2,
-            (u[:, kept].T @ residuals) ** 2,
-            float(np.sum(left**2)) / max(whole, 1e-300),
-        )
+        kept: BoolArray = size > least
+        seen = float(np.sum(left**2)) / whole
+        return cls(size[kept] ** 2, (u[:, kept].T @ residuals) ** 2, seen)
+
+    @classmethod
+    def _of_faces(
+        cls, family: Family, face: IntArray, residuals: FloatArray, least: float
+    ) -> _Spectrum:
+        """Face by face: the few numbers of a placement take next to nothing of so many shapes."""
+        order = np.argsort(face, kind="stable")
+        variances, squares = [], []
+        for rows in np.split(order, np.flatnonzero(np.diff(face[order])) + 1):
+            own = family.columns[rows]
+            u, size, _ = np.linalg.svd(own[:, np.any(own != 0.0, axis=0)], full_matrices=False)
+            kept = size > least
+            variances.append(size[kept] ** 2)
+            squares.append((u[:, kept].T @ residuals[rows]) ** 2)
+        return cls(np.concatenate(variances), np.concatenate(squares), 1.0)
 
 
 def _posterior(
