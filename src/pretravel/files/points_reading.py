@@ -25,6 +25,7 @@ from pretravel.files.file_format import (
     missed_sentence,
 )
 from pretravel.files.format_registry import format_of
+from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
@@ -156,7 +157,11 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     known = format_of(file) if file.ending != ".parquet" else None
     if known is not None and known.refusal:
         raise file.error(known.refusal)
-    found = named_misses(read_table_of_touches(file, options))
+    read = read_table_of_touches(file, options)
+    # Points far from their feature are named where the feature is known.
+    found = replace(named_misses(read), warnings=read.warnings)
+    found = with_passes(found, asks=not options.series)
+    told = found.warnings
     missed = missed_sentence(found.misses() if isinstance(found, FilePositions) else ())
     if not isinstance(found, FilePositions):
         raise file.error(
@@ -172,7 +177,7 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
     points = Points.plain(found.positions, labels_or_numbers(found.labels, count))
-    return points, (*missed, *_coarse(found.positions))
+    return points, (*missed, *told, *_coarse(found.positions))
 
 
 def _coarse(positions: FloatArray) -> list[str]:
