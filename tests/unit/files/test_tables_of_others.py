@@ -197,3 +197,29 @@ def test_misses_of_a_log_have_no_normal(tmp_path: Path) -> None:
     found = read_readings(SourceFile("a.log", log.encode()), ReadingOptions(normal=(0.0, 0.0, 1.0)))
     assert found.touches.positions.tolist() == [[1.0, 2.0, 3.0]]
     assert found.missed == ("2",)
+
+
+class TestWhatKlipperSaysOfItsTouches:
+    """Its program writes these lines; the numbers are invented."""
+
+    def test_two_versions_state_two_places(self) -> None:
+        """The contact of the probe on the bed, and the toolhead: they differ by its offsets."""
+        old = "// probe at 60.000,20.000 is z=2.410000\n"
+        new = "// probe: at 85.000,24.000 bed will contact at z=0.012000\n"
+        for text in (old * 3, new * 3):
+            assert len(read_readings(SourceFile("k.log", text.encode())).touches) == 3
+        with pytest.raises(InputError, match=r"k\.log, line 3: .*offsets of the probe"):
+            read_readings(SourceFile("k.log", (old + old + new).encode()))
+
+    def test_touches_that_it_discarded_or_rejected(self) -> None:
+        text = (
+            "// EXT_PROBE: probe at 60.000,20.000 is z=2.510000 [discarded]\n"
+            "// probe at 60.000,20.000 is z=2.410000\n// probe at 60.000,20.000 is z=2.440000\n"
+            "// Probe samples exceed tolerance. Retrying...\n"
+            "// probe at 60.000,20.000 is z=2.411000\n// probe at 60.000,20.000 is z=2.412000\n"
+        )
+        found = read_readings(SourceFile("k.log", text.encode()))
+        assert found.touches.positions[:, 2].tolist() == [2.41, 2.44, 2.411, 2.412]
+        told = " ".join(found.notes())
+        assert "discarded are left out (line 1" in told
+        assert "rejected the touches before line 4" in told
