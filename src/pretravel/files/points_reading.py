@@ -152,6 +152,9 @@ def _is_plain(table: CsvTable) -> bool:
     return not table.has("u_um")
 
 
+_TIPS_NAMED = 5
+
+
 def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...]]:
     """Points of a table with coordinates alone."""
     known = format_of(file) if file.ending != ".parquet" else None
@@ -173,6 +176,13 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     found = chosen(found, options if stated else replace(options, series=()))
     assert isinstance(found, FilePositions)
     found = contacts(found)
+    if options.tip_radius is None and len(tips := sorted(set(found.words.get("tip", ())))) > 1:
+        together = (
+            f"the points are of {len(tips)} tips ({', '.join(tips[:_TIPS_NAMED])}), and taken "
+            "together, as points of the surface"
+        )
+        told = (*told, together)
+        found = replace(found, words={k: v for k, v in found.words.items() if k != "tip"})
     refuse_several(found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))))
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
