@@ -23,7 +23,7 @@ from pretravel.files.readings import read_readings, write_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.touches import Touches
 from tests.support.control_logs import SAMPLES
-from tests.support.inserted_statements import INSERTED, UNKNOWN, inserted
+from tests.support.inserted_statements import INSERTED, UNKNOWN, WITHOUT_LINES, inserted
 
 WRITTEN = [
     (f, ending) for f in FORMATS.values() if f.write_touches is not None for ending in f.endings
@@ -129,6 +129,11 @@ def test_other_bytes_are_refused(known: FileFormat) -> None:
     for content in (b"", b"\n\n", bytes(range(256)), b"hello\n"):
         with pytest.raises(InputError, match=r"^other"):
             parse(SourceFile("other", content), SAMPLES[known.name][1] or ReadingOptions())
+
+
+def test_statements_are_inserted_into_every_text_format() -> None:
+    formats = {known.name for known in READ_TEXT}
+    assert {name for name, *_ in INSERTED} | WITHOUT_LINES == formats
 
 
 @pytest.mark.parametrize(("name", "kind", "line"), INSERTED)

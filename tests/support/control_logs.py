@@ -70,7 +70,7 @@ KLIPPER_LOG = (
     "Recv: // probe at 97.000,2.000 is z=1.320000\n// probe at 97.000,2.000 is z=1.317500\n"
     "Recv: // probe accuracy results: maximum 1.320000, minimum 1.317500\n"
     "10:14 PROBE_ACCURACY at X:97.000 Y:2.000 Z:3.315 (samples=1)\n"
-    "10:14 probe: at 97.000,2.000 bed will contact at z=1.320000\n"
+    "10:14 // probe at 97.000,2.000 is z=1.320000\n"
 )
 MARLIN_LOG = (
     "Send: M48 P2 V4\nRecv: M48 Z-Probe Repeatability Test\nRecv: Positioning the probe...\n"

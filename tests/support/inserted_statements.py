@@ -87,7 +87,11 @@ _CMM = {
     "height-grid": {"tip": ("TIP 2",)},
     "candle-map": {"tip": ("TIP 2",), "frame": ("1;2;3",)},
     "linuxcnc": {"tip": ("tool,2,end",), "frame": ("work,G55,0,end",)},
+    "reprap": {"tip": ("T1",), "frame": ("G92 Z0",), "series": ("G28",)},
+    "trip-map": {"tip": ("TIP 2",), "part": ("Probe 8",)},
 }  # fmt: skip
+WITHOUT_LINES = {"qif", "print"}
+"""Documents of elements, and features: no line stands between two touches."""
 INSERTED = [
     (name, kind, line)
     for name, kinds in _CMM.items()

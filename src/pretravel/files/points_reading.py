@@ -25,6 +25,7 @@ from pretravel.files.file_format import (
     missed_sentence,
 )
 from pretravel.files.format_registry import format_of
+from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
@@ -151,12 +152,19 @@ def _is_plain(table: CsvTable) -> bool:
     return not table.has("u_um")
 
 
+_TIPS_NAMED = 5
+
+
 def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str, ...]]:
     """Points of a table with coordinates alone."""
     known = format_of(file) if file.ending != ".parquet" else None
     if known is not None and known.refusal:
         raise file.error(known.refusal)
-    found = named_misses(read_table_of_touches(file, options))
+    read = read_table_of_touches(file, options)
+    # Points far from their feature are named where the feature is known.
+    found = replace(named_misses(read), warnings=read.warnings)
+    found = with_passes(found, asks=not options.series)
+    told = found.warnings
     missed = missed_sentence(found.misses() if isinstance(found, FilePositions) else ())
     if not isinstance(found, FilePositions):
         raise file.error(
@@ -168,11 +176,18 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     found = chosen(found, options if stated else replace(options, series=()))
     assert isinstance(found, FilePositions)
     found = contacts(found)
+    if options.tip_radius is None and len(tips := sorted(set(found.words.get("tip", ())))) > 1:
+        together = (
+            f"the points are of {len(tips)} tips ({', '.join(tips[:_TIPS_NAMED])}), and taken "
+            "together, as points of the surface"
+        )
+        told = (*told, together)
+        found = replace(found, words={k: v for k, v in found.words.items() if k != "tip"})
     refuse_several(found.touches(np.tile([0.0, 0.0, 1.0], (len(found.positions), 1))))
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
     points = Points.plain(found.positions, labels_or_numbers(found.labels, count))
-    return points, (*missed, *_coarse(points.step))
+    return points, (*missed, *told, *_coarse(points.step))
 
 
 def _coarse(step: float) -> list[str]:

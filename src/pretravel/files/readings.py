@@ -78,7 +78,8 @@ def read_readings(
     options = options or ReadingOptions()
     known.refuse_unused(file, options)
     found = known.parse(file, options)
-    found = chosen(with_passes(named_misses(found)), options)
+    asks = options.double_touches is None and not options.series
+    found = chosen(with_passes(named_misses(found), asks=asks), options)
     if options.double_touches == "last":
         found = without_passes(without_searches(found))
     if options.radius_taken_off:

@@ -204,10 +204,13 @@ def _is_shown(fit: Association) -> bool:
 
 
 def _fitted(kind: str, points: FloatArray, axis: FloatArray | None) -> Association | None:
+    """The feature through points; None where they do not determine it."""
     try:
-        return associate(kind, points, axis=axis)
-    except PretravelError:
+        with np.errstate(all="ignore"):
+            fit = associate(kind, points, axis=axis)
+    except (PretravelError, np.linalg.LinAlgError):
         return None
+    return fit if np.isfinite(fit.residuals).all() and np.isfinite(fit.jacobian).all() else None
 
 
 def _scatter(fit: Association) -> float:
@@ -220,7 +223,11 @@ def _trial(
     fit = _fitted(kind, points[kept], axis)
     if fit is None or fit.dof < 0:
         return None
-    of_all = moved_association(kind, replace(fit, points=points), np.zeros(fit.jacobian.shape[1]))
+    unmoved = np.zeros(fit.jacobian.shape[1])
+    try:
+        of_all = moved_association(kind, replace(fit, points=points), unmoved)
+    except PretravelError:  # a point at the centre has no direction from it
+        return None
     return _Trial(of_all.residuals, _scatter(fit))
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, azimuth_angle, frozen
-from pretravel.touches import Touches
+from pretravel.touches import Touches, refuse_several
 
 ORDERS = (1, 3, 5)
 """Lobes that half of the difference is fitted with: the run-out is in the first."""
@@ -100,7 +100,8 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
     Raises
     ------
     PretravelError
-        No orientations, or others than two opposite ones; a touch without its counterpart.
+        No orientations, or others than two opposite ones; a touch without its counterpart;
+        touches of several tips, parts or passes.
 
     >>> n = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     >>> both = Touches(np.vstack([n * 15.49, n * 15.47]), np.vstack([n, n]),
@@ -110,6 +111,7 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
     ([15.48, 0.0, 0.0], [0.01, 0.01])
     """
     first, second = _orientations(touches)
+    refuse_several(touches)
     partners = _partners(touches, first, second)
     one, other = touches.take(first), touches.take(partners)
     difference = one.positions - other.positions

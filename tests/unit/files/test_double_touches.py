@@ -19,7 +19,7 @@ from pretravel.files.logs.joining import join
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.touches.targets import Targets
-from tests.support.commands import rows, run
+from tests.support.commands import both_outputs, rows, run
 from tests.support.control_logs import written
 
 STEP = 0.072  # mm
@@ -191,3 +191,35 @@ def test_the_last_of_three_touches_of_each_place_is_kept() -> None:
 def test_no_touch_is_kept_of_none() -> None:
     empty = FilePositions("a.log", np.empty((0, 3)), ())
     assert without_searches(empty).lines == ()
+
+
+def _pairs(places: int, touches: int, apart: float) -> str:
+    noise = 1e-3 * np.random.default_rng(places).standard_normal((places, touches))
+    return "x_mm,y_mm,z_mm\n" + "".join(
+        f"{10 * place},{7 * (place % 2)},{noise[place, n] - apart * (n == 0):.4f}\n"
+        for place in range(places)
+        for n in range(touches)
+    )
+
+
+@pytest.mark.parametrize(("places", "touches"), [(2, 2), (3, 2), (2, 3), (3, 3)])
+def test_few_places_that_look_like_passes_are_asked_about(places: int, touches: int) -> None:
+    file = SourceFile("a.csv", _pairs(places, touches, 0.030).encode())
+    up = ReadingOptions(normal=(0.0, 0.0, 1.0))
+    asked = read_readings(file, up)
+    assert len(asked.touches) == places * touches
+    assert any("first touch lies about" in note for note in asked.notes())
+    kept = read_readings(file, replace(up, double_touches="last"))
+    assert len(kept.touches) == places
+    assert not any("first touch lies about" in note for note in kept.notes())
+    repeats = SourceFile("a.csv", _pairs(places, touches, 0.0).encode())
+    assert not any("first touch" in note for note in read_readings(repeats, up).notes())
+
+
+def test_measure_tells_passes_apart(tmp_path: Path) -> None:
+    grid = written(tmp_path, _pairs(8, 2, 0.030), "grid.csv")
+    assert "2 passes" in run("measure", grid, "--feature", "plane", code=2)
+    out, _ = both_outputs("measure", grid, "--feature", "plane", "--series", "second")
+    assert "8 points" in out
+    few = written(tmp_path, _pairs(3, 2, 0.030), "few.csv")
+    assert "first touch lies about" in both_outputs("measure", few, "--feature", "plane")[1]

@@ -129,6 +129,47 @@ def test_a_grid_of_heights_is_read(tmp_path: Path) -> None:
         )
 
 
+def test_a_map_of_candle_with_the_decimal_sign_of_its_computer() -> None:
+    """Its boxes show 0,25 in many countries; heights have points, and nan is no contact."""
+    text = "-0,25;0,00;13,25;19,62\r\n2,00;2,00;-1,00;1,00\r\n0;10;10\r\n0.1;0.2\r\n0.15;nan\r\n"
+    file = SourceFile("board.map", text.encode())
+    assert format_of(file).name == "candle-map"
+    found = read_readings(file, ReadingOptions(units="mm"))
+    assert found.touches.positions.tolist() == [
+        [-0.25, 0.0, 0.1], [13.0, 0.0, 0.2], [-0.25, 19.62, 0.15]
+    ]  # fmt: skip
+    assert found.missed == ("column 2 of line 5",)
+    # The third line of old versions has two numbers; five rows are not the four that are stated.
+    old = "0;0;9;9\n4;4;-1;1\n0;0.5\n" + "0;0;0;0\n" * 5
+    with pytest.raises(InputError, match="5 rows of heights, but the grid has 4"):
+        read_readings(SourceFile("old.map", old.encode()), ReadingOptions(units="mm"))
+
+
+@pytest.mark.parametrize(
+    "cycle",
+    [
+        "Probing Bore/Rectangular Pocket", "Probing Boss or Rectangular Block", "Probing Square",
+        "Probing Outside Corner", "Probing Single Axis", "Probing 2 points to find an angle",
+        "Calibrating Probe With Boss",
+        "Corner found. X coordinate stored in #154 as MCS -20.1 , Y coordinate in #155 as MCS 3.2",
+    ],
+)  # fmt: skip
+def test_results_of_carveras_cycles_are_no_touches(cycle: str) -> None:
+    """Twice the same points, in the coordinates of the machine and of the part."""
+    points = "".join(
+        f"--- {frame} Coordinates ---\n"
+        + "".join(f"Point {i}: X: {i}.000, Y: {i}.500, Z: {z}\n" for i in (1, 2, 3, 4))
+        for frame, z in (("Machine", -40.012), ("Work", 0.012))
+    )
+    text = f"{cycle}\nProbing Z with a distance of -5.000\n{points}"
+    assert format_of(SourceFile("a.txt", text.encode())).name == "listing"
+    reports = "".join(f"[PRB:{x}.000,-50.000,-40.010:1]\n" for x in range(3))
+    log = SourceFile("a.txt", (text + reports).encode())
+    found = read_readings(log, ReadingOptions(units="mm", normal=(0, 0, 1), offset=(0, 0, 0)))
+    assert len(found.touches) == 3
+    assert not any("not known" in note for note in found.notes())
+
+
 def test_one_normal_and_a_plan_contradict(tmp_path: Path) -> None:
     plan = written(tmp_path, "x_mm,y_mm,z_mm,nx,ny,nz\n0.5,1.5,4,0,0,1\n", "plan.csv")
     path = written(tmp_path, _table("X,Y,Z", ","), "heights.txt")
@@ -156,3 +197,29 @@ def test_misses_of_a_log_have_no_normal(tmp_path: Path) -> None:
     found = read_readings(SourceFile("a.log", log.encode()), ReadingOptions(normal=(0.0, 0.0, 1.0)))
     assert found.touches.positions.tolist() == [[1.0, 2.0, 3.0]]
     assert found.missed == ("2",)
+
+
+class TestWhatKlipperSaysOfItsTouches:
+    """Its program writes these lines; the numbers are invented."""
+
+    def test_two_versions_state_two_places(self) -> None:
+        """The contact of the probe on the bed, and the toolhead: they differ by its offsets."""
+        old = "// probe at 60.000,20.000 is z=2.410000\n"
+        new = "// probe: at 85.000,24.000 bed will contact at z=0.012000\n"
+        for text in (old * 3, new * 3):
+            assert len(read_readings(SourceFile("k.log", text.encode())).touches) == 3
+        with pytest.raises(InputError, match=r"k\.log, line 3: .*offsets of the probe"):
+            read_readings(SourceFile("k.log", (old + old + new).encode()))
+
+    def test_touches_that_it_discarded_or_rejected(self) -> None:
+        text = (
+            "// EXT_PROBE: probe at 60.000,20.000 is z=2.510000 [discarded]\n"
+            "// probe at 60.000,20.000 is z=2.410000\n// probe at 60.000,20.000 is z=2.440000\n"
+            "// Probe samples exceed tolerance. Retrying...\n"
+            "// probe at 60.000,20.000 is z=2.411000\n// probe at 60.000,20.000 is z=2.412000\n"
+        )
+        found = read_readings(SourceFile("k.log", text.encode()))
+        assert found.touches.positions[:, 2].tolist() == [2.41, 2.44, 2.411, 2.412]
+        told = " ".join(found.notes())
+        assert "discarded are left out (line 1" in told
+        assert "rejected the touches before line 4" in told

@@ -106,6 +106,15 @@ def test_a_pattern_of_places_has_no_miss() -> None:
         assert missed_points_of_features(_with_noise(places)) == ()
 
 
+def test_points_at_the_middle_of_others_have_no_feature() -> None:
+    """A grid of three by three has one at the centre of a circle of the others, once or thrice."""
+    grid = np.array([[x, y, 0.0] for x in (-40.0, 0, 40) for y in (-40.0, 0, 40)])
+    for places in (grid, np.repeat(grid, 3, axis=0)):
+        for kind in ("circle", "sphere", "plane", "cylinder"):
+            assert missed_points(kind, places).rows == ()
+        assert missed_points_of_features(places) == ()
+
+
 def test_labels_tell_features_apart() -> None:
     points = np.vstack([_circle(20.0), _circle(5.0) + np.array([60.0, 0.0, 0.0])])
     points[12, 0] -= 1.5

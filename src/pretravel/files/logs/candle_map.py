@@ -12,8 +12,10 @@ from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.source_file import Source, opened
 from pretravel.touches import Touches
 
-_HEAD = (4, 4, 3)
-"""Numbers of the first three lines."""
+_HEAD = ((4,), (4,), (2, 3))
+"""Numbers of the first three lines; of the third, old versions wrote two."""
+_NOT_PROBED = "nan"
+"""A place that was not probed."""
 _MOST = 1000
 
 
@@ -29,7 +31,7 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
     Returns
     -------
     FileReadings
-        Normals along z. A height at the lowest limit is a miss.
+        Normals along z. A height at the lowest limit is a miss, and so is nan.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
     """
     file = opened(source)
     rows = [
-        (number, line.strip().split(";"))
+        (number, _cells(line))
         for number, line in enumerate(file.lines("a map of Candle"), start=1)
         if line.strip()
     ]
@@ -62,7 +64,8 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
     places_y = np.linspace(y, y + height, lines_of_grid)
     points, numbers, missed = [], [], []
     for row, (number, cells) in enumerate(body):
-        for column, z in enumerate(file.numbers(cells, number)):
+        heights = [str(lowest) if cell.lower() == _NOT_PROBED else cell for cell in cells]
+        for column, z in enumerate(file.numbers(heights, number)):
             if abs(z - lowest) < _AT_THE_END:
                 missed.append(f"column {column + 1} of line {number}")
                 continue
@@ -84,12 +87,19 @@ _AT_THE_END = 1e-4
 """A height this close to the lowest one is a miss. [file's unit]"""
 
 
+def _cells(line: str) -> list[str]:
+    """The cells of a line; its boxes of numbers have the decimal sign of the computer."""
+    return [cell.strip().replace(",", ".") for cell in line.strip().split(";")]
+
+
 def _is_candle_map(lines: list[str]) -> bool:
     try:
-        head = [[float(cell) for cell in line.split(";")] for line in lines[: len(_HEAD)]]
+        head = [[float(cell) for cell in _cells(line)] for line in lines[: len(_HEAD)]]
     except ValueError:
         return False
-    if tuple(map(len, head)) != _HEAD:
+    if len(head) != len(_HEAD):
+        return False
+    if not all(len(row) in counts for row, counts in zip(head, _HEAD, strict=True)):
         return False
     columns, rows = head[1][:2]
     whole = columns == int(columns) and rows == int(rows)
@@ -107,7 +117,9 @@ CANDLE_MAP = FileFormat(
     what="map of heights of Candle (.map): border, grid, interpolation, rows of heights",
     reads="touches",
     needs="units",
-    verified="the lines of Candle's program that write and read it; no file of a machine",
+    verified="the lines of Candle's program that write and read it, in its repository and two "
+    "successors; its repository's one sample, whose counts do not fit, is refused; no file of a "
+    "machine",
     recognises=_is_candle_map,
     parse=lambda file, options: read_candle_map(file, options.units),
     other_lines="refused",

@@ -13,6 +13,8 @@ from pretravel.files.file_format import FilePositions, FileReadings
 _ONE_PLACE = 1.0
 """The two touches of a place differ by less: 3000 mm/min for 10 ms are 0.5 mm. [mm]"""
 _FEWEST_PAIRS = 4
+_TO_ASK = 2
+"""Of fewer pairs nothing is said; of fewer than `_FEWEST_PAIRS` it is asked."""
 _APART = 0.005
 """First and second touches of places that differ by less are repeats: the steps of positions and
 the noise of a probe are smaller. [mm]"""
@@ -96,11 +98,14 @@ def follows_its_search(
     return follows
 
 
-def with_passes(found: FileReadings | FilePositions) -> FileReadings | FilePositions:
+def with_passes(
+    found: FileReadings | FilePositions, *, asks: bool = True
+) -> FileReadings | FilePositions:
     """Readings with their passes, where places were touched twice: fast to find them, then slowly.
 
     The feeds tell the passes apart. Where they are not known, the positions do: the first touches
-    of at least `_FEWEST_PAIRS` pairs all lie on one side of the second ones, by about the same.
+    of at least `_FEWEST_PAIRS` pairs all lie on one side of the second ones, by about the same. Of
+    fewer a warning asks, where `asks`.
 
     >>> pairs = np.array([[0, 0, 5.0 + 0.04 * (row % 2)] for row in range(8)])
     >>> with_passes(FilePositions("a.log", pairs, tuple(range(8)))).words["pass"][:2]
@@ -120,10 +125,34 @@ def with_passes(found: FileReadings | FilePositions) -> FileReadings | FilePosit
         normals = None if isinstance(found, FilePositions) else found.touches.normals
         names = _passes_of_places(rows.positions, normals, contact)
     if not names:
-        return found
+        return _with_few_pairs(found, contact) if asks else found
     if isinstance(found, FilePositions):
         return replace(found, words={**found.words, "pass": names})
     return replace(found, touches=replace(found.touches, passes=names))
+
+
+def _with_few_pairs(
+    found: FileReadings | FilePositions, contact: Sequence[bool] | None
+) -> FileReadings | FilePositions:
+    """Readings with a question where two or three places look as if touched fast, then slowly."""
+    rows = found if isinstance(found, FilePositions) else found.touches
+    if rows.feeds is not None:
+        return found
+    normals = None if isinstance(found, FilePositions) else found.touches.normals
+    names = _passes_of_places(rows.positions, normals, contact, _TO_ASK)
+    if not names:
+        return found
+    places = sum(each == "first" for each in names)
+    first = np.array(names) == "first"
+    # Touches follow the first one of their place.
+    away = rows.positions - rows.positions[first][np.cumsum(first) - 1]
+    apart = 1e3 * float(np.linalg.norm(away[~first], axis=1).mean())
+    asked = (
+        f"at each of {places} places the first touch lies about {apart:.1f} µm from the next, to "
+        "the same side: a fast touch to find the place, as many cycles make it? So few do not "
+        "show it, and all are taken. If so, keep the last one of each place, or state the feeds"
+    )
+    return replace(found, warnings=(*found.warnings, asked))
 
 
 def without_passes(found: FileReadings | FilePositions) -> FileReadings | FilePositions:
@@ -155,13 +184,16 @@ def _passes_of_feeds(
 
 
 def _passes_of_places(
-    positions: FloatArray, normals: FloatArray | None, contact: Sequence[bool] | None
+    positions: FloatArray,
+    normals: FloatArray | None,
+    contact: Sequence[bool] | None,
+    fewest: int = _FEWEST_PAIRS,
 ) -> tuple[str, ...]:
     count = len(positions)
     touched = contact is None or all(contact)
-    if touched and (names := _first_of_several(positions, normals)):
+    if touched and (names := _first_of_several(positions, normals, fewest)):
         return names
-    if not touched or count < 2 * _FEWEST_PAIRS or count % 2:
+    if not touched or count < 2 * fewest or count % 2:
         return ()
     step = positions[1:] - positions[:-1]
     within, between = step[::2], step[1::2]
@@ -184,14 +216,16 @@ def _passes_of_places(
     return ("first", "second") * (count // 2)
 
 
-def _first_of_several(positions: FloatArray, normals: FloatArray | None) -> tuple[str, ...]:
+def _first_of_several(
+    positions: FloatArray, normals: FloatArray | None, fewest: int
+) -> tuple[str, ...]:
     """Passes of places that were touched three times or more, first fast; empty: none are."""
     count = len(positions)
     far = np.linalg.norm(np.diff(positions, axis=0), axis=1) >= _ONE_PLACE
     size = int(np.argmax(far)) + 1 if far.any() else 0
     places = count // size if size > 2 and count % size == 0 else 0
     ends = np.arange(1, count) % size == 0 if places else far
-    if places < _FEWEST_PAIRS or not np.array_equal(far, ends):
+    if places < fewest or not np.array_equal(far, ends):
         return ()
     of = positions.reshape(places, size, 3)
     later = of[:, 1:]

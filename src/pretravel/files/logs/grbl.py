@@ -60,6 +60,13 @@ _TABLE = (
     ),
     RowStatement("`$13=`", r".*?\$13\s*=\s*([01])", "unit", "refused", "$13=1"),
     RowStatement(
+        "results of Carvera's cycles: `Probing …`, `Center …`, `Point 1: …`, `--- … ---`",
+        r"(?:Probing|Probed|Calibrating Probe|Distance (?:Point|Betwe+n)|Center (?:of|Point)|"
+        r"Corner found|Angle from|Measurement \d|Average|Final Posi|New Probe Tip|This value|"
+        r"and will nee|config-set|Point \d+:|Min Z|Max Z|---)",
+        example="Point 1: X: 1.000, Y: 2.000, Z: -3.000",
+    ),
+    RowStatement(
         "`ok`, `error:`, `ALARM:`, `$…`, moves, comments",
         r"(?:ok|error|alarm|Grbl|grblHAL|FluidNC)\b|[$?!~%/;(*]|"
         r"(?:N\d+\s*)?[GMFSXYZABCIJKRPLTHDQ]\s*[-+.\d#\[]",
@@ -370,7 +377,7 @@ GRBL = FileFormat(
     reads="positions",
     needs="plan; units without $13; offset without WCO or WPos",
     takes=("offset",),
-    verified="public logs of seven senders: their form",
+    verified="public logs of seven senders: their form; the lines of the firmware of Carvera",
     recognises=lambda lines: any(_PROBE_BEGINS.search(line) for line in lines),
     parse=lambda file, options: _parsed(file, options),
     statements=_TABLE,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 
 from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.logs.heights_of_log import TERMINAL, TERMINAL_LINES, LoggedHeights
@@ -15,6 +17,10 @@ _TOUCH_BEGINS = re.compile(rf"{_BEFORE}-?[\d.]+, ?-?[\d.]+{_BETWEEN}")
 _NOT_WHOLE = re.compile(rf"{_BEFORE}-?[\d.]+[,_]")
 _SERIES_BEGINS = re.compile(r"\bPROBE_ACCURACY at X:")
 _SERIES_ENDS = "probe accuracy results:"
+_CONTACT = "bed will contact at"
+"""Later versions: where the probe meets the bed. `is z=` is where the toolhead was then."""
+_DISCARDED = "[discarded]"
+_REJECTED = re.compile(r"\bprobe samples exceed (?:samples_)?tolerance", re.IGNORECASE)
 
 
 def read_klipper_log(source: Source) -> FileReadings:
@@ -33,7 +39,7 @@ def read_klipper_log(source: Source) -> FileReadings:
     Raises
     ------
     InputError
-        No touches; a line that is cut off. The message contains the line.
+        No touches; a line that is cut off; lines of two versions. The message contains the line.
 
     >>> from pretravel.files.source_file import SourceFile
     >>> text = b"Recv: // probe at 97.000,2.000 is z=1.3200\n// probe at 97.000,2.000 is z=1.3175\n"
@@ -43,25 +49,60 @@ def read_klipper_log(source: Source) -> FileReadings:
     file = opened(source)
     found = LoggedHeights(file, statements=TERMINAL_LINES)
     name = "probe"
+    discarded: list[int] = []
+    rejected: list[int] = []
+    of_contact: bool | None = None
     for number, line in enumerate(file.lines("console output of Klipper"), start=1):
         if _SERIES_BEGINS.search(line):
             name = found.new_series("accuracy")
         elif _SERIES_ENDS in line:
             name = "probe"
         elif touch := _TOUCH.search(line):
+            if _DISCARDED in line:
+                discarded.append(number)
+                continue
+            if of_contact not in (None, _CONTACT in line):
+                raise file.error(
+                    f"'{_CONTACT} z=' states where the probe meets the bed, and 'is z=' where the "
+                    "toolhead was: they differ by the offsets of the probe. Make two files of "
+                    "the lines of two versions of Klipper",
+                    number,
+                )
+            of_contact = _CONTACT in line
             found.take(name, touch.groups(), number)
+        elif _REJECTED.search(line):
+            rejected.append(number)
         elif _TOUCH_BEGINS.search(line) or _NOT_WHOLE.search(line):
             raise file.error("the line is cut off: probe at X,Y is z=Z is needed", number)
         else:
             found.read_statement(line, number)
-    return found.readings("the file contains no touch (probe at X,Y is z=Z)")
+    readings = found.readings("the file contains no touch (probe at X,Y is z=Z)")
+    return replace(readings, warnings=(*readings.warnings, *_told(discarded, rejected)))
+
+
+def _told(discarded: Sequence[int], rejected: Sequence[int]) -> list[str]:
+    """What Klipper itself did with touches, as sentences."""
+    said = []
+    if discarded:
+        said.append(
+            f"{len(discarded)} first touches that Klipper discarded are left out (line "
+            f"{discarded[0]} …)"
+        )
+    if rejected:
+        said.append(
+            f"Klipper rejected the touches before line {rejected[0]}"
+            + (f" and {len(rejected) - 1} more times" if len(rejected) > 1 else "")
+            + ", since they exceed its tolerance, and touched again: all are taken"
+        )
+    return said
 
 
 KLIPPER = FileFormat(
     name="klipper",
     what="console output of Klipper: probe at X,Y is z=Z, of PROBE_ACCURACY and meshes",
     reads="touches",
-    verified="lines of seven public threads: their form",
+    verified="lines of seven public threads, and the lines of the program that write them: their "
+    "form",
     self_contained=True,
     recognises=lambda lines: any(map(_TOUCH_BEGINS.search, lines)),
     parse=lambda file, _: read_klipper_log(file),

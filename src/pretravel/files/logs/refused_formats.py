@@ -174,7 +174,9 @@ LISTING = FileFormat(
     recognises=_any(
         r"\b(?:quindos|reflex|metrolog|polyworks|gom inspect|zeiss inspect|verisurf|aberlink|"
         r"powerinspect|rationaldmis|cmm-manager|camio|xactmeasure|mcosmos|geopak|carvera|makera|"
-        r"calibrating probe|probing (?:bore|boss|corner))\b",
+        r"calibrating probe|probing (?:bore|boss|(?:outside |inside )?corner|single axis|square|"
+        r"2 points to find an angle)|final posit(?:i?on):? ?[xyz])\b|^corner found\b|"
+        r"^cent(?:er|re) of bo(?:re|ss) or\b",
         head=40,
     ),
     refusal="this is a report of a CMM's or a machine's software (Quindos, Reflex, Metrolog, "

@@ -137,12 +137,15 @@ class FindAxis(TouchFilesWithFeed, Reported):
         self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
     ) -> tuple[list[Touches], list[float]]:
         """Touches of each angle, and the angles [rad]."""
+        from pretravel.touches import refuse_several
+
         tip = None if pretravel_map is None else 2.0 * pretravel_map.tip_radius
         sets = []
         for path in files:
             one = replace(self, touches=(path,))
             read = one.read_touches(progress, tip_diameter=tip, reference_diameter=self.diameter)
             sets.append(read.in_machine_axes().touches)
+            refuse_several(sets[-1])
         if len(sets) == 1 and self.angles is None:
             return _by_label(sets[0], files[0])
         given = () if self.angles is None else self.angles.degrees

@@ -289,7 +289,10 @@ def least_squares_parameters(
         return None
     parameters = np.asarray(found.x, dtype=np.float64)
     for _ in range(_LAST_STEPS):
-        step = np.linalg.lstsq(jacobian(parameters), -residuals(parameters), rcond=None)[0]
+        slopes = jacobian(parameters)
+        if not np.isfinite(slopes).all():  # a point at the centre
+            return None
+        step = np.linalg.lstsq(slopes, -residuals(parameters), rcond=None)[0]
         if np.max(np.abs(step)) > _LARGEST_LAST_STEP * (1.0 + np.max(np.abs(parameters))):
             return None
         parameters = parameters + step
