@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.files.point_files import write_points
-from pretravel.files.points_reading import points_and_notes, read_points
+from pretravel.files.points_reading import read_points
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import point_sources, total_covariance
