@@ -16,7 +16,7 @@ from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 OWN = "repeatability of the touches"
 UNKNOWN_CORRELATION = "points, correlation not stated"
-STEP = "step of the coordinates"
+STEP_OF_COORDINATES = "step of the coordinates"
 FORM_OF_PART = "form of the part"
 MACHINE = "machine"
 MAP = "map"
@@ -307,7 +307,7 @@ def covariance_by_weights(
         length, alike = np.linalg.norm(weights, axis=0), _alike(features)
         share = own / np.maximum(length, 1e-300)
         most = _sums((length * own)[None], alike)[0, np.unique(alike, return_inverse=True)[1]]
-        cause = UNKNOWN_CORRELATION if features[0].rounded is None else STEP
+        cause = UNKNOWN_CORRELATION if features[0].rounded is None else STEP_OF_COORDINATES
         found[cause] = (weights * share * most) @ weights.T
     form, start = np.zeros((len(weights), len(weights))), 0
     for each in features:
