@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import from_angles
 from pretravel.base.errors import InputError
+from pretravel.files.csv_table import read_csv_table
 from pretravel.files.file_format import FileFormat, FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS, format_of
 from pretravel.files.readings import read_readings, write_readings
@@ -214,3 +215,15 @@ def test_a_number_of_python_is_no_number(known: FileFormat) -> None:
             assert found.notes() != plain.notes(), text[place - 20 : place + 20]
         else:  # of what is not used, such as a time
             assert np.array_equal(found.touches.positions, plain.touches.positions)
+
+
+@pytest.mark.parametrize("cell", ["1_0", "1_0.5", "-1_0"])
+@pytest.mark.parametrize("text", ["x_mm,y_mm,z_mm,nx,ny,nz\n{0},0,0,1,0,0\n",
+                                  "machine_index,probe_index,error_um\n1,1,{0}\n",
+                                  "label,x_mm,y_mm,z_mm,u_um\na,{0},0,0,1\n"])  # fmt: skip
+def test_a_number_of_python_is_no_number_of_a_table(cell: str, text: str) -> None:
+    """Numpy read it as ten where all columns have their names."""
+    table = read_csv_table(SourceFile("a.csv", text.replace("{0}", cell).encode()))
+    name = "error_um" if "error_um" in table.columns else "x_mm"
+    with pytest.raises(InputError, match=f"'{cell}', which is not a finite number"):
+        table.numbers(name)

@@ -7,6 +7,7 @@ people do two jobs, and a reload shows the same one. Tabs of one project share i
 from __future__ import annotations
 
 import asyncio
+import gc
 import hashlib
 import sys
 import tempfile
@@ -385,13 +386,18 @@ class Sessions:
             project.identity = Project().identity
         session = Session(project, path, self._address, read)
         self._open[project.identity] = session
+        if len(self._open) > _MOST_OPEN:
+            self._close_oldest()
+            gc.collect()  # screens and projects refer to each other, with all their files
+        return session
+
+    def _close_oldest(self) -> None:
         shown = {id(one) for one in self._shown.values()}
         for identity, old in list(self._open.items())[:-1]:
             if len(self._open) > _MOST_OPEN and id(old) not in shown:
                 old.save_now()
                 if not old.problem:  # one that cannot be saved stays open
                     self._open.pop(identity).close()
-        return session
 
     def save_now(self) -> None:
         """Save all that is not saved."""

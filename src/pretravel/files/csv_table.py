@@ -104,6 +104,8 @@ class CsvTable:
                 values = np.array(cells, dtype=np.float64)
             except ValueError:
                 self._refuse_cells(name)
+            if any("_" in cell for cell in cells):  # which numpy reads as Python does
+                self._refuse_cells(name)
             if not np.all(np.abs(values) <= LARGEST_NUMBER):
                 self._refuse_cells(name)
             scale = self.scales.get(name, 1.0)

@@ -35,7 +35,6 @@ from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points, points_at
-from pretravel.qualification import COARSE_STEP
 from pretravel.touches import (
     copied_rows_warnings,
     length_of_run,
@@ -187,19 +186,7 @@ def _plain_points(file: SourceFile, options: ReadingOptions) -> tuple[Points, tu
     _refuse_tip_centres(file, found, options)
     count = len(found.positions)
     points = Points.plain(found.positions, labels_or_numbers(found.labels, count))
-    return points, (*missed, *told, *_coarse(points.step))
-
-
-def _coarse(step: float) -> list[str]:
-    """What to know of coordinates in coarse steps."""
-    if step < COARSE_STEP:
-        return []
-    return [
-        (
-            f"the coordinates are in steps of {1e3 * step:.4g} µm, which U contains: points can be "
-            "rounded alike. Write the coordinates with more digits"
-        )
-    ]
+    return points, (*missed, *told)
 
 
 def _refuse_tip_centres(file: SourceFile, found: FilePositions, options: ReadingOptions) -> None:

@@ -45,6 +45,7 @@ from .plausibility import SMALLEST_PRETRAVEL as SMALLEST_PRETRAVEL
 from .plausibility import largest_plausible as largest_plausible
 from .pretravel_map import PretravelMap as PretravelMap
 from .pretravel_map import over_support as over_support
+from .provenance import AXIAL_PRETRAVEL as AXIAL_PRETRAVEL
 from .provenance import STEEL_EXPANSION as STEEL_EXPANSION
 from .provenance import USUAL_U_DIAMETER as USUAL_U_DIAMETER
 from .provenance import Origin as Origin

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base import FloatArray, IntArray, PretravelError, frozen
-from pretravel.maps import PretravelMap
+from pretravel.base import DEGREE, FloatArray, IntArray, PretravelError, frozen, ring_pattern
+from pretravel.maps import AXIAL_PRETRAVEL, PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.selection import points_at
@@ -25,6 +25,8 @@ from pretravel.uncertainty import Covariance
 
 _DRAWS = 60
 """Of noise; a standard deviation from so many is right to 9 %."""
+_SIDEWAYS = np.sin(10.0 * DEGREE)
+"""Between the axes of a tip and of the first one, from which it is a side tip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +130,11 @@ def star_stylus(qualifications: Mapping[str, Qualification]) -> StarStylus:
     Returns
     -------
     StarStylus
+        The first tip is on the axis of the probe's spring, along which a probe is stiff. Along the
+        axis of a side tip it is as soft as across: the place of such a tip along its own axis is
+        uncertain by its pretravel across, root mean square.
     """
+    springs = [one.pretravel_map.rotation[:, 2] for one in qualifications.values()][:1]
     return StarStylus(
         tuple(
             StarTip(
@@ -136,11 +142,23 @@ def star_stylus(qualifications: Mapping[str, Qualification]) -> StarStylus:
                 one.pretravel_map,
                 frozen(one.center),
                 frozen(by_noise(one)),
-                frozen(one.center_covariance),
+                frozen(one.center_covariance + _of_side_tip(one, springs[0])),
             )
             for name, one in qualifications.items()
         )
     )
+
+
+def _of_side_tip(made: Qualification, spring: FloatArray) -> FloatArray:
+    """Covariance of a centre by the pretravel along the axis of a tip that is not the spring's."""
+    rotation = made.pretravel_map.rotation
+    axis = rotation[:, 2]
+    stated = made.setup.axial_pretravel != AXIAL_PRETRAVEL
+    if stated or made.setup.ring or np.linalg.norm(np.cross(axis, spring)) < _SIDEWAYS:
+        return np.zeros((3, 3))
+    around = ring_pattern([0.5 * np.pi], 36) @ rotation.T
+    across = made.pretravel_map.pretravel(around, extrapolate=True)
+    return np.asarray(np.mean(across**2) * np.outer(axis, axis))
 
 
 def by_noise(made: Qualification) -> FloatArray:

@@ -137,3 +137,11 @@ def test_digits_finer_than_the_scatter_change_no_feature() -> None:
     rounded = measure_feature(Points.plain(written, tuple(map(str, range(20)))), "bore")
     a, b = fine.quantity("diameter"), rounded.quantity("diameter")
     assert abs(b.expanded_u / a.expanded_u - 1.0) < 0.02  # 0.03 µm beside 2 µm
+
+
+def test_targets_of_a_plane_are_no_step_of_its_heights() -> None:
+    """Their distance of 5 mm was taken for a step of 0.25 mm where all heights are equal."""
+    x, y = np.meshgrid(np.arange(3) * 5.0, np.arange(3) * 5.0)
+    grid = np.stack([x.ravel(), y.ravel(), np.full(9, 2.0)], axis=1)
+    plane = measure_feature(Points.plain(grid, tuple("abcdefghi")), "plane")
+    assert all("step" not in cause for each in plane.quantities for cause in each.parts)

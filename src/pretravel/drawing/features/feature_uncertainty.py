@@ -16,7 +16,7 @@ from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 OWN = "repeatability of the touches"
 UNKNOWN_CORRELATION = "points, correlation not stated"
-STEP = "step of the coordinates"
+STEP_OF_COORDINATES = "step of the coordinates"
 FORM_OF_PART = "form of the part"
 MACHINE = "machine"
 MAP = "map"
@@ -189,7 +189,7 @@ def feature_errors(
     errors = FeatureErrors(
         association, own, factors, fixed, _directions(points.normals), known, machine=u_machine
     )
-    if points.step and not points.state_uncertainty:
+    if not points.state_uncertainty and _shows(association, points.step):
         by_step = np.full(len(points), points.step / math.sqrt(12.0))
         errors = replace(errors, own=by_step, rounded=_rounded_alike(association, points.step))
     if association.dof < 1 and not points.state_uncertainty:
@@ -210,6 +210,13 @@ def _sums(values: FloatArray, direction: IntArray) -> FloatArray:
     """Sums over the points of each direction, (m, directions), from (m, n)."""
     of_point = np.unique(direction, return_inverse=True)[1].reshape(-1)
     return np.array([np.bincount(of_point, row) for row in values])
+
+
+def _shows(association: Association, step: float) -> bool:
+    """Whether coordinates along the normals differ, so that their step is not that of targets."""
+    along = np.argmax(np.abs(association.outward), axis=1)
+    measured = [association.points[along == axis, axis] for axis in range(3)]
+    return step > 0.0 and any(len(each) and np.ptp(each) > 0.5 * step for each in measured)
 
 
 def _rounded_alike(association: Association, step: float) -> IntArray:
@@ -300,7 +307,7 @@ def covariance_by_weights(
         length, alike = np.linalg.norm(weights, axis=0), _alike(features)
         share = own / np.maximum(length, 1e-300)
         most = _sums((length * own)[None], alike)[0, np.unique(alike, return_inverse=True)[1]]
-        cause = UNKNOWN_CORRELATION if features[0].rounded is None else STEP
+        cause = UNKNOWN_CORRELATION if features[0].rounded is None else STEP_OF_COORDINATES
         found[cause] = (weights * share * most) @ weights.T
     form, start = np.zeros((len(weights), len(weights))), 0
     for each in features:

@@ -46,6 +46,7 @@ from pretravel.drawing.tolerances.tolerances import (
     side_of_failure,
 )
 from pretravel.files import LaboratoryStatements, comparison_sentence
+from pretravel.qualification import COARSE_STEP
 from pretravel.show import (
     Column,
     Document,
@@ -739,6 +740,19 @@ def _range_text(span: Span) -> str:
     return value_text(span.low if alike else span, "µm")
 
 
+def _coarse(features: Sequence[MeasuredFeature]) -> list[str]:
+    """What to know of coordinates in coarse steps."""
+    step = max(0.0 if each.errors.rounded is None else each.points.step for each in features)
+    if step < COARSE_STEP:
+        return []
+    return [
+        (
+            f"the coordinates are in steps of {step / MICROMETRE:.4g} µm, which U contains: points "
+            "can be rounded alike. Write the coordinates with more digits"
+        )
+    ]
+
+
 def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
     warnings = []
     if not all(feature.points.state_uncertainty for feature in features):
@@ -747,6 +761,7 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
             "and of the machine; form and noise are not distinguished. No tolerance is decided"
         )
+        warnings += _coarse(features)
     elif not all(feature.errors.correlation_known for feature in features):
         warnings.append(
             "the points do not state which errors they have in common (columns shared_…_um, which "
