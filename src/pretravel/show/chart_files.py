@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
 
 _LEGEND_SIGNS = 66
-_BARE, _BARE_WITH_SCALE = 1.35, 1.1
+_BARE, _BARE_WITH_SCALE = 1.35, 1.5
 """Zoom of a chart without axes, whose numbers need no room."""
 _NEAR = 5e-3
 """Of the size of a body: what is nearer to its surface lies on it, and is not hidden by it."""

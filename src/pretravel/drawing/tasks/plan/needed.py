@@ -241,16 +241,17 @@ def _touches_of(
     stylus, region = where
     each = math.ceil(count / len(row.faces))
     pieces, hidden = [], 0
-    for number in row.faces:
+    for k, number in enumerate(row.faces):
         chosen = part.select(str(number))
         face = part.faces[chosen.chosen[0]]
         inner = _within_margin(face, region)
+        more_around = k % 2 if face.kind != "plane" else 0  # halves of a bore: no equal steps
         best: InspectionPlan | None = None
         for more in _MORE_PLACES:  # a face that does not fill its rectangle, or is half hidden
+            grid = _grid(face.kind, more * each, face.box)
+            grid = (grid[0] + more_around, grid[1])
             try:
-                found = plan_inspection(
-                    chosen, grid=_grid(face.kind, more * each, face.box), region=inner
-                )
+                found = plan_inspection(chosen, grid=grid, region=inner)
             except PretravelError:
                 continue
             seen = _at(found, stylus.reaches(part, found))
