@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import MICROMETRE, needed
+from pretravel.base import MICROMETRE, FloatArray, needed
+from pretravel.files.csv_table import SIGNIFICANT_DIGITS
 from pretravel.measurement import Points
 
 if TYPE_CHECKING:
@@ -20,6 +23,8 @@ NO_CAUSE = "nothing"
 SHARED = "shared_"
 """The start of the names of columns of `Points.shared`."""
 
+_NUMBERED = re.compile(r" \d+$")
+
 
 def points_table(points: Points) -> dict[str, npt.ArrayLike]:
     """Return compensated points as columns, one row per touch.
@@ -29,7 +34,8 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
     mapping of str to (n,) values
         label, face where it is known, x_mm, y_mm, z_mm, nx, ny, nz, pretravel_um, u_um;
         deviation_um where there is a nominal surface; uncompensated_x_mm,…; a column
-        shared_…_um for each of `Points.shared`.
+        shared_…_um for each cause of `Points.shared`, whose cells are lists where a cause has
+        several rows: ``[0.05 -0.03]``.
     """
     columns: dict[str, npt.ArrayLike] = {"label": list(points.labels)}
     if points.face is not None:
@@ -43,10 +49,44 @@ def points_table(points: Points) -> dict[str, npt.ArrayLike]:
     if points.uncompensated is not None:
         columns |= dict(zip(UNCOMPENSATED, points.uncompensated.T, strict=True))
     if points.shared is not None:
-        columns |= {shared_column(k): v / MICROMETRE for k, v in points.shared.items()}
+        columns |= _shared_columns(points.shared)
         if not points.shared:
             columns[shared_column(NO_CAUSE)] = np.zeros(len(points))
     return columns
+
+
+def _shared_columns(shared: Mapping[str, FloatArray]) -> dict[str, npt.ArrayLike]:
+    """Errors in common, [µm]: a column for a cause, however many rows it has."""
+    groups: dict[str, list[str]] = {}
+    for name in shared:
+        groups.setdefault(_NUMBERED.sub("", name), []).append(name)
+    columns: dict[str, npt.ArrayLike] = {}
+    for cause, names in groups.items():
+        if names != [f"{cause} {k}" for k in range(1, len(names) + 1)] or len(names) == 1:
+            columns |= {shared_column(name): shared[name] / MICROMETRE for name in names}
+            continue
+        form = f"[{' '.join(len(names) * [f'%.{SIGNIFICANT_DIGITS}g'])}]"
+        rows = zip(*((shared[name] / MICROMETRE).tolist() for name in names), strict=True)
+        columns[shared_column(cause)] = [form % row for row in rows]
+    return columns
+
+
+def listed_numbers(cells: Sequence[str]) -> FloatArray | None:
+    """The rows of a column of lists, (k, n); None where they are no lists of one length.
+
+    >>> listed_numbers(["[1 -2]", "[3 4]"]).tolist()
+    [[1.0, 3.0], [-2.0, 4.0]]
+    """
+    if not all(cell.startswith("[") and cell.endswith("]") for cell in cells):
+        return None
+    rows = [cell[1:-1].split() for cell in cells]
+    if len({len(row) for row in rows}) != 1:
+        return None
+    try:
+        found = np.array(rows, dtype=np.float64).T
+    except ValueError:
+        return None
+    return found if np.isfinite(found).all() else None
 
 
 def shared_column(cause: str) -> str:

@@ -29,7 +29,7 @@ from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
-from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED
+from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
 from pretravel.files.readings import ALL, chosen
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
@@ -234,7 +234,17 @@ def points_of_table(file: SourceFile, table: CsvTable) -> Points:
         return table.numbers(name)[:, 0] * MICROMETRE
 
     names = [name for name in table.columns if name.startswith(SHARED) and name.endswith("_um")]
-    shared = {_cause(name): frozen(column(name)) for name in names}
+    shared: dict[str, FloatArray] = {}
+    for name in names:
+        cells = table.columns[name]
+        if cells and cells[0].startswith("["):
+            rows = listed_numbers(cells)
+            if rows is None:
+                raise file.error(f"{name} has lists of different lengths, or no lists of numbers")
+            shared |= {f"{_cause(name)} {k}": frozen(row * MICROMETRE)
+                       for k, row in enumerate(rows, start=1)}  # fmt: skip
+        else:
+            shared[_cause(name)] = frozen(column(name))
     return _checked(
         file,
         Points(

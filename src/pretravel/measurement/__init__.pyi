@@ -1,6 +1,7 @@
 """What other rooms use of this one."""
 
 from .association import ASSOCIATIONS as ASSOCIATIONS
+from .association import SHORTEST as SHORTEST
 from .association import SIZE_NAMES as SIZE_NAMES
 from .association import Association as Association
 from .association import associate as associate

@@ -21,6 +21,7 @@ from pretravel.show.chart import (
     View,
     box_of,
     compass_of,
+    corners_of,
     rings_to,
     title_and_frame,
 )
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
 
 _LEGEND_SIGNS = 66
-_BARE, _BARE_WITH_SCALE = 1.35, 1.1
+_BARE, _BARE_WITH_SCALE = 1.1, 1.0
 """Zoom of a chart without axes, whose numbers need no room."""
 _NEAR = 5e-3
 """Of the size of a body: what is nearer to its surface lies on it, and is not hidden by it."""
@@ -178,7 +179,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         getattr(axes, f"set_{name}label")(f"{name.upper()} / {chart.unit}", fontsize=8)
         getattr(axes, f"{name}axis").set_major_locator(_few_ticks(side, float(sides.max())))
     axes.set_box_aspect(tuple(sides.tolist()), zoom=1.0)
-    axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes) * _room(chart))
+    axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes, chart) * _room(chart))
     if chart.bare:
         axes.set_axis_off()
     axes.tick_params(labelsize=7)
@@ -198,14 +199,17 @@ def _room(chart: SpaceChart) -> float:
     return _BARE if chart.scale is None else _BARE_WITH_SCALE
 
 
-def _filling(axes: Axes3D) -> float:
-    """Zoom with which the box fills its panel, as it is seen, with room for the numbers."""
+def _filling(axes: Axes3D, chart: SpaceChart) -> float:
+    """Zoom with which the box fills its panel, as it is seen, with room for the numbers.
+
+    A bare chart has no box: its marks fill the panel.
+    """
     from itertools import product
 
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
     limits = axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()
-    corners = np.array(list(product(*limits))).T
+    corners = corners_of(chart).T if chart.bare else np.array(list(product(*limits))).T
     across, up, _ = proj_transform(*corners, axes.get_proj())
     panel = np.abs([*axes.viewLim.intervalx, *axes.viewLim.intervaly]).min()
     return float(_OF_THE_PANEL * panel / np.abs([across, up]).max())

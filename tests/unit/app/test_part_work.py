@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from pretravel.app.jobs import Work
-from pretravel.app.project import Inputs, ScreenState, StoredFile
+from pretravel.app.project import Inputs, Project, ScreenState, StoredFile
 from pretravel.base.errors import PretravelError
 from pretravel.design.screen.work import start_text
 from pretravel.drawing.features.conformity import ConformityVerdict
 from pretravel.drawing.screen.part import COMPENSATION
 from pretravel.drawing.screen.work import (
     PartResult,
+    asks_where,
     compensate_part,
     example_map,
     lacking_for_points,
@@ -171,3 +172,24 @@ def test_the_tolerances_of_a_drawing(
     assert verdicts == [ConformityVerdict.CONFORMS, ConformityVerdict.DOES_NOT_CONFORM]
     assert found.features.task.probability == 0.975
     assert "--drawing drawing.toml" in command_line(found.same)
+
+
+def test_coordinates_alone_wait_for_the_part_and_for_where_it_lies() -> None:
+    """They have no normals without the part, and lie elsewhere as a rule: no error, a next step."""
+    state = Project("Of a test").screen("part")
+    state.settings["probe"] = "omp40-2"
+
+    def put(purpose: str, name: str) -> None:
+        state.files[purpose] = (StoredFile(name, (EXAMPLES / name).read_bytes()),)
+
+    put("touches", "bracket_tip_centres.csv")
+    assert "the part as a STEP file" in lacking_for_points(state)
+    put("part", "bracket_pmi.step")
+    assert asks_where(state)
+    assert "press “Find the part”" in lacking_for_points(state)
+    state.settings["aligned"] = True
+    assert lacking_for_points(state) == ""
+    state.settings.pop("aligned")
+    put("touches", "part_touches.csv")  # with normals
+    assert not asks_where(state)
+    assert lacking_for_points(state) == ""

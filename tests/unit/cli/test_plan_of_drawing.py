@@ -66,3 +66,28 @@ def test_a_datum_is_touched_as_its_tolerance_needs() -> None:
     assert list(dict.fromkeys(found.plan.face.tolist())) == [3, 2]
     assert [row[3] for row in found.rows] == [0.01, 0.01]
     assert np.all(found.plan.normal @ np.array([0.0, 0.0, 1.0]) > -1e-6)
+
+
+def test_the_touches_of_each_feature_determine_it() -> None:
+    """Rows at the ends of a face are within the margin of its edges, and were left out: one row of
+    a plane, one ring of a bore were left, which determine neither."""
+    found = planned(
+        DrawnFeature(faces=(2,), form_tolerance=0.1),
+        DrawnFeature(faces=(12,), tolerance="11.9..12.1"),
+        DrawnFeature(faces=(7,), form_tolerance=0.1),
+    )
+    assert found.warnings == ()
+    heights = {
+        face: np.unique(found.plan.point[found.plan.face == face, 2].round(3)) for face in (2, 12)
+    }
+    assert len(heights[2]) >= 2
+    assert len(heights[12]) == 3
+    assert heights[12][0] < 2.0  # near the lower end, 1 mm from the edge
+    assert heights[12][-1] > 18.0
+
+
+def test_too_few_places_are_said() -> None:
+    """A margin of 9.5 mm leaves one row of a face that is 20 mm high."""
+    plane = DrawnFeature(faces=(2,), form_tolerance=0.1)
+    found = needed_touches(Drawing((plane,)), PART, STYLUS, 1e-3, InspectionRegion(v=(5.0, 5.001)))
+    assert any("do not determine it" in each for each in found.warnings)

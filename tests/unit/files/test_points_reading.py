@@ -73,6 +73,37 @@ def _read(tmp_path: Path, text: str, name: str = "points.csv") -> Points:
     return read_points(path)
 
 
+def test_a_cause_with_several_parts_is_one_column(points: Points, tmp_path: Path) -> None:
+    """A file of points has at most 20 columns, and says all the same which errors are common."""
+    many = {f"map {k}": np.full(len(points), 1e-6 * k) for k in range(1, 16)}
+    many |= {f"alignment {k}": np.full(len(points), -1e-6 * k) for k in range(1, 7)}
+    path = tmp_path / "points.csv"
+    write_points(path, replace(points, shared={"tip radius": np.full(len(points), 1e-4), **many}))
+    header, first, *_ = path.read_text().splitlines()
+    assert len(header.split(",")) <= 20
+    assert "[-0.001 -0.002 -0.003 -0.004 -0.005 -0.006]" in first
+    found = read_points(path).shared
+    assert found is not None
+    assert list(found) == ["tip radius", *many]
+    for name, values in many.items():
+        assert np.allclose(found[name], values, rtol=1e-11, atol=0.0)
+    path.write_text(path.read_text().replace("-0.006]", "]", 1))
+    with pytest.raises(InputError, match="shared_alignment_um has lists of different lengths"):
+        read_points(path)
+
+
+def test_columns_of_single_parts_are_read_as_before(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(
+        "x_mm,y_mm,z_mm,nx,ny,nz,u_um,shared_map_1_um,shared_map_2_um\n1,2,3,0,0,1,1,0.5,-0.25\n"
+    )
+    found = read_points(path).shared
+    assert found is not None
+    assert {name: part.tolist() for name, part in found.items()} == {
+        "map 1": [0.5e-3], "map 2": [-0.25e-3]
+    }  # fmt: skip
+
+
 def test_older_files_do_not_state_what_is_common(tmp_path: Path) -> None:
     old = "label,x_mm,y_mm,z_mm,nx,ny,nz,pretravel_um,u_um\nA,1,2,3,0,0,1,12,0.5\n"
     found = _read(tmp_path, old)

@@ -35,6 +35,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     SYMMETRY,
     GeometricTolerance,
 )
+from pretravel.measurement import SHORTEST
 
 _SAME = 1e-3
 """Between a nominal value of the PMI and that of its faces. [mm or degrees]"""
@@ -245,7 +246,10 @@ class _Work:
         key = tuple(face.number for face in group)
         if key not in self.features:
             kind = kind or group[0].kind
-            name = label or f"{kind}{self.number(group[0])}".replace("#", "_")
+            word = kind
+            if kind == "cylinder" and _is_short(group):
+                kind = "circle"  # too short to show its direction
+            name = label or f"{word}{self.number(group[0])}".replace("#", "_")
             taken = {each.label for each in self.features.values()}
             while name in taken:
                 name += "x"
@@ -497,6 +501,14 @@ def _nominal_place(
         heights = (corners - first.point) @ first.direction
         middle = first.point + 0.5 * (heights.min() + heights.max()) * first.direction
     return _triple(middle, 6), _triple(first.direction)
+
+
+def _is_short(faces: Sequence[ModelFace]) -> bool:
+    """Whether a cylinder is shorter than what shows its direction."""
+    corners = np.concatenate([face.corners for face in faces])
+    if faces[0].direction is None or not len(corners):
+        return False
+    return float(np.ptp(corners @ faces[0].direction)) < SHORTEST * faces[0].radius
 
 
 def _projected(

@@ -90,9 +90,7 @@ def features_tab(state: ScreenState, result: PartResult) -> None:
     def show(result: PartFeatures) -> None:
         rows = _shown(result)
         if built:  # the rows stand below the fields that a person has just filled in
-            ui.run_javascript(
-                f"getHtmlElement({rows.id}).scrollIntoView({{block: 'center', behavior: 'smooth'}})"
-            )
+            ui.run_javascript(_TO_ROWS.replace("ROWS", str(rows.id)))
 
     work = outcome(state, FEATURES, show, button="Measure")
     built.append(True)
@@ -162,6 +160,14 @@ def _shown(result: PartFeatures) -> ui.element:
     return frame
 
 
+_TO_ROWS = """
+const rows = getHtmlElement(ROWS), panels = rows.closest('.q-tab-panels');
+const below = rows.getBoundingClientRect().top - panels.getBoundingClientRect().top;
+if (panels.scrollHeight > panels.clientHeight)
+  panels.scrollTo({top: panels.scrollTop + below - 8, behavior: 'smooth'});
+else rows.scrollIntoView({block: 'nearest', behavior: 'smooth'});
+"""
+"""Shows the first row, which fails, without moving the verdict and the picture away."""
 _OF_LINES = ("feature", "characteristic", "limits", "value", "U", "k", "verdict")
 _OF_ROWS = ("feature", "", "before/mm", "after/mm", "tolerance", "U/µm", "verdict")
 

@@ -158,6 +158,8 @@ def _flags(
         sign = f"{VERDICT_SIGNS[own[0].level]} " if own else ""
         colour: Colour = _FLAGS[own[0].level] if own else "ink"
         found.setdefault(colour, []).append((foot, tip, f"{sign}{feature.label}"))
+    if sum(map(len, found.values())) > _MOST_FLAGS and len(found) > 1:
+        found.pop("ink", None)  # names of what conforms would hide the others
     marks: list[SpaceMark] = []
     for colour, rows in found.items():
         feet, tips, words = (list(each) for each in zip(*rows, strict=True))
@@ -166,6 +168,8 @@ def _flags(
     return marks
 
 
+_MOST_FLAGS = 8
+"""Flags that have room on a part; of more, those that conform have none."""
 _FLAGS: Mapping[str, Colour] = {"bad": "limit", "caution": "series2", "good": "ink"}
 
 

@@ -24,6 +24,7 @@ from pretravel.drawing.features.feature_results import features_table, residuals
 from pretravel.drawing.features.feature_trials import QuantityByTrials
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.features.measured_feature import (
+    BARE_SURFACE,
     NORMALS_OFF,
     MeasuredFeature,
     Quantity,
@@ -774,7 +775,10 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "decided. Qualify the probe"
         )
     if any(
-        feature.uncompensated is None and feature.points.state_uncertainty for feature in features
+        feature.uncompensated is None
+        and feature.points.state_uncertainty
+        and feature.kind != BARE_SURFACE
+        for feature in features
     ):
         warnings.append("the file contains neither uncompensated points nor their pretravel")
     elif any(feature.uncompensated_is_rebuilt for feature in features):
@@ -796,9 +800,11 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
         for feature in features
         if feature.association.dof < 1
     )
-    warnings.extend(
-        f"{_name(feature)}: {text}" for feature in features for text in feature.warnings
-    )
+    alike: dict[str, list[str]] = {}
+    for feature in features:
+        for text in feature.warnings:
+            alike.setdefault(text, []).append(_name(feature))
+    warnings.extend(f"{', '.join(names)}: {text}" for text, names in alike.items())
     return warnings
 
 
@@ -855,6 +861,8 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
 def short_report(document: Document) -> Document:
     """The report on one or two pages: the tolerances, the part, and the rule of the decisions.
 
+    Warnings stand below them: nothing comes between the verdict and what fails.
+
     Parameters
     ----------
     document : Document
@@ -867,7 +875,8 @@ def short_report(document: Document) -> Document:
         tables=tuple(table for table in document.tables if table.title == TITLE_OF_LINES),
         sections=(),
         pictures=document.pictures[:1],
-        notes=(*rule, asked),
+        notes=(*rule, *(f"Warning: {words}" for words in document.warnings), asked),
+        warnings=(),
         budgets=(),
         data=(),
     )

@@ -355,6 +355,8 @@ class Measure(LaboratoryReport):
         PretravelError
             Tolerances that contradict each other, with the name of the feature.
         """
+        from pretravel.drawing.features.measured_feature import BARE_SURFACE
+
         if drawing is None:
             self.tolerances()
             return {"": self}
@@ -366,7 +368,7 @@ class Measure(LaboratoryReport):
                 from_nominal = limits is not None and not limits.are_limits
                 tasks[name] = replace(
                     self,
-                    feature=row.kind,
+                    feature=None if row.kind == BARE_SURFACE else row.kind,
                     drawing=None,
                     part=None,
                     select=(row.select,) if row.select else (),
@@ -801,11 +803,12 @@ def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:
 
 def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
     """One feature, inspected."""
+    from pretravel.drawing.features.measured_feature import BARE_SURFACE
     from pretravel.drawing.tolerances.tolerances import inspect_feature
 
     try:
         if task.feature != BY_LABEL:
-            feature = _feature(label, points, str(task.feature), task)
+            feature = _feature(label, points, task.feature or BARE_SURFACE, task)
             return inspect_feature(feature, task.tolerances())
         feature = _feature_of_label(label, points, task)
         tolerances = task.tolerances()

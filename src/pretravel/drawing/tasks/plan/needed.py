@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import BoolArray, FloatArray, IntArray, PretravelError
+from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.tolerances.drawing_on_part import drawing_on_part
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
+from pretravel.measurement import associate
 from pretravel.probing import InspectionPlan, InspectionRegion, plan_inspection
-from pretravel.surface import Part, face_triangles, feet_on_faces
+from pretravel.surface import Face, Part, face_triangles, feet_on_faces
 from pretravel.task import tolerance
 
 if TYPE_CHECKING:
@@ -24,7 +26,6 @@ SHARE_OF_TOLERANCE = 0.1
 MOST_OF_FEATURE = 60
 """Touches of one feature: more take longer than they help."""
 _FEWEST = {"plane": 9, "cylinder": 15, "cone": 15, "sphere": 13, "torus": 15, "slot": 12}
-_DETERMINED_BY = {"plane": 3, "cylinder": 5, "cone": 6, "sphere": 4, "torus": 7, "slot": 4}
 _RINGS = 3
 """Heights at which a cylinder is touched: two show its axis, three its form."""
 _PARTS = {"plane": 2.0}
@@ -33,8 +34,11 @@ _PART = 2.0 * math.sqrt(2.0)
 zone is twice a distance; a diameter or an axis is determined by half of them."""
 _AROUND = 8
 """Lines along the stylus that must be free."""
+_BESIDE_MARGIN = 1.001  # of a margin: its end itself counts as nearer than it
 _MORE_PLACES = (1, 2, 3, 4, 8, 16, 32)
 """How many times more places than wanted are tried on the rectangle of a face."""
+_IN_A_ROW = 0.02  # of the largest extent: less across it is a row, or a ring
+_MOST_HIDDEN = 3  # times the places of which none is reached: the face is hidden
 _MOST_OVER = 2  # times the wanted places of a round face are kept: it has whole rings
 _INSIDE = 1e-3  # how deep a tip may seem to be in another face, by rounding [mm]
 
@@ -139,23 +143,17 @@ def needed_touches(
         part_of_u = _PARTS.get(row.kind, _PART)
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])
         wanted = few if math.isnan(width) else _count(width, part_of_u * u_touch, few)
-        found = _touches_of(row, part, wanted, region)
-        seen = found if found is None else _at(found, stylus.reaches(part, found))
-        if found is None or seen is None or not len(seen):
+        seen, hidden = _touches_of(row, part, wanted, (stylus, region))
+        if seen is None:
             warnings.append(f"{row.name}: the stylus reaches no place on it")
             continue
-        if len(seen) < len(found):
-            hidden = len(found) - len(seen)
-            warnings.append(f"{row.name}: {hidden} of {len(found)} places are not reached")
+        if len(seen) < wanted and hidden:
+            warnings.append(f"{row.name}: {hidden} places are not reached")
         seen = _along_a_short_way(seen, row, last, np.array(stylus.axis))
         last = seen.point[-1]
         pieces.append(seen)
-        needed = _DETERMINED_BY.get(row.kind, 1)
-        if len(seen) < needed:
-            warnings.append(
-                f"{row.name}: {len(seen)} places do not determine a {row.kind}, which takes "
-                f"{needed}; a smaller margin, or another stylus, may find more"
-            )
+        open_ = _undetermined(row.kind, seen)
+        warnings += [f"{row.name}: {open_}"] if open_ else []
         expanded = 2.0 * part_of_u * u_touch / math.sqrt(len(seen))
         rows.append((row.name, len(seen), expanded, width))
         if expanded > 1.05 * SHARE_OF_TOLERANCE * width:
@@ -166,6 +164,20 @@ def needed_touches(
     if not pieces:
         raise PretravelError("the stylus reaches no place of the features", inputs=("axis",))
     return NeededTouches(_joined(pieces), tuple(rows), tuple(warnings))
+
+
+def _undetermined(kind: str, plan: InspectionPlan) -> str:
+    """Why touches at these places do not determine their feature; empty where they do."""
+    if kind == BARE_SURFACE:
+        return ""
+    axis = np.linalg.svd(plan.normal, full_matrices=False)[2][0] if kind == "slot" else None
+    try:
+        associate(kind, plan.point, axis=axis)
+    except PretravelError as error:
+        return (
+            f"its {len(plan)} places are too few, or lie so that they do not determine it: {error}"
+        )
+    return ""
 
 
 def _narrowest(drawing: Drawing) -> dict[str, float]:
@@ -217,29 +229,70 @@ def _count(width: float, u: float, few: int) -> int:
 
 
 def _touches_of(
-    row: DrawnFeature, part: Part, count: int, region: InspectionRegion
-) -> InspectionPlan | None:
-    """About so many places on the faces of a feature, evenly; None where none is usable."""
+    row: DrawnFeature,
+    part: Part,
+    count: int,
+    where: tuple[ReachingStylus | ProbeOfMachine, InspectionRegion],
+) -> tuple[InspectionPlan | None, int]:
+    """About so many places on the faces of a feature that are reached, evenly; None without one.
+
+    Beside them how many places were not reached.
+    """
+    stylus, region = where
     each = math.ceil(count / len(row.faces))
-    pieces = []
-    for number in row.faces:
+    pieces, hidden = [], 0
+    for k, number in enumerate(row.faces):
         chosen = part.select(str(number))
         face = part.faces[chosen.chosen[0]]
+        inner = _within_margin(face, region)
+        more_around = k % 2 if face.kind != "plane" else 0  # halves of a bore: no equal steps
         best: InspectionPlan | None = None
-        for more in _MORE_PLACES:  # a face that does not fill its rectangle
+        for more in _MORE_PLACES:  # a face that does not fill its rectangle, or is half hidden
+            grid = _grid(face.kind, more * each, face.box)
+            grid = (grid[0] + more_around, grid[1])
             try:
-                found = plan_inspection(
-                    chosen, grid=_grid(face.kind, more * each, face.box), region=region
-                )
+                found = plan_inspection(chosen, grid=grid, region=inner)
             except PretravelError:
                 continue
-            best = found if best is None or len(found) > len(best) else best
-            if len(best) >= each:
+            seen = _at(found, stylus.reaches(part, found))
+            if best is None or (_spread(seen, face.kind), len(seen)) > (
+                _spread(best, face.kind),
+                len(best),
+            ):
+                best, lost = seen, len(found) - len(seen)
+            whole = len(best) >= each and _spread(best, face.kind)
+            if whole or (more > _MOST_HIDDEN and not len(best)):
                 break
-        if best is not None:
+        if best is not None and len(best):
             most = each if face.kind == "plane" else _MOST_OVER * each
             pieces.append(_at(best, _far_apart(best.point, most)))
-    return _joined(pieces) if pieces else None
+            hidden += lost
+    return (_joined(pieces) if pieces else None), hidden
+
+
+def _spread(plan: InspectionPlan, kind: str) -> bool:
+    """Whether places lie in more than a row of a plane, or in more than a ring of another face."""
+    if len(plan) < 3:
+        return False
+    extents = np.linalg.svd(plan.point - plan.point.mean(axis=0), compute_uv=False)
+    return bool(extents[1 if kind == "plane" else 2] > _IN_A_ROW * extents[0])
+
+
+def _within_margin(face: Face, region: InspectionRegion) -> InspectionRegion:
+    """The region without the margins: the outer rows of a grid lie at its ends.
+
+    A parameter that goes all around has none.
+    """
+    low, high = face.box
+    lengths = [float(np.linalg.norm(d[0])) for d in face.derivatives(0.5 * (low + high)[None])[1:]]
+    ends: list[tuple[float, float] | None] = []
+    for k, stated in enumerate((region.u, region.v)):
+        inset = _BESIDE_MARGIN * region.margin / max(lengths[k], 1e-9)
+        around = face.kind != "plane" and high[k] - low[k] > 2.0 * np.pi - 1e-6
+        wide = high[k] - low[k] > 2.0 * inset
+        free = stated is None and wide and not (around and k == 0)
+        ends.append((float(low[k] + inset), float(high[k] - inset)) if free else stated)
+    return replace(region, u=ends[0], v=ends[1])
 
 
 def _far_apart(points: FloatArray, count: int) -> IntArray:
