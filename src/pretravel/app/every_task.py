@@ -190,13 +190,14 @@ def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
             state,
             setting.name,
             f"{setting.label}, as a word",
-            hint=page_words(kind, setting.help),
         )
 
 
 def _fields(kind: type[Task], state: ScreenState) -> None:
     form = form_of(kind)
     names = [name for name in form.names if name != "verbose"]
+    if not (names or outputs_of_run(kind)):
+        return
     with panel("Settings"):
         for name in names[:_SHOWN_AT_FIRST]:
             described_field(state, form, name)
@@ -213,8 +214,6 @@ def _fields(kind: type[Task], state: ScreenState) -> None:
 def _picture(made: TaskRun) -> None:
     if made.report is not None and made.report.pictures:
         document_picture(made.report)
-    else:
-        empty_state("terminal", "This task has no picture: its answer stands below")
 
 
 def _answer(made: TaskRun) -> None:
