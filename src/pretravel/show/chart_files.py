@@ -219,7 +219,8 @@ def _few_ticks(side: float, longest: float) -> Any:
     """Numbers that do not touch each other along a short side."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(max(1, round(5.0 * side / longest)), steps=[1, 2, 5, 10])
+    count = max(1, round(5.0 * side / longest))
+    return MaxNLocator(count, steps=[1, 2, 5, 10], min_n_ticks=min(count, 2))
 
 
 def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
@@ -412,7 +413,9 @@ def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
     if mark.symbol == "ring":
         colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
     elif mark.values is not None and chart.scale is not None:
-        colour = {"c": mark.values[rows], **_colouring(chart.scale)}
+        # The colour of zero is that of the paper.
+        edge = {"edgecolors": "0.3", "linewidths": 0.4}
+        colour = {"c": mark.values[rows], **_colouring(chart.scale), **edge}
     axes.scatter(*mark.positions[rows].T, s=mark.size**2, marker=_SYMBOLS[mark.symbol],
                  depthshade=False, label=_named(mark.name), zorder=2.0, **colour)  # fmt: skip
 
