@@ -24,6 +24,7 @@ def filled(request: pytest.FixtureRequest, page: Any, workbench: RunningWorkbenc
         opened(page, f"{workbench.address}engineer")
         drop(page, SPHERE.read_bytes())
         state_diameters(page)
+        step(page, "Choose your control")
         opened(page, f"{workbench.address}{name}")
         page.get_by_role("button", name="Take sphere.csv from this project").click()
         page.get_by_role("button", name="Run", exact=True).click()

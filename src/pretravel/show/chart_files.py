@@ -41,6 +41,7 @@ from pretravel.show.chart_marks import (
     SpacePoints,
 )
 from pretravel.show.colours import LIGHT, SEQUENTIAL, SIGNED
+from pretravel.show.space_notes import NoteInSpace, draw_notes
 from pretravel.show.style import new_figure, some_rows
 
 if TYPE_CHECKING:
@@ -181,6 +182,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
     axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes) * _room(chart))
     if chart.bare:
         axes.set_axis_off()
+    draw_notes(_notes_in_sight(chart), axes)
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
@@ -399,11 +401,19 @@ def _draw_space(mark: SpaceMark, axes: Axes3D, chart: SpaceChart) -> None:
         case SpaceArrow():
             _space_arrow(mark, axes)
         case SpaceNotes():
-            seen = ~_covered(mark.positions, chart)
-            for place, text, shown in zip(mark.positions.tolist(), mark.texts, seen, strict=True):
-                if not shown:
-                    continue
-                axes.text(*place, text, color=LIGHT[mark.colour], fontsize=9, zorder=10)
+            pass  # `draw_notes`, when all else has its place
+
+
+def _notes_in_sight(chart: SpaceChart) -> list[NoteInSpace]:
+    return [
+        (place, text.strip(), LIGHT[mark.colour])
+        for mark in chart.marks
+        if isinstance(mark, SpaceNotes)
+        for place, text, covered in zip(
+            mark.positions, mark.texts, _covered(mark.positions, chart), strict=True
+        )
+        if not covered
+    ]
 
 
 def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
