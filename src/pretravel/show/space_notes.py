@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 NoteInSpace: TypeAlias = tuple[FloatArray, str, str]
 """Place, words, colour."""
 
-_LETTER, _ROW = 5.6, 12.0
+_LETTER, _ROW = 5.8, 14.0
 """Size of a letter of a note with its frame. [pt]"""
 _SHIFTS = [
     (0.0, 0.0),
     *(
         (reach * math.cos(turn), reach * math.sin(turn))
-        for reach in (16.0, 24.0, 34.0, 46.0)
+        for reach in (16.0, 24.0, 34.0, 46.0, 60.0)
         for turn in np.radians([90.0, 45.0, 135.0, 0.0, 180.0, 315.0, 225.0, 270.0])
     ),
 ]

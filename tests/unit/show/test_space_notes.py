@@ -19,7 +19,7 @@ def test_notes_of_close_places_stand_beside_each_other(apart: float) -> None:
     figure = drawn_figure(View("", (SpaceChart("", (CORNERS, notes), ""),)))
     figure.canvas.draw()
     boxes = {
-        text.get_text(): text.get_window_extent()
+        text.get_text(): text.get_bbox_patch().get_window_extent()  # without the line
         for text in figure.axes[0].texts
         if text.get_text().startswith("face")
     }
