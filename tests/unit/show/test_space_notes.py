@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +14,11 @@ CORNERS = SpacePoints(np.array([[-10.0, -10, -10], [10, 10, 10]]), size=1.0)
 
 
 @pytest.mark.parametrize("apart", [0.01, 0.5])
-def test_notes_of_close_places_stand_beside_each_other(apart: float) -> None:
+def test_notes_of_close_places_stand_beside_each_other(apart: float, tmp_path: Path) -> None:
     places = apart * np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
     notes = SpaceNotes(places, tuple(f"face {number}" for number in range(6)))
     figure = drawn_figure(View("", (SpaceChart("", (CORNERS, notes), ""),)))
-    figure.canvas.draw()
+    figure.savefig(tmp_path / "notes.png")
     boxes = {
         text.get_text(): text.get_bbox_patch().get_window_extent()  # without the line
         for text in figure.axes[0].texts
