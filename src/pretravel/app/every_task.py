@@ -36,6 +36,7 @@ from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
+from pretravel.app.links import OF_TASK
 from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
@@ -136,6 +137,12 @@ def job_of(name: str) -> Job:
         keeps=lambda made: made.grown,
         gives=lambda made: made.files,
     )
+
+
+def job_of_screen_of_task(screen: str) -> Job | None:
+    """The work of the screen of a task by the name of the screen; None where there is none."""
+    found = screen_of_task(screen.removeprefix(OF_TASK))
+    return None if found is None else job_of(found.task)
 
 
 def _shared(kind: type[Task]) -> tuple[str, ...]:
