@@ -36,14 +36,14 @@ a task (`pretravel.task.listed`): fields, commands and Python lines are made fro
     )
 
     def show(state: ScreenState) -> None:
-        places = screen_places()          # steps, picture, status and tabs, as on all screens
+        places = screen_places()          # steps; status, answer, picture, tabs: on all screens
         with places.inputs:
             file_drop(state, "touches", "Touches on the sphere", endings=(".csv",))
             with panel("Reference"):
                 described_fields(state, QUALIFY_FORM, QUALIFY_FORM.names)
         with places.status:
             work = work_status(state, QUALIFICATION, missing="Drop touches on the left.")
-        # The picture, and the tabs Verdict and Details.
+        # The answer on top, the picture, and the tab Details.
         document_screen(places, work, lambda result: result[0].document(), empty="The touches")
         with places.tab("Files"):
             kept(work, lambda: to_keep(work))
@@ -81,7 +81,8 @@ result can be pickled. ``automatic=False`` gives a button instead of a start at 
 ``live=True`` is for work below 0.1 s that follows a slider. The function gets `jobs.Inputs`:
 ``settings`` and ``files`` (paths of copies with the user's names).
 Files that a result leaves on the screen, as a history with today's line, are those of ``keeps``;
-they are inputs too, and no change of the run that made them. The verdict of ``report`` stands on
+they are inputs too, and no change of the run that made them. Those of ``gives`` other screens take,
+as links. The verdict of ``report`` stands on
 the start page. A `PretravelError` is shown as it is; its message names the user's file. Log
 messages of the logger ``pretravel`` (INFO) are shown as stages of progress, and warnings above the
 result.

@@ -36,6 +36,7 @@ from pretravel.app.components.same_elsewhere import same_elsewhere
 from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
+from pretravel.app.links import OF_TASK
 from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
@@ -138,6 +139,12 @@ def job_of(name: str) -> Job:
     )
 
 
+def job_of_screen_of_task(screen: str) -> Job | None:
+    """The work of the screen of a task by the name of the screen; None where there is none."""
+    found = screen_of_task(screen.removeprefix(OF_TASK))
+    return None if found is None else job_of(found.task)
+
+
 def _shared(kind: type[Task]) -> tuple[str, ...]:
     """What a task takes of what all screens have in common."""
     return OF_ALL_SCREENS if issubclass(kind, LaboratoryReport) else ()
@@ -190,13 +197,14 @@ def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
             state,
             setting.name,
             f"{setting.label}, as a word",
-            hint=page_words(kind, setting.help),
         )
 
 
 def _fields(kind: type[Task], state: ScreenState) -> None:
     form = form_of(kind)
     names = [name for name in form.names if name != "verbose"]
+    if not (names or outputs_of_run(kind)):
+        return
     with panel("Settings"):
         for name in names[:_SHOWN_AT_FIRST]:
             described_field(state, form, name)
@@ -213,8 +221,6 @@ def _fields(kind: type[Task], state: ScreenState) -> None:
 def _picture(made: TaskRun) -> None:
     if made.report is not None and made.report.pictures:
         document_picture(made.report)
-    else:
-        empty_state("terminal", "This task has no picture: its answer stands below")
 
 
 def _answer(made: TaskRun) -> None:

@@ -45,6 +45,7 @@ REFERENCE = ("diameter", "u_diameter_um", "sphere_form_um", "ring", "tip_diamete
 """Of the reference and the tip; called alike by all tasks that ask for a reference."""
 OF_TASK = "task-"
 """Begins the names of the screens of tasks."""
+_JOB_OF_TASK = "pretravel.app.every_task:job_of_screen_of_task"
 OF_REFERENCE = "reference"
 """The name of their link."""
 
@@ -83,10 +84,8 @@ def job_of_screen(screen: str, name: str) -> Uses | None:
     """A job whose result other screens take; `name` is a place of `Link`."""
     name = name.partition(":")[0]
     if screen.startswith(OF_TASK):
-        from pretravel.app.every_task import job_of, screen_of_task
-
-        task = screen_of_task(screen.removeprefix(OF_TASK))
-        return None if task is None else job_of(task.task)
+        of_task: Uses | None = object_at(_JOB_OF_TASK)(screen)
+        return of_task
     for each in SCREENS:
         if each.name == screen:
             jobs: Iterable[Uses] = map(object_at, each.jobs)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pretravel.app.components.statements import laboratory_file
+from pretravel.app.jobs import without_folder
 from pretravel.app.project import Inputs, StoredFile
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base import PretravelError, own_files_alone, temporary_folder
@@ -200,9 +201,9 @@ def run_task(inputs: Inputs) -> TaskRun:
             with_file_names(task, **_shown(names)),
             report,
             result.page() if report is not None else None,
-            result.text,
+            without_folder(result.text, folder),
             result.template,
-            tuple(result.cautions),
+            tuple(without_folder(words, folder) for words in result.cautions),
             _written(task, result, folder) | {file.name: file.content for file in grown.values()},
             {name: (grown[name],) for name in given},
         )

@@ -42,6 +42,7 @@ from pretravel.show.chart_marks import (
     SpacePoints,
 )
 from pretravel.show.colours import LIGHT, SEQUENTIAL, SIGNED
+from pretravel.show.space_notes import NoteInSpace, draw_notes
 from pretravel.show.style import new_figure, some_rows
 
 if TYPE_CHECKING:
@@ -182,6 +183,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
     axes.set_box_aspect(tuple(sides.tolist()), zoom=_filling(axes, chart) * _room(chart))
     if chart.bare:
         axes.set_axis_off()
+    draw_notes(_notes_in_sight(chart), axes)
     axes.tick_params(labelsize=7)
     axes.set_title(title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
@@ -223,7 +225,8 @@ def _few_ticks(side: float, longest: float) -> Any:
     """Numbers that do not touch each other along a short side."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(max(1, round(5.0 * side / longest)), steps=[1, 2, 5, 10])
+    count = max(1, round(5.0 * side / longest))
+    return MaxNLocator(count, steps=[1, 2, 5, 10], min_n_ticks=min(count, 2))
 
 
 def _polar_axes(figure: Figure, cell: tuple[int, int, int], title: str) -> PolarAxes:
@@ -402,11 +405,19 @@ def _draw_space(mark: SpaceMark, axes: Axes3D, chart: SpaceChart) -> None:
         case SpaceArrow():
             _space_arrow(mark, axes)
         case SpaceNotes():
-            seen = ~_covered(mark.positions, chart)
-            for place, text, shown in zip(mark.positions.tolist(), mark.texts, seen, strict=True):
-                if not shown:
-                    continue
-                axes.text(*place, text, color=LIGHT[mark.colour], fontsize=9, zorder=10)
+            pass  # `draw_notes`, when all else has its place
+
+
+def _notes_in_sight(chart: SpaceChart) -> list[NoteInSpace]:
+    return [
+        (place, text.strip(), LIGHT[mark.colour])
+        for mark in chart.marks
+        if isinstance(mark, SpaceNotes)
+        for place, text, covered in zip(
+            mark.positions, mark.texts, _covered(mark.positions, chart), strict=True
+        )
+        if not covered
+    ]
 
 
 def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
@@ -416,7 +427,9 @@ def _space_points(mark: SpacePoints, axes: Axes3D, chart: SpaceChart) -> None:
     if mark.symbol == "ring":
         colour = {"facecolors": "none", "edgecolors": LIGHT[mark.colour]}
     elif mark.values is not None and chart.scale is not None:
-        colour = {"c": mark.values[rows], **_colouring(chart.scale)}
+        # The colour of zero is that of the paper.
+        edge = {"edgecolors": "0.3", "linewidths": 0.4}
+        colour = {"c": mark.values[rows], **_colouring(chart.scale), **edge}
     axes.scatter(*mark.positions[rows].T, s=mark.size**2, marker=_SYMBOLS[mark.symbol],
                  depthshade=False, label=_named(mark.name), zorder=2.0, **colour)  # fmt: skip
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from pretravel.base import MICROMETRE, from_angles
 from pretravel.qualification import qualify
-from pretravel.show import at_the_edge
-from pretravel.show.chart import Chart, PlaneChart, PolarChart
-from pretravel.show.chart_marks import Dots
+from pretravel.show import at_the_edge, drawn_figure
+from pretravel.show.chart import Chart, PlaneChart, PolarChart, Scale, SpaceChart, View
+from pretravel.show.chart_marks import Dots, SpacePoints
 from pretravel.task.notebook_card import notebook_card
 from pretravel.tasks.qualify import qualification_view
 from tests.support.reference_touches import sphere_touches
@@ -68,3 +70,16 @@ def test_an_outlier_is_at_the_edge_of_the_card_of_a_notebook(qualified: object) 
 def test_what_is_within_the_others_stays_where_it_is() -> None:
     assert at_the_edge([0.5, -9.0], [0.0, 1.0]).tolist() == pytest.approx([0.5, -0.12])
     assert at_the_edge([3.0], [np.nan]).tolist() == [3.0]
+
+
+def test_a_point_without_a_deviation_is_seen_in_a_file(tmp_path: Path) -> None:
+    """The colour of zero is that of the paper."""
+    point = SpacePoints(np.zeros((1, 3)), values=np.zeros(1), size=40.0)
+    corners = SpacePoints(np.array([[-1.0, -1, -1], [1, 1, 1]]), size=0.1)
+    scale = Scale("deviation", "µm", -8.0, 8.0, signed=True)
+    view = View("", (SpaceChart("", (corners, point), "", scale=scale, bare=True),))
+    path = tmp_path / "points.png"
+    drawn_figure(view).savefig(path)
+    pixels = imread(path)[:, :, :3]
+    middle = pixels[pixels.shape[0] // 4 : -pixels.shape[0] // 4, : pixels.shape[1] // 2]
+    assert int(np.sum(middle.max(axis=2) < 0.6)) > 50

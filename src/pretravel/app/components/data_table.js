@@ -3,7 +3,7 @@ const ROWS = 25;
 
 export default {
   template: `
-    <div class="data-table">
+    <div class="data-table" :class="form">
       <div class="table-frame" tabindex="0" role="region" :aria-label="label">
         <table class="sortable">
           <thead><tr>
@@ -12,7 +12,7 @@ export default {
             </th>
           </tr></thead>
           <tbody><tr v-for="row in shown">
-            <td v-for="(cell, n) in row" :class="{number: numbers[n]}">{{ cell }}</td>
+            <td v-for="(cell, n) in row" :class="{number: numbers[n]}" :data-label="headings[n]">{{ cell }}</td>
           </tr></tbody>
         </table>
       </div>
@@ -23,8 +23,15 @@ export default {
       </nav>
     </div>`,
   props: { headings: Array, rows: Array, numbers: Array, label: String },
-  data: () => ({ column: -1, order: "ascending", page: 0 }),
+  data: () => ({ column: -1, order: "ascending", page: 0, form: "" }),
   watch: { rows() { this.page = 0; } },
+  mounted() {
+    this.observer = new ResizeObserver(() => this.fit());
+    this.observer.observe(this.$el);
+  },
+  unmounted() {
+    this.observer.disconnect();
+  },
   computed: {
     pages() { return Math.ceil(this.rows.length / ROWS); },
     sorted() {
@@ -42,6 +49,17 @@ export default {
     shown() { return this.sorted.slice(this.page * ROWS, (this.page + 1) * ROWS); },
   },
   methods: {
+    // A table that is wider than its place has smaller letters; then each row is a list.
+    async fit() {
+      const frame = this.$el.querySelector(".table-frame");
+      if (!frame.clientWidth || frame.clientWidth === this.width) return;
+      this.width = frame.clientWidth;
+      for (const form of ["", "dense", "dense stacked"]) {
+        this.form = form;
+        await this.$nextTick();
+        if (frame.scrollWidth <= frame.clientWidth + 1) return;
+      }
+    },
     choose(n) {
       this.order = n === this.column && this.order === "ascending" ? "descending" : "ascending";
       this.column = n;

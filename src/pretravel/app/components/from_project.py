@@ -121,9 +121,9 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
                 button.props["aria-label"] = f"Take {file.name} from this project"
 
             for file, place in results.items():
-                take = partial(take_result, state, purpose, *place)
+                take_made = partial(take_result, state, purpose, *place)
                 button = ui.button(
-                    f"{file.name} of {title_of_screen(place[0].name)}", on_click=take
+                    f"{file.name} of {title_of_screen(place[0].name)}", on_click=take_made
                 )
                 button.props("no-caps flat dense")
 

@@ -66,9 +66,9 @@ const fitted = (figure, width, height) => {
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;
-    if (yaxis?.ticktext) yaxis.ticktext = yaxis.ticktext.map((text) => inLines(text, Math.max(0.3 * width, 96), 13));
     const below = xaxis?.visible === false ? 0 : 26 + 13 * LINE * withTitle(xaxis, wide);
     margin = { ...margin, r: right, b: below + 12 + legend + (layout.sliders ? 60 : 0) };
+    if (yaxis?.ticktext) named(yaxis, height - margin.t - margin.b);
     if (yaxis?.visible !== false) withTitle(yaxis, height - margin.t - margin.b - 16);
   }
   layout.margin = margin;
@@ -78,11 +78,24 @@ const fitted = (figure, width, height) => {
   if (camera) layout.scene.camera = seen(layout.scene, camera, width - margin.l - right - beside, height - margin.t - margin.b);
   return { ...figure, layout };
 
+  // Names beside an axis: in as many lines as their places have room for, else wider, and smaller.
+  function named(axis, high) {
+    const most = high / axis.ticktext.length;
+    for (const [share, size] of [[0.3, 13], [0.4, 13], [0.4, 11], [0.5, 11], [0.6, 10]]) {
+      const words = axis.ticktext.map((text) => inLines(text, Math.max(share * width, 96), size));
+      axis.tickfont = { ...axis.tickfont, size };
+      if (share === 0.6 || Math.max(...words.map(lines)) * size * LINE <= most) {
+        axis.ticktext = words;
+        return;
+      }
+    }
+  }
+
   // The nearest place on the line of sight from which all corners of the box, with the words beside its axes, are in
   // the picture; Plotly's angle of view is 45° over the height.
   function seen(scene, camera, w, h) {
     const bare = scene.xaxis?.visible === false;
-    const [aside, above] = bare ? [10, 10] : [Math.min(68, 0.27 * w), Math.min(24, 0.08 * h)];
+    const [aside, above] = bare ? [beside ? 36 : 10, 10] : [Math.min(68, 0.27 * w), Math.min(24, 0.08 * h)];
     const size = Math.hypot(...["x", "y", "z"].map((axis) => camera.eye[axis]));
     const [x, y, z] = ["x", "y", "z"].map((axis) => camera.eye[axis] / size);
     const flat = Math.hypot(x, y) || 1e-9;
@@ -91,22 +104,22 @@ const fitted = (figure, width, height) => {
     const focus = h / 2 / Math.tan(Math.PI / 8);
     const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     const side = scene.aspectratio;
-    let far = 0.1;
-    for (const corner of [0, 1, 2, 3, 4, 5, 6, 7]) {
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
       const place = ["x", "y", "z"].map((axis, bit) => (corner & (1 << bit) ? 0.5 : -0.5) * side[axis]);
-      const near = dot(place, [x, y, z]);
-      far = Math.max(
-        far,
-        near + (Math.abs(dot(place, rightwards)) * focus) / (w / 2 - aside),
-        near + (Math.abs(dot(place, upwards)) * focus) / (h / 2 - above),
-      );
+      return [rightwards, upwards, [x, y, z]].map((direction) => dot(place, direction));
+    });
+    // What is near looks larger: the camera looks at the middle of what is seen, not of the box.
+    let far = 0.1, up = 0;
+    for (let turn = 0; turn < 6; turn += 1) {
+      far = 0.1;
+      for (const [a, b, near] of corners)
+        far = Math.max(far, near + (Math.abs(a) * focus) / (w / 2 - aside), near + (Math.abs(b - up) * focus) / (h / 2 - above));
+      const heights = corners.map(([, b, near]) => (b - up) / (far - near));
+      up += 0.5 * far * (Math.max(...heights) + Math.min(...heights));
     }
     // The words stand below the box: it is seen a little higher.
-    const lower = bare ? 0 : (0.7 * above * far) / focus;
-    return {
-      ...camera,
-      eye: { x: far * x, y: far * y, z: far * z - lower },
-      center: { x: 0, y: 0, z: -lower },
-    };
+    const raised = up - (bare ? 0 : (0.7 * above * far) / focus);
+    const [cx, cy, cz] = upwards.map((part) => raised * part);
+    return { ...camera, eye: { x: far * x + cx, y: far * y + cy, z: far * z + cz }, center: { x: cx, y: cy, z: cz } };
   }
 };

@@ -299,7 +299,7 @@ def _contours(
         _with_room(across, levels[0]),
         _with_room(along, levels[1]),
         (
-            Contours(*places, field, step),
+            Contours(places[0], places[1], field, step),
             Dots(x[good], y[good], "designs", "ink", symbol="ring", size=4.0),
             Dots(
                 x[least], y[least], f"smallest {label.label}", "after", symbol="diamond", size=9.0

@@ -547,7 +547,8 @@ def _around(calibration: RigCalibration, directions: Sequence[DirectionPerforman
                 ):
                     azimuth.append(d.azimuth)
                     pretravel.append(touch.pretravel / MICROMETRE)
-                    labels.append(f"{touch.trace}: {value_text(pretravel[-1], 'µm')}")
+                    value = "" if used else f": {value_text(pretravel[-1], 'µm')}"
+                    labels.append(f"{touch.trace}{value}")
         if labels:
             drawn = np.array(pretravel) if used else at_the_edge(pretravel, [0.0, *means])
             marks.append(Dots(np.array(azimuth), drawn, name, role,
