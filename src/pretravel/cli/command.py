@@ -109,7 +109,7 @@ class Command(TyperCommand):
             given = [word for word in words if word in parameter.opts]
             if len(given) > 1:
                 raise PretravelError(
-                    f"{given[-1]} is given {len(given)} times, and takes one value: state one, and "
+                    f"{given[-1]} is given {len(given)} times, and takes one value: give one, and "
                     "run the command again for another"
                 )
 

@@ -124,7 +124,7 @@ def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
     if height > OUT_OF_PLANE * fit.radius:
         raise PretravelError(
             f"the points do not lie in one plane across the axis: they are up to {height:.3g} mm "
-            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, state the "
+            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, give the "
             "direction of the axis, or take the points of one height",
             inputs=("axis",),
         )
@@ -369,7 +369,7 @@ def _slot(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Asso
     checked_points(p, "slot", 4)
     if axis is None:
         raise PretravelError(
-            "a slot needs the direction across its two planes: state the axis, or take points with "
+            "a slot needs the direction across its two planes: give the axis, or take points with "
             "normals",
             inputs=("axis",),
         )
@@ -508,7 +508,7 @@ def _refuse_other_feature(kind: str, fit: Association) -> None:
 
 
 _WHAT_TO_DO = (
-    "State the normals in the file or give the nominal surface; touches of several features need "
+    "Give the normals in the file or give the nominal surface; touches of several features need "
     "labels such as bore1-1, bore1-2, bore2-1; leave out a gross touch"
 )
 _LARGEST_FORM, _FORM_OF_RADIUS = 0.05, 0.02

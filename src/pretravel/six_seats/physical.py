@@ -213,7 +213,7 @@ def fit_physical(
     if count < FEWEST_FOR_SIX_SEATS:
         raise PretravelError(
             f"{count} directions are too few for kind physical: a six-seat probe has seven "
-            "parameters beside centre and asymmetry; touch at least "
+            "parameters besides centre and asymmetry; touch at least "
             f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
         )
     problem = SixSeatProblem(observation)

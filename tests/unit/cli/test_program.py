@@ -50,7 +50,7 @@ class TestCommands:
         assert "map.json states no feed" in both_outputs(*given)[1]
         feed = read_machine(mill).measuring_feed
         write_map(tmp_path / "map.json", replace(mean_map(0.010), feed=feed))
-        assert "states no feed" not in both_outputs(*given)[1]
+        assert "has no feed" not in both_outputs(*given)[1]
 
 
 class TestAxis:

@@ -56,7 +56,7 @@ def test_equal_touches(tmp_path: Path, step: tuple[object, ...]) -> None:
     path.write_text("z_mm\n" + "4.7\n" * 10)
     out = " ".join(run("repeat", path, *step).split())
     assert ("differ by less than 12 µm" in out or "differ by less than 13 µm" in out) == bool(step)
-    assert ("State the step" in out) != bool(step)
+    assert ("Give the step" in out) != bool(step)
 
 
 def test_what_is_missing_is_named_as_an_option(tmp_path: Path) -> None:

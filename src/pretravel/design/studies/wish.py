@@ -24,7 +24,7 @@ from pretravel.design.studies.outputs import MEANINGS, OutputMeaning
 OF_GEOMETRY: Mapping[str, OutputMeaning] = {
     "lever": OutputMeaning("mm", "tip centre to the plane of the rod axes"),
     "stylus_length": OutputMeaning("mm", "root of the stylus to tip centre"),
-    "rod_lift": OutputMeaning("mm", "rise of the rod that opens at the wished overtravel"),
+    "rod_lift": OutputMeaning("mm", "rise of the rod that opens, at the overtravel"),
 }
 """Quantities of a description that a wish can limit, beside the outputs of studies."""
 WISHES = ShippedTexts("pretravel.design.studies", "data/wishes", "wish", "wishes")
@@ -111,7 +111,7 @@ class _Whole:
 
 @cache
 def _structure() -> TomlStructure:
-    structure = structure_with_factors("pretravel wishes stylus-50mm prints a whole wish")
+    structure = structure_with_factors("pretravel wishes stylus-50mm prints a whole specification")
     structure.table(_WishTable, overtravel="overtravel_mm")
     return structure
 
@@ -135,7 +135,7 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
     goal = table.least or table.most
     if bool(table.least) == bool(table.most):
         raise document.error(
-            "a wish has either least (a quantity that is made small) or most", "wish"
+            "a specification has either least (a quantity that is made small) or most", "wish"
         )
     for name, place in (
         (goal, ("wish",)),
@@ -149,7 +149,7 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
     names = {goal, table.and_least, *(limit.of for limit in parts.limit)}
     if "rod_lift" in names and not table.overtravel:
         raise document.error(
-            "rod_lift is the rise of a rod at the overtravel of the tip: state overtravel_mm",
+            "rod_lift is the rise of a rod at the overtravel of the tip: give overtravel_mm",
             "wish",
         )
     outputs = tuple(output for output, numbers in MEANINGS.items() if names & set(numbers))

@@ -146,7 +146,7 @@ def read_pc_dmis(
     routine.close_feature()
     _check(file, routine)
     radius = checked_radius_taken_off(file, "the text of a routine of PC-DMIS", radius_taken_off)
-    scale = file.scale(units, "the text of a routine does not state its units")
+    scale = file.scale(units, "the text of a routine does not give its units")
     return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine))
 
 

@@ -75,7 +75,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
     diameter: Annotated[
         float | None,
         Field(
-            help="Diameter of the sphere, in mm: for files that do not state the directions.",
+            help="Diameter of the sphere, in mm: for files that do not give the directions.",
             range=REFERENCE_DIAMETER,
         ),
     ] = None
@@ -161,7 +161,7 @@ def _by_label(touches: Touches, path: Path) -> tuple[list[Touches], list[float]]
         stated = _AT.match(label)
         if stated is None:
             raise PretravelError(
-                f"{path}: the label '{label}' of touch {row + 1} states no angle (at60_s1); state "
+                f"{path}: the label '{label}' of touch {row + 1} has no angle (at60_s1); give "
                 "the angles, and a file for each",
                 inputs=("angles",),
             )
@@ -313,7 +313,7 @@ class FoundAxis(Result):
             )
         if not self.center_stated:
             warnings.append(
-                "the map does not state the uncertainty of its centre (an earlier version made "
+                "the map does not give the uncertainty of its centre (an earlier version made "
                 "it): the place contains what a sphere does not show of the pretravel, most along "
                 "the probe axis, and the uncertainty does not; qualify its touches again"
             )

@@ -81,7 +81,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
         f"{value_text(best.largest / MICROMETRE, 'µm')}",
         figures=(u_map,) if result.u_map > 0.0 else (),
         tables=(_errors_table(result),),
-        pictures=(Picture("Errors left by corrections", lambda: comparison_view(result, title)),),
+        pictures=(Picture("Errors after each correction", lambda: comparison_view(result, title)),),
         data=(Table.of(comparison_columns(result), "Errors left"),),
     )
 
@@ -183,9 +183,7 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
         if row.method == FULL_MAP:
             length = 2.0 * result.u_map / MICROMETRE
             text = (
-                f"2 u (rms) = {value_text(length, 'µm')}"
-                if known
-                else "the reference, u not stated"
+                f"2 u (rms) = {value_text(length, 'µm')}" if known else "the reference, u not given"
             )
         names.append("map" if name == FULL_MAP else _shown(name))
         bars.append(Bars(np.array([float(place)]), np.array([length]), "", _colour(name),

@@ -44,7 +44,7 @@ class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
         Angles | None,
         Field(
             help="Orientation of the spindle in each file, in degrees: 0,180. Without it, a "
-            "column spindle_deg states it.",
+            "column spindle_deg gives it.",
             parse=angles,
             metavar="ANGLES",
         ),

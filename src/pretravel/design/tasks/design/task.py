@@ -40,7 +40,7 @@ class Design(Reported):
     wish: Annotated[
         str,
         Field(
-            help="Wish, .toml; or a name of pretravel wishes.",
+            help="Specification, .toml; or a name listed by pretravel wishes.",
             positional=True,
             metavar="WISH",
             reads=existing,
@@ -95,7 +95,8 @@ class Wishes(Task):
     example = "pretravel wishes stylus-100mm > wish.toml"
 
     wish: Annotated[
-        str | None, Field(help="A wish of the package, to print.", positional=True, metavar="NAME")
+        str | None,
+        Field(help="A specification of the package, to print.", positional=True, metavar="NAME"),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> TextResult:
@@ -106,5 +107,5 @@ class Wishes(Task):
         if self.wish is not None:
             return TextResult(WISHES.text(self.wish))
         lines = [f"{entry:14} {load_wish(entry).study.name}" for entry in WISHES.names()]
-        advice = "\npretravel wishes NAME > wish.toml prints a wish to edit."
+        advice = "\npretravel wishes NAME > wish.toml prints a specification to edit."
         return TextResult("\n".join([*lines, advice, ""]))

@@ -169,7 +169,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
             "files have no column spindle_deg.",
             only=_uses("spindle"),
             label="Orientation of the spindle in each file",
-            hint="0,180 for example, where the files do not state it",
+            hint="0,180 for example, where the files do not give it",
             parse=angles,
             metavar="ANGLES",
         ),
