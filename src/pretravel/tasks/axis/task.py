@@ -281,7 +281,7 @@ class FoundAxis(Result):
         """The report."""
         import numpy as np
 
-        from pretravel.show import Digits, Document, KeyFigure, Picture, decimals
+        from pretravel.show import Digits, Document, KeyFigure, Picture, by_uncertainty, decimals
 
         found, two = self.found, Digits(2, significant=True)
         along = "ABC".index(found.letter)
@@ -289,12 +289,14 @@ class FoundAxis(Result):
         u = np.sqrt(np.diag(found.covariance))
         figures = [
             KeyFigure(f"{name} of the axis {found.letter}", float(found.values[i]), "mm",
-                      decimals(4), u=float(u[i]), u_digits=two,
+                      by_uncertainty(float(u[i])), u=float(u[i]) / MICROMETRE, u_unit="µm",
+                      u_digits=two,
                       coverage_factor=float(found.factors[i]),
                       remark=f"at {'xyz'[along]} = {found.point[along]:.3f} mm")
             for i, name in enumerate(names)
         ] + [
-            KeyFigure(f"slope along {name}", float(1e3 * found.values[2 + i]), "mm/m", decimals(4),
+            KeyFigure(f"slope along {name}", float(1e3 * found.values[2 + i]), "mm/m",
+                      by_uncertainty(float(1e3 * u[2 + i])),
                       u=float(1e3 * u[2 + i]), u_digits=two,
                       coverage_factor=float(found.factors[2 + i]))
             for i, name in enumerate(names)
