@@ -193,7 +193,7 @@ def _joined_values(
     if len(stated) < len(values):
         there = next(p for p, value in zip(paths, values, strict=True) if value is not None)
         absent = next(p for p, value in zip(paths, values, strict=True) if value is None)
-        raise InputError(f"gives no {what}, but {there.name} does", path=absent)
+        raise InputError(f"has no {what}, but {there.name} does", path=absent)
     return np.concatenate(stated)
 
 

@@ -85,7 +85,6 @@ from .solid_meshes import sphere_mesh as sphere_mesh
 from .style import ignore_settings_of_folder as ignore_settings_of_folder
 from .style import some_rows as some_rows
 from .style import svg_element as svg_element
-from .terminal import grouped_warnings as grouped_warnings
 from .terminal import printable as printable
 from .terminal import terminal_text as terminal_text
 from .touch_sphere_chart import TouchesInSpace as TouchesInSpace

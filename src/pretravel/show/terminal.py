@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Sequence
 
 from pretravel.show.document import Document, KeyFigure, Section, Table
 from pretravel.show.formatting import cell_texts, figure_text, heading_text
@@ -12,8 +11,6 @@ from pretravel.show.formatting import cell_texts, figure_text, heading_text
 _OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _LABEL = 18
 _WIDTH = 99
-_NAMED = 3
-"""So many labels of one warning are listed; of more the first one and their number."""
 
 
 def terminal_text(document: Document, *, verbose: bool = False) -> str:
@@ -51,35 +48,6 @@ def printable(text: str) -> str:
     line 2
     """
     return _OBEYED.sub(lambda sign: sign[0].encode("unicode_escape").decode(), text)
-
-
-def grouped_warnings(warnings: Sequence[str]) -> list[str]:
-    """Warnings with those of one kind in one line: texts that differ in their label or numbers.
-
-    >>> rig = [f"rig_{azimuth}: no edge at {azimuth} ms" for azimuth in (0, 30, 60, 90)]
-    >>> grouped_warnings([*rig, "the budget is old"])
-    ['rig_0: no edge at 0 ms (and 3 more of this kind, --verbose lists them)', 'the budget is old']
-    >>> grouped_warnings(["bore1: lobes", "bore2: lobes"])
-    ['bore1, bore2: lobes']
-    """
-    kinds: dict[str, list[tuple[str, str]]] = {}
-    for warning in warnings:
-        label, colon, text = warning.partition(": ")
-        if not colon or " " in label:
-            label, text = "", warning
-        masked = re.sub(r"[+-]?\d[\d.,]*", "#", text) if label else text
-        kinds.setdefault(masked, []).append((label, text))
-    return [_one_line(found) for found in kinds.values()]
-
-
-def _one_line(found: Sequence[tuple[str, str]]) -> str:
-    (label, text), *others = found
-    if not label:
-        return text
-    if len(found) <= _NAMED and all(other == text for _, other in others):
-        return f"{', '.join(name for name, _ in found)}: {text}"
-    more = f" (and {len(others)} more of this kind, --verbose lists them)" if others else ""
-    return f"{label}: {text}{more}"
 
 
 def table_text(table: Table) -> str:

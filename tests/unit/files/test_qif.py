@@ -186,7 +186,11 @@ class TestQif:
             ("<Compensated>false</Compensated>", "", "does not say whether"),
             ("<Normals>0 0 1", "<Normals>0 0 2", "normal 1 has length 2"),
             ("<Points>0 0 3 10 0 3</Points>", "<BinaryPoints/>", "binary forms are not"),
-            ("<Points>", "<CoordinateSystemId>3</CoordinateSystemId><Points>", "of its own"),
+            (
+                "<Points>",
+                "<CoordinateSystemId>3</CoordinateSystemId><Points>",
+                "its own coordinate",
+            ),
             ("</Results>", "", "not well-formed XML"),
             ('<?xml version="1.0"?>', "<!DOCTYPE a []>", "entities"),
         ],

@@ -158,8 +158,8 @@ HEAD = "X;Y;Z;I;J;K\n"
         ("1 2 3 0 0 1\n4 bad 6 0 0 1\n", {}, "line 2: column 2 is 'bad'"),
         ("1 bad 3\n4 5 6\n", {}, "line 1: 'bad' is not a number"),
         (HEAD + "1;2;3;10;20;30\n" * 3, {}, "I, J, K are no unit vectors"),
-        ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. State the columns"),
-        (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', stated as x, is not"),
+        ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. Give the columns"),
+        (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', given as x, is not"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"q": "X"}}, "no quantity 'q'"),
         (HEAD + "1;2;3;0;0;1\n", {"exclude": ("9",)}, "no touch with the label or on the line '9'"),
         (HEAD + "1;2;3;0;0;1\n", {"exclude": ("2",)}, "rows"),
@@ -336,7 +336,7 @@ class TestSeveralFiles:
         with pytest.raises(PretravelError, match="a line is given with its file"):
             read_series(paths, ReadingOptions(units="mm", exclude=("2",)))
         (tmp_path / "run_11.csv").write_text("X;Y;Z;I;J;K;F\n1;0;3;0;0;1;50\n")
-        with pytest.raises(InputError, match=r"run_9.csv: states no feeds, but run_11.csv does"):
+        with pytest.raises(InputError, match=r"run_9.csv: has no feeds, but run_11.csv does"):
             read_series(files_of([tmp_path]), ReadingOptions(units="mm"))
 
 

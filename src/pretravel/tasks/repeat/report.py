@@ -131,7 +131,7 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
                   f"{contained or ' is of the same'}"),
         KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch",
                   _digits(judged.drift, signed=True),
-                  remark=f"U = {_um(judged.drift_u95)} (95 %); {_drift_words(judged)}"),
+                  remark=f"U = {_um(judged.drift_u95)}; {_drift_words(judged)}"),
         KeyFigure("first touch differs", _first_words(judged)),
         KeyFigure("step of the positions", _step_words(judged)),
         KeyFigure("outliers and jumps", _breaks_words(judged, lines)),
@@ -193,7 +193,7 @@ def _advice(judged: RepeatSeries) -> str:
     """What to do, the most useful first."""
     words = []
     if judged.first.apart:
-        words.append("throw the first touch away, each time that a point is touched again")
+        words.append("discard the first touch of each series")
     if judged.jumps:
         words.append("find the reason of the jump: lost steps, a loose mount, something knocked")
     if judged.drifts:
