@@ -447,7 +447,7 @@ def _checked(
     if most < FEWEST_REPEATS:
         raise file.error(
             f"no point was touched {FEWEST_REPEATS} times or more, one touch after the other: in a "
-            "mesh of heights each point is touched once, and says nothing of how a touch repeats. "
+            "mesh of heights each point is touched once, which does not show how a touch repeats. "
             "Touch one point ten times (Klipper PROBE_ACCURACY SAMPLES=10, Marlin M48 P10 V4)"
         )
     values = np.concatenate([one.values for one in series])

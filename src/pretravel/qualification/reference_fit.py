@@ -153,7 +153,7 @@ class Term:
         k of U, by Student's distribution.
     determined : bool
     told_from : tuple of str
-        What the touches cannot tell it from, where it is not determined.
+        What the touches do not distinguish it from, where it is not determined.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """What touches of one point say of a probe: noise, drift, the first touch, outliers, the next one.
 
 The standard deviation of all touches contains the drift and the first touch: it is too large for
-the noise, and says nothing of the next touch. Here they are separated with the series of
+the noise, and does not predict the next touch. Here they are separated with the series of
 `time_series`, whose time is the number of the touch.
 """
 

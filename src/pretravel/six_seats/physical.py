@@ -441,7 +441,7 @@ def _misfit(
 def _with_disagreement(fit: PhysicalMapFit, problem: SixSeatProblem) -> PhysicalMapFit:
     """The fit with the difference from a harmonic map, where that shows another kind of probe.
 
-    Residuals alone do not tell noise from what a six-seat probe does not represent, unless
+    Residuals alone do not distinguish noise from what a six-seat probe does not represent, unless
     directions are repeated. A map that knows nothing of seats takes the latter for lobes. `problem`
     has the touches of the fit, or some of very many.
     """

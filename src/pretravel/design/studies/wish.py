@@ -1,4 +1,4 @@
-"""What is wished of a probe, and the TOML file that states it."""
+"""What is required of a probe, and the TOML file that states it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ OF_GEOMETRY: Mapping[str, OutputMeaning] = {
     "stylus_length": OutputMeaning("mm", "root of the stylus to tip centre"),
     "rod_lift": OutputMeaning("mm", "rise of the rod that opens, at the overtravel"),
 }
-"""Quantities of a description that a wish can limit, beside the outputs of studies."""
+"""Quantities of a description that a specification can limit, beside the outputs of studies."""
 WISHES = ShippedTexts("pretravel.design.studies", "data/wishes", "wish", "wishes")
-"""The wishes that come with the package."""
+"""The specifications that come with the package."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Wish:
-    """A wish: what is to be small, what may change, what must hold.
+    """A specification: what is to be small, what may change, what must hold.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ def _structure() -> TomlStructure:
 
 
 def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
-    """A wish from the tables of its file.
+    """A specification from the tables of its file.
 
     Parameters
     ----------
@@ -165,12 +165,12 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
 
 
 def load_wish(wish: str | Path) -> Wish:
-    """A wish by the name of a shipped one, or from a TOML file.
+    """A specification by the name of a shipped one, or from a TOML file.
 
     Raises
     ------
     PretravelError
-        Neither such a name nor a file; a file that is not a wish.
+        Neither such a name nor a file; a file that is not a specification.
 
     >>> load_wish("stylus-50mm").goal
     'pretravel_deviation'
@@ -179,7 +179,7 @@ def load_wish(wish: str | Path) -> Wish:
 
 
 def known_quantities() -> dict[str, OutputMeaning]:
-    """All quantities that a wish can name.
+    """All quantities that a specification can name.
 
     >>> known_quantities()["lever"].unit
     'mm'

@@ -100,7 +100,7 @@ def reference_document(
 
 
 def _in_the_map(fit: ReferenceFit) -> list[str]:
-    """Terms of the machine that the map contains, because nothing tells them from it."""
+    """Terms of the machine that the map contains, because they are not distinguished from it."""
     left = [term.name for term in fit.terms if not term.determined]
     if not left:
         return []

@@ -1,4 +1,4 @@
-"""Search the best design for a wish; list the wishes of the package."""
+"""Search the best design for a specification; list the specifications of the package."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _is_wish(text: str) -> bool:
 
 
 class Design(Reported):
-    """Search the probe that fits a wish best, within ranges and limits."""
+    """Search the probe that fits a specification best, within ranges and limits."""
 
     name = "design"
     group = "Predict"
@@ -61,7 +61,7 @@ class Design(Reported):
 
 @dataclass(frozen=True, eq=False)
 class DesignedProbe(Result):
-    """The best design for a wish.
+    """The best design for a specification.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class DesignedProbe(Result):
 
 
 class Wishes(Task):
-    """List the wishes of the package, or print one as TOML."""
+    """List the specifications of the package, or print one as TOML."""
 
     name = "wishes"
     group = "Predict"
