@@ -81,7 +81,7 @@ class Command(TyperCommand):
         formatter.write_paragraph()
         formatter.write_text(self.epilog or "")
         if not whole:
-            formatter.write_text(f"All options, and all about them: {WHOLE_HELP}")
+            formatter.write_text(f"All options in full: {WHOLE_HELP}")
 
     def _parts(self, ctx: Any) -> dict[str, list[Any]]:
         """Arguments and options below their titles, those for all work first."""

@@ -327,9 +327,7 @@ class PlacedPart(Task):
 
 # Reports
 
-Verbose: TypeAlias = Annotated[
-    bool, Field(help="Print the full report, not its key figures alone.")
-]
+Verbose: TypeAlias = Annotated[bool, Field(help="Print the full report, not only the key figures.")]
 
 
 class Reported(Task):
