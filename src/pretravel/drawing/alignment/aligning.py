@@ -36,7 +36,7 @@ def align(
     part : Part
     pretravel_map : PretravelMap
     start : Placement, optional
-        Near the answer. Without it the placement is searched over all positions.
+        Near the answer. Without it the placement is searched for from nothing.
     datums : sequence of Datum, optional
         In the order of the drawing; without them the best fit on all touched faces.
     extrapolate : bool

@@ -40,8 +40,8 @@ _MORE = "--verbose, or -o report.html"
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
-    Touches need no normals: the normals of the faces are used, and the pretravel is solved together with
-    the placement. Without a start and a plan the placement is searched over all positions.
+    Touches need no normals: those of the faces are taken, and the pretravel is solved together with
+    the placement. Without a start and a plan the placement is searched for from nothing.
     """
 
     name = "align"

@@ -220,7 +220,7 @@ class Measure(LaboratoryReport):
     form_association: Annotated[
         FormCriterion,
         Field(
-            help="Association by which a form tolerance is decided: minimum-zone (ISO 1101), or "
+            help="By which a tolerance of the form is decided: minimum-zone (ISO 1101), or "
             "gaussian, least squares.",
             words={"minimum-zone": "minimum zone (ISO 1101)", "gaussian": "least squares"},
             label="Form by",
@@ -273,7 +273,7 @@ class Measure(LaboratoryReport):
     trials: Annotated[
         int | None,
         Field(
-            help="Trials of a Monte Carlo, in addition to the analytic U: draw the points so often with their errors "
+            help="Monte Carlo beside the analytic U: draw the points so often with their errors "
             "(those of machine and probe by direction, after compensate --machine), and fit again.",
             range=(100, 1_000_000),
             label="Trials of a Monte Carlo beside U",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class PlanForDrawing(PlanTargets):
     """Choose points of a surface to touch, as targets for simulate or for a machine.
 
-    With a drawing, choose the touches that its tolerances need, in the order of touching.
+    With a drawing they are the touches that its tolerances need, in the order to take them.
     """
 
     drawing: Annotated[
