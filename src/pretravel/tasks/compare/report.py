@@ -73,7 +73,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     ]
     best = min(simpler, key=lambda row: row.largest)
     u_map = KeyFigure("u of the map", result.u_map / MICROMETRE, "µm",
-                      remark="rms; the other corrections are computed without touching errors")  # fmt: skip
+                      remark="rms; other corrections: without touching errors")  # fmt: skip
     return Document(
         title=title,
         verdict=f"The best correction simpler than the map is '{_shown(best.method)}': its error "
