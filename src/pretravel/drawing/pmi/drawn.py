@@ -199,7 +199,7 @@ class _Work:
     def add_datum(self, datum: PmiDatum) -> None:
         if not datum.place.faces and datum.targets:
             raise _NotStatedError(
-                "it is made by datum targets, which the file of features cannot state"
+                "it is made by datum targets, which the file of features cannot express"
             )
         groups = self.groups(datum.place)
         several = len(groups) > 1
@@ -208,18 +208,18 @@ class _Work:
             for k, group in enumerate(groups, start=1)
         ]
         if datum.targets:
-            raise _NotStatedError("its targets are not stated: the whole faces are its feature")
+            raise _NotStatedError("its targets are not given: the whole faces are its feature")
 
     def add_size(self, size: Size) -> None:
         if size.nominal is None and size.lower is None and size.upper is None:
-            raise _NotStatedError("the text states no value")
+            raise _NotStatedError("the text has no value")
         stated = set(size.notes) & set(_WITHOUT_TOLERANCE)
         if stated:
             raise _NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
         if size.fit and size.lower is None:
-            raise _NotStatedError(f"state the limits of {size.fit} by ISO 286 as tolerance")
+            raise _NotStatedError(f"give the limits of {size.fit} by ISO 286 as tolerance")
         if size.lower is None or size.upper is None:
-            raise _NotStatedError("the text states no lower and upper limit")
+            raise _NotStatedError("the text has no lower and upper limit")
         groups = [self.groups(place) for place in size.places]
         if len(groups) == 2:
             self.add_distance(size, groups)
@@ -274,7 +274,7 @@ class _Work:
 
     def add_tolerance(self, tolerance: Tolerance) -> None:
         if tolerance.zone is None:
-            raise _NotStatedError("the text states no value")
+            raise _NotStatedError("the text has no value")
         others = [sign for sign in tolerance.signs if sign not in ("M", "L", "all around")]
         if others:
             raise _NotStatedError(f"'{', '.join(others)}' is not decided here")
@@ -321,7 +321,7 @@ class _Work:
         if axes and tolerance.kind in (POSITION, *ORIENTATION) and tolerance.form != _ROUND:
             raise _NotStatedError(
                 "the zone of an axis is decided as a cylinder, and the text "
-                + (f"calls it '{tolerance.form}'" if tolerance.form else "states no form of it")
+                + (f"calls it '{tolerance.form}'" if tolerance.form else "has no form of it")
             )
         return groups
 

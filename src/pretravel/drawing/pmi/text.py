@@ -136,7 +136,7 @@ def features_text(
     blocks = [_HEAD.format(title=_one_line(title)) + more]
     left = [each for each in item_lines(pmi, numbers, drawn.left_out) if each.left_out]
     if left:
-        blocks.append("# Not stated in this file:\n" + "".join(_comment(each) for each in left))
+        blocks.append("# Not given in this file:\n" + "".join(_comment(each) for each in left))
     if pmi.unread:
         texts = "".join(
             f"#   {_one_line(f'#{each.number} = {each.text}')}\n" for each in pmi.unread

@@ -153,7 +153,7 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
             label = f"pattern{len(patterns) + 1}"
             patterns.append(DrawnPattern(label, names, _zone(row), datums, row.material))
         elif names[0] not in features:
-            raise PretravelError(f"{row.feature}: no row states its faces")
+            raise PretravelError(f"{row.feature}: no row gives its faces")
         else:
             features[names[0]] = _with(features[names[0]], row, datums)
     return Drawing(tuple(features.values()), tuple(patterns), tuple(between))
@@ -182,7 +182,7 @@ def _with(feature: DrawnFeature, row: ToleranceRow, datums: tuple[str, ...]) -> 
         OWN_POSITION: feature.position_tolerance,
     }.get(row.characteristic)  # fmt: skip
     if taken is not None:
-        raise PretravelError(f"{row.feature}: two rows state its {row.characteristic}")
+        raise PretravelError(f"{row.feature}: two rows give its {row.characteristic}")
     if row.characteristic == ROW_SIZE:
         return replace(feature, tolerance=row.limits)
     if row.characteristic == ROW_FORM:
