@@ -274,7 +274,8 @@ class Measure(LaboratoryReport):
         int | None,
         Field(
             help="Monte Carlo, in addition to the analytic U: draw the points so often with their "
-            "errors (those of machine and probe by direction, after compensate --machine), and fit again.",
+            "errors (those of machine and probe by direction, after compensate --machine), and "
+            "fit again.",
             range=(100, 1_000_000),
             label="Trials of a Monte Carlo, with U",
             hint="Empty: none; 2000 takes seconds",
