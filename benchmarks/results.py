@@ -167,7 +167,7 @@ def computer() -> str:
 
 
 def page(figures: Figures, where: str) -> str:
-    """The page of the documentation, in Markdown.
+    """The page of the documentation, in Markdown; the site takes its tables from their files.
 
     Parameters
     ----------
@@ -180,57 +180,51 @@ def page(figures: Figures, where: str) -> str:
         "",
         f"`{COMMAND}` measures everything on this page, and writes it. {where}",
         "",
-        _ABOUT_RATIOS,
+        f"{_ABOUT_RATIOS} ([CSV](results/benchmarks.csv))",
         "",
-        *_ratio_table(figures.rows),
+        "<!-- generated: results benchmarks -->",
     ]
     if figures.growths:
-        lines += ["", "## Growth", "", *_growth_table(figures.growths)]
+        lines += ["", "## Growth", "", f"{_ABOUT_GROWTH} ([CSV](results/growth.csv))", ""]
+        lines += ["<!-- generated: results growth -->"]
     return "\n".join(lines) + "\n"
 
 
-def _ratio_table(rows: Sequence[Row]) -> list[str]:
-    lines = [
-        "| job | pretravel | alternative | its time | ratio | note |",
-        "| --- | --- | --- | --- | --- | --- |",
+def ratio_table(rows: Sequence[Row]) -> list[list[str]]:
+    """Jobs with their times and alternatives; the first row has the names of the columns."""
+    return [
+        ["job", "pretravel", "alternative", "its time", "ratio", "note"],
+        *(
+            [
+                f"{row.size} {row.what}".strip(),
+                seconds_text(row.ours),
+                row.alternative or "–",
+                seconds_text(row.theirs),
+                ratio_text(row.ratio),
+                row.note,
+            ]
+            for row in rows
+        ),
     ]
-    for row in rows:
-        cells = [
-            f"{row.size} {row.what}".strip(),
-            seconds_text(row.ours),
-            row.alternative or "–",
-            seconds_text(row.theirs),
-            ratio_text(row.ratio),
-            row.note,
-        ]
-        lines.append(_table_line(cells))
-    return lines
 
 
-def _growth_table(growths: Sequence[Growth]) -> list[str]:
-    lines = [
-        _ABOUT_GROWTH,
-        "",
-        "| job | grows with | size: time, memory | exponent of time | of memory |",
-        "| --- | --- | --- | --- | --- |",
-    ]
+def growth_table(growths: Sequence[Growth]) -> list[list[str]]:
+    """Jobs with their sizes and exponents; the first row has the names of the columns."""
+    lines = [["job", "grows with", "size: time, memory", "exponent of time", "of memory"]]
     for growth in growths:
         sizes = "; ".join(_cell(growth, i) for i in range(len(growth.sizes)))
         memory = growth.memory_exponent
-        cells = [
-            growth.what + (f" ({growth.note})" if growth.note else ""),
-            growth.over,
-            sizes,
-            _signed(growth.time_exponent),
-            "–" if memory is None else _signed(memory),
-        ]
-        lines.append(_table_line(cells))
+        lines.append(
+            [
+                growth.what + (f" ({growth.note})" if growth.note else ""),
+                growth.over,
+                sizes,
+                _signed(growth.time_exponent),
+                "–" if memory is None else _signed(memory),
+            ]
+        )
     return lines
 
 
 def _signed(value: float) -> str:
     return f"{value:.2f}".replace("-", "−")
-
-
-def _table_line(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

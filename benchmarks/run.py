@@ -8,6 +8,7 @@ python -m benchmarks.run --small --print   # small sizes: shows that everything 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
 import shutil
 import sys
@@ -17,7 +18,16 @@ from pathlib import Path
 
 from benchmarks import load, long_tables, ratios, studies, waiting
 from benchmarks.commands import spent
-from benchmarks.results import Figures, Row, computer, growth_line, page, row_line
+from benchmarks.results import (
+    Figures,
+    Row,
+    computer,
+    growth_line,
+    growth_table,
+    page,
+    ratio_table,
+    row_line,
+)
 from benchmarks.sizes import FULL, SMALL, Sizes
 
 _ROOT = Path(__file__).resolve().parents[1]
@@ -99,7 +109,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     found = run(options.only or list(BENCHMARKS), SMALL if options.small else FULL)
     if not (options.only or options.small or options.print):
         PAGE.write_text(page(found, where), encoding="utf-8")
+        _write_table("benchmarks", ratio_table(found.rows))
+        if found.growths:
+            _write_table("growth", growth_table(found.growths))
         print(f"wrote {PAGE}")
+
+
+def _write_table(name: str, rows: Sequence[Sequence[str]]) -> None:
+    folder = PAGE.parent / "results"
+    folder.mkdir(exist_ok=True)
+    with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 if __name__ == "__main__":

@@ -14,8 +14,10 @@ from benchmarks.results import (
     Row,
     exponent,
     growth_line,
+    growth_table,
     memory_text,
     page,
+    ratio_table,
     row_line,
     seconds_text,
 )
@@ -51,17 +53,19 @@ def test_ratios_say_how_many_times_as_long_the_alternative_takes() -> None:
     assert Row("a", "1", 2.0).ratio is None
 
 
-def test_the_page_shows_every_figure() -> None:
+def test_page_and_tables_show_every_figure() -> None:
     missing = Row("map", "9", None, "another solver", None, "not measured: it is not installed")
     lines = page(Figures((ROW, missing), (GROWTH,)), "A computer with 3 cores.").splitlines()
     assert lines[0] == "# Benchmarks"
     assert any("make benchmark" in line and "A computer with 3 cores." in line for line in lines)
-    assert "| 1,000 points read | 0.5 s | a plain loop | 25 s | 50 | at most 12 MB |" in lines
-    assert "| 9 map | – | another solver | – | – | not measured: it is not installed |" in lines
-    expected = (
-        "| `read` | points | 10: 1 s, 5 MB; 100: 2 s, 20 MB; 1,000: 20 s, 2 GB | 1.00 | 2.00 |"
-    )
-    assert expected in lines
+    assert "<!-- generated: results benchmarks -->" in lines
+    assert "<!-- generated: results growth -->" in lines
+    assert ratio_table((ROW, missing))[1:] == [
+        ["1,000 points read", "0.5 s", "a plain loop", "25 s", "50", "at most 12 MB"],
+        ["9 map", "–", "another solver", "–", "–", "not measured: it is not installed"],
+    ]
+    sizes = "10: 1 s, 5 MB; 100: 2 s, 20 MB; 1,000: 20 s, 2 GB"
+    assert growth_table((GROWTH,))[1:] == [["`read`", "points", sizes, "1.00", "2.00"]]
 
 
 def test_figures_are_printed_while_they_are_measured() -> None:

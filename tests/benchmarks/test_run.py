@@ -173,4 +173,6 @@ def test_nothing_is_written_where_less_than_everything_ran(
         assert not page.exists()
     assert "time^1.00" in capsys.readouterr().out
     run.main([])
-    assert "| `read` | points | 1: 1 s; 10: 10 s | 1.00 | – |" in page.read_text()
+    assert "generated: results growth" in page.read_text()
+    written = (tmp_path / "results" / "growth.csv").read_text()
+    assert "`read`,points,1: 1 s; 10: 10 s,1.00,–" in written

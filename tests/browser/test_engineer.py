@@ -151,7 +151,7 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     drop(page, text.encode(), "shop.csv")
     page.wait_for_selector("text=In which unit are the lengths")
     page.get_by_role("button", name="Millimetres", exact=True).click()
-    page.wait_for_selector("text=mm (stated)")
+    page.wait_for_selector("text=mm (given)")
     state_diameters(page)
     page.wait_for_selector("text=the map 0.3 µm")
     tab(page, "Touches")

@@ -65,7 +65,7 @@ def test_a_separation_is_that_of_the_command_line(
 ) -> None:
     opened(page, f"{workbench.address}laboratory")
     page.get_by_label("What do you have?").click()
-    page.get_by_role("option", name="Machine and probe apart").click()
+    page.get_by_role("option", name="Machine and probe separated").click()
     page.wait_for_selector('.file-drop-input[data-url$="/laboratory/readings"]', state="attached")
     drop(page, "laboratory", "readings", READINGS)
     page.wait_for_selector(".verdict")

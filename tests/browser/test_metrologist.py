@@ -77,7 +77,7 @@ def test_the_laboratory_is_filled_in_once_and_prints_a_certificate(
     page.get_by_text("Laboratory, instrument, environment").first.click()
     drop(page, "metrologist", "laboratory_file", filled_file(tmp_path))
     tab(page, "Files")
-    compared = "text=states that it compared what is used here of ISO 10360-5"
+    compared = "text=declares that it compared what is used here of ISO 10360-5"
     page.wait_for_selector(compared, state="attached")  # in a detail of the report, too
     settled(page)
     kept = tmp_path / "kept"

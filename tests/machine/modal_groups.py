@@ -72,7 +72,7 @@ GROUPS = (
     ModalGroup(
         "GM_G92_IS_APPLIED",
         "G92 G92.1 G92.2 G92.3",
-        "checked by programs: stops where one is active and the machine file states no place of "
+        "checked by programs: stops where one is active and the machine file has no place of "
         "the work offset; part of the work coordinates of cycles",
     ),
     ModalGroup("M group 4", "M0 M1 M2 M30 M60", "a program ends with M2"),

@@ -83,7 +83,7 @@ def test_a_file_stands_for_its_points(made: Qualification, tmp_path: Path) -> No
 
 def test_what_is_not_meant_is_told(made: Qualification, part: Touches) -> None:
     wrong: list[tuple[Any, tuple[Any, ...], str]] = [
-        (pretravel.qualify, (part.positions, 25.0), r"a normal beside each position.*\(140, 3\)"),
+        (pretravel.qualify, (part.positions, 25.0), r"a normal for each position.*\(140, 3\)"),
         (pretravel.qualify, (7.0, 25.0), "expected touches, not a float: read_touches"),
         (pretravel.qualify, (None, 25.0), "expected touches, not a NoneType"),
         (pretravel.apply, (made.pretravel_map, part), "expected touches, not a PretravelMap"),

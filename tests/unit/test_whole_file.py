@@ -70,7 +70,7 @@ class TestWhatIsNoFile:
 
     def test_a_stream_needs_no_ending_where_there_is_one_format(self) -> None:
         check_files([(Path("/dev/null"), (".csv",)), (Path("/dev/stdout"), (".csv",))])
-        with pytest.raises(PretravelError, match="no ending, which tells the format"):
+        with pytest.raises(PretravelError, match="no ending, which decides the format"):
             check_files([(Path("/dev/null"), (".csv", ".nc"))])
 
 

@@ -645,7 +645,7 @@ def test_friction_of_his_model_by_vectors(mu: float, mu_p: float) -> None:
 
 
 def test_friction_needs_the_ends_of_the_arms_and_zero_is_none() -> None:
-    with pytest.raises(PretravelError, match="state their diameter"):
+    with pytest.raises(PretravelError, match="give their diameter"):
         replace(FULL, support_friction=0.1)
     plain, none = (
         wozniak_pretravel(XY, FULL),

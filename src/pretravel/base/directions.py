@@ -191,7 +191,7 @@ def sphere_pattern_25(*, cumulative: bool = False) -> FloatArray:
     Parameters
     ----------
     cumulative : bool
-        False: turned forth and back, so that both rings of four begin at the same azimuth. True:
+        False: turned back and forth, so that both rings of four begin at the same azimuth. True:
         turned further each time, so that the ring at 67.5° begins 45° after that at 22.5°. The
         rings of eight are the same in both.
 

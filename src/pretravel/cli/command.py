@@ -81,7 +81,7 @@ class Command(TyperCommand):
         formatter.write_paragraph()
         formatter.write_text(self.epilog or "")
         if not whole:
-            formatter.write_text(f"All options, and all about them: {WHOLE_HELP}")
+            formatter.write_text(f"All options in full: {WHOLE_HELP}")
 
     def _parts(self, ctx: Any) -> dict[str, list[Any]]:
         """Arguments and options below their titles, those for all work first."""
@@ -109,7 +109,7 @@ class Command(TyperCommand):
             given = [word for word in words if word in parameter.opts]
             if len(given) > 1:
                 raise PretravelError(
-                    f"{given[-1]} is given {len(given)} times, and takes one value: state one, and "
+                    f"{given[-1]} is given {len(given)} times, and takes one value: give one, and "
                     "run the command again for another"
                 )
 

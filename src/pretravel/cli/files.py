@@ -47,7 +47,7 @@ def check_files(
         formats = [ending for ending in endings if ending not in PAGES]
         if stream and not path.suffix and len(formats) != 1:
             raise PretravelError(
-                f"cannot write {path}: its name has no ending, which tells the format; write a "
+                f"cannot write {path}: its name has no ending, which decides the format; write a "
                 f"file with the ending {' or '.join(endings)}"
             )
         if path.suffix.lower() not in endings and not (stream and not path.suffix):

@@ -116,7 +116,7 @@ def feed_statement(pretravel_map: PretravelMap, settings: TableSettings) -> str:
         return f"contains the signal delay at {settings.feed:g} mm/min - measure at that feed"
     if pretravel_map.feed is not None:
         return f"made at {pretravel_map.feed:g} mm/min - measure at that feed"
-    return "the map states no feed - measure at the feed at which the probe was qualified"
+    return "the map has no feed - measure at the feed at which the probe was qualified"
 
 
 @dataclass(frozen=True, eq=False)

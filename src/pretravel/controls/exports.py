@@ -253,7 +253,7 @@ def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
     if feed is None:
         raise PretravelError(
             f"this map is that of the probe at rest, with a signal delay of "
-            f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: state the measuring "
+            f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: give the measuring "
             "feed",
             inputs=("feed",),
         )
@@ -421,7 +421,7 @@ TO_LINUXCNC = Control(
     same_steps(
         "Copy all .ngc files to a folder of SUBROUTINE_PATH (see [RS274NGC] in the INI file).",
         "pretravel_point makes a whole touch and its surface point; pretravel_bore, pretravel_boss "
-        "and others measure a feature from MDI. The first lines of each file state its arguments.",
+        "and others measure a feature from MDI. The first lines of each file give its arguments.",
     ),
     folder=True,
     uses_feed=True,

@@ -120,9 +120,9 @@ def _check_log(log: str) -> None:
     if stem == log or not all(c in _LOG_SIGNS for c in stem):
         raise PretravelError(
             f"log file '{log}': its name has small letters, digits and - or _, and ends with "
-            f"{LOG_ENDING}. The control says nothing of a log that it cannot write; it can read a "
+            f"{LOG_ENDING}. The control does not report a log that it cannot write; it can read a "
             "file of such a name back, and the program stops where the touches are not in it. The "
-            "log has no folder, it is written beside the INI file",
+            "log has no folder, it is written next to the INI file",
             inputs=("log",),
         )
 

@@ -194,7 +194,7 @@ class Machine:
                 f"after a contact the tip travels {distance:.3g} mm further (acceleration "
                 f"{self.acceleration:g} mm/s², override up to {100 * override:g} %), but a stylus "
                 f"of {self.stylus_length:g} mm bears {self.largest_deflection:g} mm at most; "
-                "choose a lower feed, or state the true acceleration",
+                "choose a lower feed, or give the true acceleration",
             )
 
     def _error(self, name: str, need: str) -> PretravelError:

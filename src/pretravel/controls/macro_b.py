@@ -228,9 +228,9 @@ def _radii_statements(
         f"units {settings.units}. Tip radius {radius} minus pretravel",
         feed_statement(pretravel_map, settings),
         f"the angles are {meaning} - from X toward Y of the machine",
-        f"so the nearest radius leaves {_residuals(table)} in the XY plane",
-        f"a control that takes the angles as {other} leaves {misread} at most",
-        f"radii touched at their angles would leave {_residuals(touched)}",
+        f"so the nearest radius is wrong by {_residuals(table)} in the XY plane",
+        f"a control that takes the angles as {other} is wrong by {misread} at most",
+        f"radii touched at their angles are wrong by {_residuals(touched)}",
         "never run on a control. Compare with a calibration by the control before use",
     ]
 

@@ -212,7 +212,7 @@ def _check_numbers(feeds: Sequence[float], repeats: int) -> None:
         checked(feed, "the measuring feed", FEED, inputs=("feeds",))
     if len(set(feeds)) < len(feeds):
         raise PretravelError(
-            "a feed occurs twice; state the number of repeats instead",
+            "a feed occurs twice; give the number of repeats instead",
             inputs=("feeds", "repeats"),
         )
 
@@ -309,7 +309,8 @@ def _checked_labels(targets: Targets) -> tuple[str, ...]:
             or not all(c.isascii() and (c.isalnum() or c in "-_.") for c in name)
         ):
             raise PretravelError(
-                f"target {row + 1}: its label '{name}' cannot stand in a program; a label has up "
+                f"target {row + 1}: its label '{name}' cannot be written in a program; a label "
+                "has up "
                 "to 40 letters, digits and the characters -_."
             )
     if len(set(names)) < len(names):
@@ -354,7 +355,7 @@ def _checks(
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the place of {machine.work_offset}: [work] of the machine file does not state it"
+            f"the place of {machine.work_offset}: [work] of the machine file does not give it"
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)

@@ -10,7 +10,7 @@ LOG_HEAD = "pretravel-log"
 """Kind of the first line."""
 
 SUBROUTINE_LINE = "o<"
-"""Beginning of the lines that make a log a subroutine: LinuxCNC says nothing of a log that it
+"""Beginning of the lines that make a log a subroutine: LinuxCNC does not report a log that it
 cannot write, and it can read only subroutines. The log is read back before the first move and at
 the end."""
 

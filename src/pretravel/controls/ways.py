@@ -154,7 +154,7 @@ def check_limits(touches: TouchMoves, down: Sequence[FloatArray], machine: Machi
     if machine.limits is None:
         return "the machine file has no [limits]"
     if machine.work is None:
-        return "[work] does not state the place of the work coordinates"
+        return "[work] does not give the place of the work coordinates"
     for row, way in enumerate(down):
         places = machine.work.points(np.vstack([way, touches.starts[row], touches.ends[row]]))
         outside = (places < machine.limits[:, 0]) | (places > machine.limits[:, 1])

@@ -103,7 +103,7 @@ class MainJob:
 
 @dataclass(frozen=True, eq=False)
 class KindsCompared:
-    """Errors that each kind of map leaves on the example data.
+    """Errors of each kind of map on the example data.
 
     Attributes
     ----------

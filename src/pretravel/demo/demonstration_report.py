@@ -114,7 +114,7 @@ def kinds_pictures(kinds: KindsCompared) -> dict[str, Picture]:
     return {
         "kp3_ring.png": Picture(
             "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
-            "kind of map leaves when it is fitted to all directions.",
+            "kind of map has when it is fitted to all directions.",
             lambda: _ring_view(kinds),
         ),
     }
@@ -204,7 +204,7 @@ def demonstration_document(
             features_document(job.bores).as_section("Two bores"),
             points_document(job.points).as_section("A curved part, compensated"),
             Section(
-                "Errors that each kind of map leaves",
+                "Errors of each kind of map",
                 tuple(text.format(noise=noise) for text in _SPHERE_TEXT),
                 tables=(_errors_table(kinds.sphere_errors, on_part=True),),
             ),

@@ -128,7 +128,7 @@ class Demonstration(Result):
         """Where the page is."""
         return (
             f"\nLook at {(self.task.output / 'index.html').resolve()}\n"
-            "(points.csv, map.json and the pictures are beside it; the data are in "
+            "(points.csv, map.json and the pictures are next to it; the data are in "
             f"{self.task.folder.resolve()})"
         )
 

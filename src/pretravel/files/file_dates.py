@@ -64,7 +64,8 @@ def dated_file(path: Path) -> DatedFile:
     if len(found) > 1:
         shown = " and ".join(sorted(f"{moment:%Y-%m-%d %H:%M}" for moment in found))
         raise InputError(
-            f"its name states two dates, {shown}: rename it so that it states that of the touches",
+            f"its name contains two dates, {shown}: rename it so that only the date of the "
+            "touches remains",
             path=path,
         )
     if found:

@@ -245,7 +245,7 @@ def comparison_sentence(standard: str, statements: LaboratoryStatements | None) 
         )
     laboratory = re.split(r"[,\n]", statements.laboratory.name)[0].strip() or "The laboratory"
     return (
-        f"{laboratory} states that it compared what is used here of {name} with its text "
+        f"{laboratory} declares that it compared what is used here of {name} with its text "
         f"({compared})."
     )
 

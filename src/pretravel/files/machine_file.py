@@ -195,7 +195,7 @@ def _work(table: _WorkTable, document: TomlDocument) -> Placement | None:
         missing = [axis for axis in "xyz" if getattr(table, axis) is None]
         if len(missing) < 3 or table.rotation is not None:
             raise document.error(
-                f"[work] states a place without {', '.join(f'{axis}_mm' for axis in missing)}; "
+                f"[work] gives a place without {', '.join(f'{axis}_mm' for axis in missing)}; "
                 "give x_mm, y_mm and z_mm, or none of them",
                 "work",
             )

@@ -482,7 +482,7 @@ def _provenance(stated: Mapping[str, Any]) -> Provenance:
         found = Provenance.from_dict(stated)
     except (LookupError, ValueError, TypeError, AttributeError) as error:
         raise PretravelError(
-            f"the key provenance does not state how a map is made: {error!s:.200}"
+            f"the key provenance does not say how a map is made: {error!s:.200}"
         ) from None
     for entry in fields(Provenance):
         usual, value = getattr(Provenance(), entry.name), getattr(found, entry.name)

@@ -132,7 +132,7 @@ def _read(file: SourceFile, options: ReadingOptions) -> tuple[Points, tuple[str,
     if table is not None and _is_plain(table):
         return _plain_points(file, options)
     if options.units == "inch":
-        raise file.error("the file states mm, but inch was given", inputs=("units",))
+        raise file.error("the file is in mm, but inch was given", inputs=("units",))
     if file.ending == ".nc":
         return _from_dataset(file), ()
     if file.ending == ".json":
@@ -199,7 +199,7 @@ def _refuse_tip_centres(file: SourceFile, found: FilePositions, options: Reading
     if middle > _SMALLEST_RADIUS and alike:
         raise file.error(
             f"the points are about {middle:.3f} mm from their nominal points: they are tip centres "
-            f"of a tip of about {2.0 * middle:.3g} mm. State its diameter",
+            f"of a tip of about {2.0 * middle:.3g} mm. Give its diameter",
             found.lines[0],
             inputs=("tip_diameter",),
         )

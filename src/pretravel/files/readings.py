@@ -87,7 +87,7 @@ def read_readings(
     readings = found if isinstance(found, FileReadings) else _with_targets(found, options)
     if readings is found and (options.plan or options.normal):
         which = "plan" if options.plan else "normal"
-        unused = f"the file itself states the normal at each touch: the {which} was not used"
+        unused = f"the file itself gives the normal at each touch: the {which} was not used"
         readings = replace(readings, warnings=(*readings.warnings, unused))
     if known in (CSV, PARQUET):  # their rows are excluded before they are read
         return readings
@@ -177,8 +177,8 @@ def _refuse_one_radius_of_several_tips(
     tips = list(dict.fromkeys(words.get("tip", ())))
     if len(tips) > 1:
         raise file.error(
-            f"the points are of {len(tips)} tips ({', '.join(tips)}), and one radius was stated as "
-            "subtracted from them: choose one tip, and state its radius",
+            f"the points are of {len(tips)} tips ({', '.join(tips)}), and one radius was given as "
+            "subtracted from them: choose one tip, and give its radius",
             inputs=("tip", "radius_taken_off"),
         )
 
@@ -244,7 +244,7 @@ def _rows_of(
         if name in words.get(column, ()):
             return np.array([word == name for word in words[column]])
     there = [word for column in columns for word in dict.fromkeys(words.get(column, ())) if word]
-    shown = f"there are {', '.join(there)}" if there else f"the file states no {what}"
+    shown = f"there are {', '.join(there)}" if there else f"the file gives no {what}"
     raise InputError(f"no touch is of the {what} '{name}'; {shown}", path=path, inputs=(what,))
 
 
@@ -299,7 +299,7 @@ def _with_one_normal(found: FilePositions, options: ReadingOptions) -> FileReadi
     """Give all positions one normal; the touches went along it."""
     if options.plan is not None:
         raise InputError(
-            "the plan states the normal of each touch; give the plan, or one normal for all "
+            "the plan gives the normal of each touch; give the plan, or one normal for all "
             "touches, not both",
             path=found.path,
             inputs=("plan", "normal"),
@@ -347,8 +347,8 @@ def _turned(readings: FileReadings, options: ReadingOptions) -> FileReadings:
     if options.rotation is not None:
         return replace(readings, rotation=options.rotation)
     warning = (
-        "the file does not state how the work coordinates were rotated in the machine (G10 L2 R): "
-        "taken as not rotated; a machine file with [work] states it"
+        "the file does not say how the work coordinates were rotated in the machine (G10 L2 R): "
+        "taken as not rotated; a machine file with [work] gives it"
     )
     return replace(readings, warnings=(*readings.warnings, warning))
 

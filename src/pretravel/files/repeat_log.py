@@ -144,7 +144,7 @@ def read_repeats(
     found, unit_known = look_at(file, looking, known)
     found = chosen(found, options)
     if not unit_known:
-        raise file.error("the table states no unit; give the units, mm or inch", inputs=("units",))
+        raise file.error("the table has no unit; give the units, mm or inch", inputs=("units",))
     warnings = (_ONCE,) if known.name == "probeopen" else ()
     if isinstance(found, FilePositions):
         return _of_positions(file, found, axis, warnings)
@@ -168,7 +168,7 @@ def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSerie
     words = re.split(r"[\s_/,;:()\[\]]+", title)
     units = [LENGTH_UNITS[unit] for word in words if (unit := unit_of(word) or "") in LENGTH_UNITS]
     if len(units) > 1:
-        raise file.error(f"the title '{title[:40]}' states more than one unit", lines[0][0])
+        raise file.error(f"the title '{title[:40]}' gives more than one unit", lines[0][0])
     scale = units[0] if units else file.scale(options.units, "the heights have no unit")
     values = [file.numbers([line], number)[0] for number, line in rows]
     return LoggedSeries("", scale * np.array(values), np.array([number for number, _ in rows]))
@@ -410,7 +410,7 @@ def _in_a_rhythm(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
             told.append(
                 f"{one.name or 'the touches'}: of every {period} touches number {phase + 1} lies "
                 f"{abs(size):.1f} µm from the others, as a fast touch before slow ones does; they "
-                "are evaluated together. Leave the fast touches out, or state a column pass"
+                "are evaluated together. Leave the fast touches out, or give a column pass"
             )
     return tuple(told)
 
@@ -447,7 +447,7 @@ def _checked(
     if most < FEWEST_REPEATS:
         raise file.error(
             f"no point was touched {FEWEST_REPEATS} times or more, one touch after the other: in a "
-            "mesh of heights each point is touched once, and says nothing of how a touch repeats. "
+            "mesh of heights each point is touched once, which does not show how a touch repeats. "
             "Touch one point ten times (Klipper PROBE_ACCURACY SAMPLES=10, Marlin M48 P10 V4)"
         )
     values = np.concatenate([one.values for one in series])

@@ -150,8 +150,8 @@ def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:
             place = names.index(word)
             if _COUNT.fullmatch(word) and int(word) != place + 1 and 1 <= int(word) <= text.width:
                 raise text.file.error(
-                    f"'{word}', stated as {role}, is the name of column {place + 1} and the number "
-                    f"of another: state {place + 1} for it; if the line of the names is a title, "
+                    f"'{word}', given as {role}, is the name of column {place + 1} and the number "
+                    f"of another: give {place + 1} for it; if the line of the names is a title, "
                     f"leave it out (line {text.header_line})",
                     text.header_line or None,
                     inputs=("columns", "exclude"),
@@ -163,7 +163,7 @@ def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:
             return int(word) - 1, sign
     there = f"the columns {', '.join(names)}" if names else f"{text.width} columns without names"
     raise text.file.error(
-        f"the column '{title}', stated as {role}, is not there; the file has {there}",
+        f"the column '{title}', given as {role}, is not there; the file has {there}",
         text.header_line or None,
         inputs=("columns",),
     )
@@ -200,7 +200,7 @@ def _named(
             )
             numbers = " or ".join(f"{role}={i + 1}" for i in same)
             raise text.file.error(
-                f"{problem}; state which one: {numbers}", text.header_line, inputs=("columns",)
+                f"{problem}; give its number: {numbers}", text.header_line, inputs=("columns",)
             )
         found[role] = same[0]
     return found
@@ -237,7 +237,7 @@ def _without_names(text: TextTable, problem: str) -> InputError:
     heights = ". Rows of heights alone have no positions: write x, y and z of each point"
     return text.file.error(
         f"the table has no header and {text.width} columns, which can mean several things "
-        f"({problem}); state the columns by their numbers, such as {_example_of(text)}. This line: "
+        f"({problem}); give the columns by their numbers, such as {_example_of(text)}. This line: "
         f"{shown}{more}{heights if _are_alike(text) else ''}",
         text.lines[0],
         inputs=("columns",),
@@ -247,7 +247,7 @@ def _without_names(text: TextTable, problem: str) -> InputError:
 def _without_known_names(text: TextTable) -> InputError:
     """The error about a header that names nothing that is known: another language, or a title."""
     return text.file.error(
-        f"this line is taken for the header, and names no coordinate: {_names_of(text)}. State the "
+        f"this line is taken for the header, and names no coordinate: {_names_of(text)}. Give the "
         f"columns by these names or by their numbers, such as {_example_of(text)}; if "
         f"the line is a title, leave it out (line {text.header_line})",
         text.header_line or None,

@@ -115,7 +115,7 @@ def read_series(
     for name in rest:
         if name not in (touches.labels or ()):
             raise PretravelError(
-                f"there is no touch with the label '{name}' in the series; a line is stated with "
+                f"there is no touch with the label '{name}' in the series; a line is given with "
                 f"its file: {paths[0].name}:17",
                 inputs=("exclude",),
             )
@@ -193,7 +193,7 @@ def _joined_values(
     if len(stated) < len(values):
         there = next(p for p, value in zip(paths, values, strict=True) if value is not None)
         absent = next(p for p, value in zip(paths, values, strict=True) if value is None)
-        raise InputError(f"states no {what}, but {there.name} does", path=absent)
+        raise InputError(f"has no {what}, but {there.name} does", path=absent)
     return np.concatenate(stated)
 
 

@@ -74,7 +74,7 @@ def stated_normals(file: SourceFile, columns: TouchColumns) -> tuple[FloatArray,
         row = int(np.flatnonzero(wrong)[0])
         raise file.error(
             f"the columns {titles} are no unit vectors (this one has length {length[row]:.4g}): "
-            "are they angles, axes or deviations? State the columns of the normals, or leave them "
+            "are they angles, axes or deviations? Give the columns of the normals, or leave them "
             "out (nx=none,ny=none,nz=none)",
             table.lines[row],
             inputs=("columns",),

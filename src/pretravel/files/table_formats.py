@@ -41,7 +41,7 @@ _COLUMNS = (
     ),
     RowStatement("columns A, B, C that move", "", "frame", "refused"),
     RowStatement(
-        "comments among the rows that state or change a tip, part, unit, offset, rotation …",
+        "comments among the rows that give or change a tip, part, unit, offset, rotation …",
         "", "frame", "refused",
     ),
 )  # fmt: skip
@@ -51,7 +51,7 @@ CSV = FileFormat(
     what="table as text, of any usual form (.csv, .txt, .xyz, .asc)",
     reads="touches, positions, targets",
     writes="touches, points, maps",
-    needs="units, plan, where the table does not state units or normals",
+    needs="units, plan, where the table does not give units or normals",
     verified="round trips; files of these forms, written by hand",
     endings=(".csv",),
     parse=read_table_of_touches,

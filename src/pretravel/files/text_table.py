@@ -465,8 +465,8 @@ def _comments_among(
     for number, line in among:
         if _CHANGES_ROWS.search(line):
             raise file.error(
-                f"'{shortened(line)}' stands among the rows, and can change what those after it "
-                "are: state it in a column, or split the table there",
+                f"'{shortened(line)}' is among the rows, and can change what the rows after it "
+                "are: give it in a column, or split the table there",
                 number,
             )
     return tuple((number, line) for number, line in among if re.search(r"\w", line))
@@ -550,7 +550,7 @@ def _refuse_lone_signs(file: SourceFile, body: list[tuple[int, list[str]]]) -> N
         for sign, after in itertools.pairwise(cells):
             if sign in {"-", "+", "−"} and _IS_NUMBER.fullmatch(after):
                 raise file.error(
-                    f"the sign '{sign}' stands apart from {after}: write them together ({sign}"
+                    f"the sign '{sign}' is separated from {after}: write them together ({sign}"
                     f"{after}), or 0 where the sign is an empty cell",
                     number,
                 )
@@ -595,7 +595,7 @@ def _refuse_header_of_other_width(
     )
     raise file.error(
         f"the header has {names} names, and all rows have {count} cells: {how}; or leave this line "
-        f"out (line {header[0]}) and state the columns by their numbers: {suggested_columns(body)}",
+        f"out (line {header[0]}) and give the columns by their numbers: {suggested_columns(body)}",
         header[0],
         inputs=("exclude", "columns"),
     )
@@ -678,7 +678,7 @@ def _stated_unit(file: SourceFile, notes: Sequence[str]) -> str | None:
                 found.add(unit)
     if len(found) > 1:
         raise file.error(
-            f"the comments state several units: {', '.join(sorted(map(str, found)))}",
+            f"the comments give several units: {', '.join(sorted(map(str, found)))}",
             inputs=("units",),
         )
     return found.pop() if found else None

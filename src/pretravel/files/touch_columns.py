@@ -172,7 +172,7 @@ def _of_one_frame(text: TextTable, roles: ColumnRoles) -> ColumnRoles:
     if moved:
         raise text.file.error(
             f"{title} changes (from '{cells[0]}' to '{cells[moved[0]]}'): x, y and z of these rows "
-            f"are in different coordinates. Split the table by {title}, or state that it is no "
+            f"are in different coordinates. Split the table by {title}, or say that it is no "
             f"system of coordinates ({FRAME_ROLE}=none)",
             text.lines[moved[0]],
             inputs=("columns",),
@@ -221,7 +221,7 @@ def _without_rotary(text: TextTable, roles: ColumnRoles) -> tuple[TextTable, Col
             row = moved[0]
             raise text.file.error(
                 f"the rotary axis {title} moves (from {cells[0]} to {cells[row]}): x, y and z of "
-                "these rows are in different coordinates. Split the table by its angles, or state "
+                "these rows are in different coordinates. Split the table by its angles, or give "
                 f"that {title} is no rotary axis ({role}=none), or the orientation of the spindle "
                 f"(spindle={title})",
                 text.lines[row],
@@ -328,17 +328,17 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
         unit = own.pop()
         if stated not in (None, unit):
             raise text.file.error(
-                f"the file states {unit}, but {stated} was given", text.header_line or None,
+                f"the file is in {unit}, but {stated} was given", text.header_line or None,
                 inputs=("units",),
             )  # fmt: skip
-        return _Unit(unit, "stated in the file")
+        return _Unit(unit, "given in the file")
     if stated is not None:
-        return _Unit(stated, "stated")
+        return _Unit(stated, "given")
     if options.reference_diameter is not None:
-        return _Unit("mm", "not stated; the diameters are compared")
+        return _Unit("mm", "not given; the diameters are compared")
     if options.look_only:
         return _Unit(NO_UNIT, "not stated")
-    text.file.scale(None, "the table does not state its unit of length (such as x_mm or X [in])")
+    text.file.scale(None, "the table does not give its unit of length (such as x_mm or X [in])")
     raise AssertionError  # scale refuses
 
 
@@ -378,13 +378,13 @@ def _decimal(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> st
     if commas and points:
         raise text.file.error(
             f"'{commas[0][0]}' has a comma and '{points[0][0]}' (line {points[0][1]}) a point: "
-            "which is the decimal sign? State it, or remove the separators of thousands",
+            "which is the decimal sign? Give it, or remove the separators of thousands",
             commas[0][1],
             inputs=("decimal",),
         )
     if commas and all(_GROUPED.fullmatch(cell) for cell, _ in commas):
         raise text.file.error(
-            f"'{commas[0][0]}' can be a number with three decimals or with thousands; state the "
+            f"'{commas[0][0]}' can be a number with three decimals or with thousands; give the "
             "decimal sign",
             commas[0][1],
             inputs=("decimal",),
@@ -439,11 +439,11 @@ def _sentence(text: TextTable, roles: ColumnRoles, unit: _Unit | None, decimal: 
         parts.append("no header")
     if unit is not None:
         known = unit.name != NO_UNIT
-        parts.append(f"{unit.name} ({unit.why})" if known else "unit of length not stated")
+        parts.append(f"{unit.name} ({unit.why})" if known else "unit of length not given")
     shown = [role for role in ROLES if role in roles.index and role != "label"]
     parts.append(" ".join(f"{role}={_shown(text, roles, role)}" for role in shown))
     if "feed" in roles.index and "feed" not in roles.units:
-        parts.append(f"feed in {_feed_unit(roles, unit)} (not stated)")
+        parts.append(f"feed in {_feed_unit(roles, unit)} (not given)")
     if "label" in roles.index:
         parts.append(f"label={_shown(text, roles, 'label')}")
     elif set(POSITION_ROLES) <= set(roles.index):

@@ -114,7 +114,7 @@ def read_table_of_touches(
         if not (given or round_one or options.look_only):
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
-                "plan that was run, or the normal that all touches have (heights: 0,0,1), or state "
+                "plan that was run, or the normal that all touches have (heights: 0,0,1), or give "
                 "which columns are the normals. To compensate, a nominal surface or the kind of "
                 "feature (bore, boss, sphere) gives them, too",
                 table.header_line or table.lines[0],
@@ -239,7 +239,7 @@ def read_targets(
     table = read_touch_columns(file, options).table
     table.require(*_NORMAL, what="targets")
     if approach == "file":
-        table.require(*_APPROACH, what="targets with approaches of their own")
+        table.require(*_APPROACH, what="targets with their own approaches")
     return _targets(file, table, surface, own_approaches=approach == "file")
 
 

@@ -90,7 +90,7 @@ def turned_to(pretravel_map: PretravelMap, spindle_deg: float) -> PretravelMap:
     made_at = pretravel_map.provenance.spindle_deg
     if made_at is None:
         raise PretravelError(
-            "the map does not state the orientation of the spindle at which it was qualified "
+            "the map does not give the orientation of the spindle at which it was qualified "
             "(column spindle_deg of its touches): how far to turn it is not known"
         )
     turn = probe_rotation(rotation=(spindle_deg - made_at) * DEGREE)
@@ -119,12 +119,12 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
     if made_at is None and not stated:
         return (
             f"U does not contain up to {size * 1e3:.1f} µm of another spindle orientation: none is "
-            "stated (spindle_deg)"
+            "given (spindle_deg)"
         )
     if stated:
-        who = "the touches state the orientation of the spindle, the map does not"
+        who = "the touches give the orientation of the spindle, the map does not"
     else:
-        who = f"the map is of spindle {made_at:g}°, the touches state no orientation"
+        who = f"the map is of spindle {made_at:g}°, the touches have no orientation"
     return (
         f"{who} (column spindle_deg): at another one points are wrong by up to "
         f"{size * 1e3:.1f} µm, which U does not contain"

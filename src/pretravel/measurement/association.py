@@ -124,7 +124,7 @@ def _circle(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> As
     if height > OUT_OF_PLANE * fit.radius:
         raise PretravelError(
             f"the points do not lie in one plane across the axis: they are up to {height:.3g} mm "
-            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, state the "
+            f"from it, with a radius of {fit.radius:.4g} mm. Measure them as a cylinder, give the "
             "direction of the axis, or take the points of one height",
             inputs=("axis",),
         )
@@ -369,7 +369,7 @@ def _slot(p: FloatArray, axis: FloatArray | None, at: FloatArray | None) -> Asso
     checked_points(p, "slot", 4)
     if axis is None:
         raise PretravelError(
-            "a slot needs the direction across its two planes: state the axis, or take points with "
+            "a slot needs the direction across its two planes: give the axis, or take points with "
             "normals",
             inputs=("axis",),
         )

@@ -297,7 +297,7 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
         )
     if not pretravel_map.states_uncertainty:
         warnings.append(
-            "this map is a prediction without an uncertainty of its own: u_um contains the tip "
+            "this map is a prediction without an uncertainty: u_um contains only the tip "
             "radius (and a given repeatability) alone, not the difference between the described "
             "probe and yours"
         )
@@ -373,7 +373,7 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
     if stated or not _delay_is_unknown(pretravel_map):
         return ""
     return (
-        "neither the map nor the touches state a feed (column feed_mm_min): 100 mm/min of "
+        "neither the map nor the touches have a feed (column feed_mm_min): 100 mm/min of "
         "difference are 3.3 µm for a signal delay of 2 ms, which U does not contain"
     )
 
@@ -387,14 +387,14 @@ def _delay_is_unknown(pretravel_map: PretravelMap) -> bool:
 def _one_unknown_feed(*, known_of_touches: bool) -> str:
     known, unknown = ("touches", "map") if known_of_touches else ("map", "touches")
     return (
-        f"the {known} state{'s' if known == 'map' else ''} a feed, the {unknown} "
+        f"the {known} {'has' if known == 'map' else 'have'} a feed, the {unknown} "
         f"do{'es' if unknown == 'map' else ''} not (column feed_mm_min): if the feeds differ, the "
         "points are wrong by the difference × signal delay; u contains the feed that is known × "
         f"{USUAL_DELAY * 1e3:g} ms. "
         + (
-            "Qualify again and state the feed of the touches on the reference"
+            "Qualify again and give the feed of the touches on the reference"
             if unknown == "map"
-            else "State the feed of these touches"
+            else "Give the feed of these touches"
         )
     )
 

@@ -11,7 +11,7 @@ from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.qualification import outlier_factor
 
 FEWEST_TO_COMPARE = 5
-"""Of fewer points none is far from the others: which one is wrong cannot be told."""
+"""Of fewer points none is far from the others: which one is wrong is unknown."""
 MOST_GROSS = 0.2
 """Share of the points above which it is not single points that are wrong."""
 _NEIGHBOURS = 8

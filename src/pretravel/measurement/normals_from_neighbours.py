@@ -114,7 +114,7 @@ def _normals_of(
     if len(row):
         raise PretravelError(
             f"the neighbours of point {start + int(row[0]) + 1} lie in a row: they have no normal. "
-            "Digitise a surface in two directions, or state the normals",
+            "Digitise a surface in two directions, or give the normals",
             inputs=("feature",),
         )
     u, v, w = (np.einsum("nkj,nj->nk", offset, axes[:, i]) for i in range(3))

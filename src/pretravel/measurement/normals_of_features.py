@@ -92,7 +92,7 @@ def _refuse_other_feature(kind: str, fit: Association) -> None:
 
 
 _WHAT_TO_DO = (
-    "State the normals in the file or give the nominal surface; touches of several features need "
+    "Give the normals in the file or give the nominal surface; touches of several features need "
     "labels such as bore1-1, bore1-2, bore2-1; leave out a gross touch"
 )
 _LARGEST_FORM, _FORM_OF_RADIUS = 0.05, 0.02

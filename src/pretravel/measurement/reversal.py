@@ -130,7 +130,7 @@ def reversed_touches(touches: Touches) -> ReversedPairs:
 def _orientations(touches: Touches) -> tuple[IntArray, IntArray]:
     if touches.spindle is None:
         raise PretravelError(
-            "the touches do not state the orientation of the spindle: a column spindle_deg is "
+            "the touches do not give the orientation of the spindle: a column spindle_deg is "
             "needed, or the orientation of each file",
             inputs=("spindle",),
         )

@@ -96,5 +96,5 @@ class MovementSums:
             "this looks like a part that lies elsewhere: a shift of "
             f"{np.linalg.norm(shift):.3f} mm and a turn of {turn:.3f}° of the whole part reduce "
             f"the root mean square of the deviations from {rms[0]:.3g} to {rms[1]:.2g} µm. "
-            "Align the part first, and state its placement"
+            "Align the part first, and give its placement"
         )

@@ -53,7 +53,7 @@ def points_on_faces(points: Points, faces: Sequence[int]) -> Points:
     """
     if points.face is None:
         raise PretravelError(
-            "the points do not state the faces on which they lie (column face): take the points "
+            "the points do not give the faces on which they lie (column face): take the points "
             "that pretravel align writes, or choose them by label with select"
         )
     return points_at(points, np.flatnonzero(np.isin(points.face, np.asarray(faces))))

@@ -198,7 +198,7 @@ def rows_of_tips(touches: Touches, names: Sequence[str]) -> dict[str, IntArray]:
     """
     if touches.tips is None:
         raise PretravelError(
-            f"the touches do not state their tips, and there are {', '.join(names)}: a column tip "
+            f"the touches do not give their tips, and there are {', '.join(names)}: a column tip "
             "is needed"
         )
     for row, tip in enumerate(touches.tips):

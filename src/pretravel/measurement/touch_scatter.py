@@ -69,7 +69,7 @@ class TouchScatter:
             )
             if len(azimuth) == 0 or not np.all(np.isfinite(azimuth)):
                 raise PretravelError(
-                    f"the separation does not state the azimuths of its {side} directions. "
+                    f"the separation does not give the azimuths of its {side} directions. "
                     "Separate touches with their orientations, or number the directions of machine "
                     "and probe 1 to n around the circle, as separation-plan does",
                     inputs=("machine",),
@@ -173,7 +173,7 @@ class TouchScatter:
         if axial is None and np.any(along > _ACROSS):
             raise PretravelError(
                 "the separation knows directions across the axis of the probe, and some of these "
-                "normals have a part along it: state the noise there",
+                "normals have a part along it: give the noise there",
                 inputs=("noise",),
             )
         deviation = np.sqrt(sum(self._with_axial(normals, rotation, axial or 0.0)))

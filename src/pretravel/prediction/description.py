@@ -35,7 +35,7 @@ def _positive(value: float, what: str, unit: str = "mm", largest: float = LONGES
     if value > largest:
         raise DescriptionError(
             f"{what} is {value:g} {unit}; the largest value of a probe is {largest:g} {unit}. "
-            "Check the unit, which the key states"
+            "Check the unit in the name of the key"
         )
 
 
@@ -397,7 +397,7 @@ class Probe:
     def _check_transducer(self) -> None:
         if self.criterion == PIEZO_STAGE and not self.threshold > 0.0:
             raise DescriptionError(
-                f"a piezo stage triggers at a force on the tip: state it as threshold_N of "
+                f"a piezo stage triggers at a force on the tip: give it as threshold_N of "
                 f"[trigger], which is {self.threshold:g} N"
             )
         if self.opening is None:

@@ -120,7 +120,7 @@ class InspectionRegion:
         check_numbers(self, margin=DISTANCE, max_polar=ANGLE)
         if not np.any(checked_values(self.axis, "the axis", REAL)):
             raise PretravelError(
-                "the axis (0, 0, 0) has no direction: state the one towards the spindle",
+                "the axis (0, 0, 0) has no direction: give the one towards the spindle",
                 inputs=("axis",),
             )
         for name, wanted in (("u", self.u), ("v", self.v)):
@@ -147,7 +147,7 @@ class InspectionRegion:
                 low[axis], high[axis] = wanted
             if not (np.isfinite(low[axis]) and np.isfinite(high[axis])):
                 raise PretravelError(
-                    f"this surface has no end along {name}: state a range of {name}",
+                    f"this surface has no end along {name}: give a range of {name}",
                     inputs=(name,),
                 )
         return low, high

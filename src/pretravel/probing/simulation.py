@@ -105,7 +105,7 @@ class Latch:
     def __post_init__(self) -> None:
         if self.delay and self.feed is None:
             raise PretravelError(
-                "a signal delay adds travel in proportion to the feed: state the feed too",
+                "a signal delay adds travel in proportion to the feed: give the feed too",
                 inputs=("feed",),
             )
         check_numbers(self, noise=NOISE, delay=DELAY, feed=FEED)

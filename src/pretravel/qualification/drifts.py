@@ -196,7 +196,7 @@ def drift_over_time(
     datetime.datetime(2026, 3, 11, 0, 0)
     """
     if not moments:
-        raise PretravelError("there is no day with a result: nothing tells how the probe drifts")
+        raise PretravelError("no day has a result: the drift is unknown")
     if not (math.isfinite(limit) and limit > 0.0):
         raise PretravelError(
             f"the allowed change of the map is {limit:g} mm; it is positive", inputs=("limit",)

@@ -100,7 +100,7 @@ def refuse_wrong_normals(touches: Touches, contact: FloatArray, what: str) -> No
             f"{source}the normals point the wrong way: they must point out of the {what}'s "
             "material, towards the tip"
             + (" (in a ring: towards its axis)" if what == "ring" else "")
-            + ". Directions of travel point so: state the columns of the normals with the opposite "
+            + ". Directions of travel point so: give the columns of the normals with the opposite "
             "sign (nx=-I,ny=-J,nz=-K)" + ("" if what == "ring" else "; or is this a ring gauge?"),
             inputs=("columns",) if what == "ring" else ("columns", "ring"),
         )
@@ -254,10 +254,10 @@ def _refuse_inches(
 ) -> None:
     other = (
         "the diameters look like inches (give them in mm), or coordinates in mm were taken as "
-        "inches (state the unit mm)"
+        "inches (give the unit mm)"
     )
     for factor, story in (
-        (1.0 / INCH, "the coordinates look like inches: state the unit inch"),
+        (1.0 / INCH, "the coordinates look like inches: give the unit inch"),
         (INCH, other),
     ):
         if abs(fitted_radius / (expected * factor) - 1.0) < 0.02:
@@ -296,10 +296,10 @@ def _implied_by_inches(fitted_radius: float, radius: float, setup: Qualification
     """The unit with which the tip would be one that exists; empty if there is none."""
     sign = -1.0 if setup.ring else 1.0
     for factor, words in (
-        (INCH, "the coordinates look like inches; state the unit inch"),
+        (INCH, "the coordinates look like inches; give the unit inch"),
         (
             1.0 / INCH,
-            "the coordinates look like mm that were taken as inches; state the unit mm",
+            "the coordinates look like mm that were taken as inches; give the unit mm",
         ),
     ):
         if 0.05 <= sign * (factor * fitted_radius - radius) <= 0.6 * radius:

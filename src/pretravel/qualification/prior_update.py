@@ -669,7 +669,7 @@ def _feed_warnings(touches: Touches, old: PretravelMap) -> list[str]:
         return found
     if touches.feeds is None:
         found.append(
-            f"the touches do not state their feed; the old map is that at {old.feed:g} mm/min"
+            f"the touches do not give their feed; the old map is that at {old.feed:g} mm/min"
         )
     elif several_feeds(touches) or abs(touches.feeds.mean() / old.feed - 1.0) > 0.01:
         raise PretravelError(

@@ -305,8 +305,8 @@ def spread_over_support(pretravel_map: PretravelMap, count: int) -> FloatArray:
 def _refuse_unusable(pretravel_map: PretravelMap) -> None:
     if not pretravel_map.states_uncertainty:
         raise PretravelError(
-            "the old map states no uncertainty (a prediction, or a table), so that new touches "
-            "have no weight beside it; use a map of pretravel qualify"
+            "the old map has no uncertainty (a prediction, or a table), so that new touches "
+            "have no weight compared with it; use a map of pretravel qualify"
         )
     if not pretravel_map.basis.follows_probe:
         raise PretravelError(

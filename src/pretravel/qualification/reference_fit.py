@@ -153,7 +153,7 @@ class Term:
         k of U, by Student's distribution.
     determined : bool
     told_from : tuple of str
-        What the touches cannot tell it from, where it is not determined.
+        What the touches do not distinguish it from, where it is not determined.
     """
 
     name: str
@@ -326,7 +326,7 @@ def _names(touches: Touches, references: Sequence[Reference]) -> list[str]:
     if len(references) == 1:
         return [references[0].name] * len(touches)
     raise PretravelError(
-        "several references, but the touches do not state on which of them each was made: a column "
+        "several references, but the touches do not say on which of them each was made: a column "
         "reference is needed, or labels that begin with its name, such as ring/1"
     )
 
@@ -456,7 +456,7 @@ class _Model:
         if abs(own[axis]) < math.cos(10.0 * DEGREE):
             raise PretravelError(
                 f"{self.touches.where(row)}: its normal is no face of a block that is turned by "
-                f"{place.turn / DEGREE:.4g}°; the turn is stated as "
+                f"{place.turn / DEGREE:.4g}°; the turn is given as "
                 f"block@{place.turn / DEGREE:.4g}"
             )
         if plate and axis != 2:
@@ -526,7 +526,7 @@ class _Model:
         if "radius of the tip" in self.unknowns.at and float(np.ptp(seen[:2])) > _ALIKE:
             raise PretravelError(
                 f"the faces of the block are {seen[0]:.2f} and {seen[1]:.2f} mm apart, with the "
-                f"tip: which of them is {sizes[0]:g} mm? State all lengths of the block, along x, "
+                f"tip: which of them is {sizes[0]:g} mm? Give all lengths of the block, along x, "
                 "y and z, or the tip's diameter",
                 inputs=("block", "tip_diameter"),
             )
@@ -723,8 +723,8 @@ def _refuse_other_sizes(reference: Reference, seen: FloatArray) -> None:
         if np.isfinite(row).any() and float(np.nanmin(row)) > _ALIKE:
             found = " and ".join(f"{length:.2f}" for length in seen if math.isfinite(length))
             raise PretravelError(
-                f"{reference.name} is stated as {size:g} mm, and its touches are {found} mm apart, "
-                "less the tip. Is it another one, or in inches? Sizes are stated in mm",
+                f"{reference.name} is given as {size:g} mm, and its touches are {found} mm apart, "
+                "less the tip. Is it another one, or in inches? Sizes are given in mm",
                 inputs=("block", "reference"),
             )
 

@@ -1,7 +1,7 @@
 """What touches of one point say of a probe: noise, drift, the first touch, outliers, the next one.
 
 The standard deviation of all touches contains the drift and the first touch: it is too large for
-the noise, and says nothing of the next touch. Here they are separated with the series of
+the noise, and does not predict the next touch. Here they are separated with the series of
 `time_series`, whose time is the number of the touch.
 """
 
@@ -163,8 +163,9 @@ def judged_repeats(values: npt.ArrayLike, *, step: float = 0.0) -> RepeatSeries:
     touches = np.asarray(values, dtype=np.float64)
     if touches.ndim != 1 or len(touches) < FEWEST_REPEATS:
         raise PretravelError(
-            f"{touches.size} touches of a point; at least {FEWEST_REPEATS} tell noise from drift "
-            "and from a first touch that is apart"
+            f"{touches.size} touches of a point; at least {FEWEST_REPEATS} distinguish noise "
+            "from drift "
+            "and from a first touch that differs"
         )
     if not np.isfinite(touches).all():
         raise PretravelError("a position of a touch is not a finite number")

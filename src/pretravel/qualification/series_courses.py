@@ -314,7 +314,7 @@ def course_of(series: TimeSeries) -> Course:
     if len(series) < FEWEST_VALUES or not np.ptp(series.times) > 0.0:
         raise PretravelError(
             f"{len(series)} values of a quantity: at least {FEWEST_VALUES} at different times are "
-            "needed to tell drift from scatter"
+            "needed to distinguish drift from scatter"
         )
     time, level = series.times[:, None], np.empty((len(series), 0))
     fitted = fitted_noises(series, time)

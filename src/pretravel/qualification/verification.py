@@ -343,7 +343,7 @@ def refuse_unverifiable(pretravel_map: PretravelMap) -> None:
     """
     if not pretravel_map.states_uncertainty:
         raise PretravelError(
-            "this map states no uncertainty (a prediction, or a table), so there is no limit "
+            "this map has no uncertainty (a prediction, or a table), so there is no limit "
             "beyond which a difference is a change; use a map of pretravel qualify"
         )
     if not pretravel_map.basis.follows_probe:
@@ -360,7 +360,7 @@ def _feed_warnings(touches: Touches, pretravel_map: PretravelMap) -> list[str]:
     if touches.feeds is None:
         return [
             (
-                "the touches do not state their feed; another feed than that of the map "
+                "the touches do not give their feed; another feed than that of the map "
                 f"({pretravel_map.feed:g} mm/min) looks like a change of size"
             ),
         ]

@@ -59,6 +59,7 @@ from .document import Section as Section
 from .document import Span as Span
 from .document import Table as Table
 from .formatting import addition_text as addition_text
+from .formatting import by_uncertainty as by_uncertainty
 from .formatting import cell_texts as cell_texts
 from .formatting import decimals as decimals
 from .formatting import figure_text as figure_text

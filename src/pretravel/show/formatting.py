@@ -25,6 +25,19 @@ def significant(count: int) -> Digits:
     return Digits(count, significant=True)
 
 
+def by_uncertainty(u: float, *, signed: bool = False) -> Digits:
+    """Digits of a value of which two of its uncertainty count; both in the unit that is shown.
+
+    >>> [number_text(12.34567, by_uncertainty(u)) for u in (3.1, 0.26, 0.0049)]
+    ['12.3', '12.35', '12.3457']
+    >>> number_text(12.34567, by_uncertainty(240.0)), number_text(1.5, by_uncertainty(math.nan))
+    ('12', '1.50')
+    """
+    if not 0.0 < u < math.inf:
+        return Digits(2, signed=signed)
+    return Digits(max(1 - math.floor(math.log10(u)), 0), signed=signed)
+
+
 def shown_unit(unit: str) -> str:
     """A unit of a file, as people read it.
 
@@ -86,7 +99,8 @@ def value_text(value: FigureValue, unit: str = "", digits: Digits = Digits()) ->
     if isinstance(value, str):
         return value
     if isinstance(value, Span):
-        text = f"{number_text(value.low, digits)} to {number_text(value.high, digits)}"
+        low, high = number_text(value.low, digits), number_text(value.high, digits)
+        text = low if low == high else f"{low} to {high}"
     elif isinstance(value, tuple):
         text = f"({', '.join(number_text(v, digits) for v in value)})"
     else:

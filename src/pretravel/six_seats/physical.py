@@ -213,7 +213,7 @@ def fit_physical(
     if count < FEWEST_FOR_SIX_SEATS:
         raise PretravelError(
             f"{count} directions are too few for kind physical: a six-seat probe has seven "
-            "parameters beside centre and asymmetry; touch at least "
+            "parameters besides centre and asymmetry; touch at least "
             f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
         )
     problem = SixSeatProblem(observation)
@@ -441,7 +441,7 @@ def _misfit(
 def _with_disagreement(fit: PhysicalMapFit, problem: SixSeatProblem) -> PhysicalMapFit:
     """The fit with the difference from a harmonic map, where that shows another kind of probe.
 
-    Residuals alone do not tell noise from what a six-seat probe does not represent, unless
+    Residuals alone do not distinguish noise from what a six-seat probe does not represent, unless
     directions are repeated. A map that knows nothing of seats takes the latter for lobes. `problem`
     has the touches of the fit, or some of very many.
     """

@@ -183,7 +183,7 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity of the verdict and the pictures beside the force: pretravel; the sensing "
+    help="Quantity of the first line and of the pictures, with the force: pretravel; the sensing "
     "distance, which is the deflection across the axis (Rodrigues 2021); or the force alone.",
     label="Quantity of the pictures",
     words={
@@ -258,9 +258,9 @@ Units: TypeAlias = Literal["mm", "inch"]
 StatedUnits: TypeAlias = Annotated[
     Units | None,
     Field(
-        help="Unit of length of a file that does not state it.",
+        help="Unit of length of a file that does not give it.",
         label="Unit of the file",
-        words={"": "as the file states"},
+        words={"": "as the file gives"},
     ),
 ]
 TIP_OF_MAP = Field(
@@ -327,9 +327,7 @@ class PlacedPart(Task):
 
 # Reports
 
-Verbose: TypeAlias = Annotated[
-    bool, Field(help="Print the full report, not its key figures alone.")
-]
+Verbose: TypeAlias = Annotated[bool, Field(help="Print the full report, not only the key figures.")]
 
 
 class Reported(Task):
@@ -382,10 +380,10 @@ class LaboratoryReport(Reported):
         output: Path | None = getattr(self, "output", None)
         if self.lab is None or self.verbose or (output is not None and setting.is_report(output)):
             return []
-        contained = "a page (-o page.html) and the full report (--verbose) contain what it states"
+        contained = "a page (-o page.html) and the full report (--verbose) contain what it gives"
         if output is None:
             return [f"{self.lab.name} was given, but is not shown: {contained}"]
-        return [f"{output.name} does not contain what {self.lab.name} states: {contained}"]
+        return [f"{output.name} does not contain what {self.lab.name} gives: {contained}"]
 
 
 # Touches from files
@@ -410,7 +408,7 @@ FileFormatName: TypeAlias = Annotated[
 Series: TypeAlias = Annotated[
     tuple[str, ...],
     Field(
-        help="Part, set, pass or orientation whose touches are taken, where the file states "
+        help="Part, set, pass or orientation whose touches are taken, where the file gives "
         "several, as its columns part, pass, orientation call it; may be repeated; all: those of "
         "all parts and passes are one series.",
         metavar="NAME",
@@ -427,7 +425,7 @@ class OfOneTip(Task):
     tip: Annotated[
         str | None,
         Field(
-            help="Tip whose touches are taken, where the file states several, as its column tip "
+            help="Tip whose touches are taken, where the file gives several, as its column tip "
             "calls it.",
             metavar="NAME",
             label="Tip",
@@ -467,7 +465,7 @@ class TouchTables(Task):
     plan_columns: Annotated[
         StatedColumns | None,
         Field(
-            help="Columns of the table with the plan, as --columns states those of the touches.",
+            help="Columns of the table with the plan, as --columns gives those of the touches.",
             only=("plan",),
             parse=stated_columns,
             metavar="x=X,nx=I,…",
@@ -648,7 +646,7 @@ FEED_OF_TOUCHES = Field(
     help="Feed of the touches, in mm/min, without a column feed_mm_min.",
     range=FEED,
     label="Feed of the touches",
-    hint="Only where the file does not state it",
+    hint="Only where the file does not give it",
 )
 
 

@@ -151,11 +151,11 @@ def with_reading_note(document: Document, readings: FileReadings) -> Document:
 def _missing(unit_known: bool, without_normals: bool) -> list[str]:
     missing = []
     if not unit_known:
-        missing.append("the unit of length: state mm or inch")
+        missing.append("the unit of length: give mm or inch")
     if without_normals:
         missing.append(
             "normals: give the plan that was run, or the normal that all touches have (heights: "
-            "0,0,1), or state their columns; on a reference sphere, qualify takes those of the "
+            "0,0,1), or give their columns; on a reference sphere, qualify takes those of the "
             "sphere"
         )
     return missing

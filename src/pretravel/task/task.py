@@ -318,7 +318,7 @@ class Setting(NamedTuple):
         if value is None:
             if self.optional:
                 return None
-            raise PretravelError(f"{self.plain_name} must be stated", inputs=(self.plain_name,))
+            raise PretravelError(f"{self.plain_name} must be given", inputs=(self.plain_name,))
         if self.several:
             single = isinstance(value, str | Path)
             return tuple(self._one(each) for each in ((value,) if single else value))

@@ -55,7 +55,7 @@ _ONE_EACH = {
     ),
     "pass": (
         "passes, which differ by feed × delay",
-        "no feed is stated: choose one of them, such as the slow touches",
+        "no feed is given: choose one of them, such as the slow touches",
         ("double_touches", "series"),
     ),
     "orientation": (
@@ -121,7 +121,7 @@ def as_touches(
     >>> as_touches([[0.0, 0.0, 3.0]])
     Traceback (most recent call last):
     ...
-    pretravel.base.errors.PretravelError: touches need a normal beside each position: \
+    pretravel.base.errors.PretravelError: touches need a normal for each position: \
 Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one is (1, 3)
     """
     if isinstance(given, Touches):
@@ -139,7 +139,7 @@ Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one
         return Touches(values[:, :3], values[:, 3:])
     if values.ndim and values.size:
         raise PretravelError(
-            "touches need a normal beside each position: Touches(positions, normals), or an array "
+            "touches need a normal for each position: Touches(positions, normals), or an array "
             f"(n, 6) of x, y, z, nx, ny, nz; this one is {values.shape}"
         )
     raise PretravelError(
@@ -533,7 +533,7 @@ def travel_of_delay(feeds: FloatArray | None, delay: float) -> FloatArray:
     if feeds is None:
         raise PretravelError(
             "the signal delay adds travel in proportion to the feed, but these touches do not "
-            "state their feed: add a column feed_mm_min, or give the feed",
+            "give their feed: add a column feed_mm_min, or give the feed",
             inputs=("feed",),
         )
     return delay_travel(np.asarray(feeds, dtype=np.float64), delay)
@@ -601,7 +601,7 @@ def with_feed(touches: Touches, feed: float | None) -> Touches:
         return touches
     if touches.feeds is not None:
         raise PretravelError(
-            "the touches state their feeds themselves: do not give a feed", inputs=("feed",)
+            "the touches have their own feeds: do not give a feed", inputs=("feed",)
         )
     checked(feed, "the feed", FEED, inputs=("feed",))
     return replace(touches, feeds=np.full(len(touches), feed))
@@ -626,7 +626,7 @@ def with_spindle(touches: Touches, angle: float) -> Touches:
     """
     if touches.spindle is not None:
         raise PretravelError(
-            "the touches state the orientation of the spindle themselves: do not give it",
+            "the touches have their own orientation of the spindle: do not give it",
             inputs=("spindle",),
         )
     return replace(touches, spindle=np.full(len(touches), angle))

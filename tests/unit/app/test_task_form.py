@@ -83,7 +83,7 @@ def test_what_is_stored_becomes_the_task_its_command_and_its_lines() -> None:
 @pytest.mark.parametrize(
     ("stored", "words"),
     [
-        ({}, "depth must be stated"),
+        ({}, "depth must be given"),
         ({"depth": 10.0}, "it must lie between 0 and 9"),
         ({"depth": 1.0, "repeats": 2.5}, "repeats is 2.5; it must be a whole number"),
         ({"depth": [1.0]}, "it must be a number"),

@@ -129,7 +129,7 @@ def test_several_answers_are_listed_and_nothing_is_written(tmp_path: Path) -> No
     out = tmp_path / "place.json"
     text = run("align", few, "--part", PART, "--tip-diameter", 6, "-o", out, code=2)
     assert "placements explain the touches" in text
-    assert "State the right one as the start" in text
+    assert "Give the right one as the start" in text
     assert not out.exists()
 
 
@@ -190,7 +190,7 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
     )
     assert "20.00000" in text
     assert "cannot be decided" in text
-    assert "the points state no uncertainty" in warned
+    assert "the points have no uncertainty" in warned
     assert "roundness" not in text.split("Conformity")[0]
 
 

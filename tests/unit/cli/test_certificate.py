@@ -111,7 +111,7 @@ class TestTextsOfStandards:
 
     def test_a_laboratory_states_that_it_compared_the_text(self, tmp_path: Path) -> None:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, RIGHT), *CHECK))
-        assert "North Ltd states that it compared what is used here of ISO 10360-5" in shown
+        assert "North Ltd declares that it compared what is used here of ISO 10360-5" in shown
         assert "(edition 2020, A. Lee, 2026-03-02)" in shown
         assert "from memory" not in shown
         assert "This is no statement of conformity" not in shown

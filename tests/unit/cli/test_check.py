@@ -74,7 +74,7 @@ class TestStandards:
         assert "2 of 2 figures are within their limits" in verdict
         assert "no statement of conformity" in verdict
         assert "not been checked" in verdict
-        assert ("uncertainty of the reference is not stated" in verdict) != stated
+        assert ("uncertainty of the reference is not given" in verdict) != stated
         assert ("--u-diameter and --sphere-form" in warned) != stated
         for shown in (text, page.read_text(encoding="utf-8")):
             assert "conforms" not in shown

@@ -42,7 +42,7 @@ def test_demo(tmp_path: Path) -> None:
     assert page.count("no statement of conformity") >= 2
     assert "proven" not in page
     assert page.index("<img") < page.index("The probe, qualified on the sphere")
-    assert page.index("Errors that each kind of map leaves") < page.index("SHA-256")
+    assert page.index("Errors of each kind of map") < page.index("SHA-256")
     shown = re.findall(r'<img [^>]*src="data:image/\w+;base64,([^"]*)"', page)
     beside = [tmp_path / "out" / name for name in DEMONSTRATION_FILES if name in pictures]
     for coded, path in zip(shown, beside, strict=True):  # the very pictures that are beside it

@@ -99,7 +99,7 @@ def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None
 def test_points_without_faces_are_refused_by_name(points: Points) -> None:
     plain = Points.plain(points.positions, points.labels)
     drawing = pretravel.Drawing((pretravel.DrawnFeature("plane", faces=(3,)),))
-    with pytest.raises(PretravelError, match="do not state the faces"):
+    with pytest.raises(PretravelError, match="do not give the faces"):
         pretravel.measure_drawing(plain, drawing)
 
 

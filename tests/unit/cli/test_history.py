@@ -108,7 +108,7 @@ def test_what_a_terminal_would_obey_is_shown_as_text(
         (("{0}/logs",), "needs the calibrated diameter.*--diameter"),
         (("{0}/probe.jsonl", "--diameter", 25), "not used with verifications.*--diameter"),
         (("{0}/logs", "--diameter", 25, "--map", "{0}/m.json", "--kind", "harmonic"),
-         "the map states it"),
+         "the map gives it"),
         (("{0}/empty", "--diameter", 25), "the folder has no file of touches"),
         (("{0}/bad", "--diameter", 25), "none of 1 file can be used. The first one:"),
         (("{0}/logs", "--diameter", 25, "--limit", 0), "--limit"),

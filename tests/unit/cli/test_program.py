@@ -47,10 +47,10 @@ class TestCommands:
         plan.write_text("label,x_mm,y_mm,z_mm,nx,ny,nz\ntop,0,0,0,0,0,1\n")
         given = ["program", "part", mill, plan, "-o", out, "--compensated", tmp_path / "map.json"]
         write_map(tmp_path / "map.json", mean_map(0.010))
-        assert "map.json states no feed" in both_outputs(*given)[1]
+        assert "map.json has no feed" in both_outputs(*given)[1]
         feed = read_machine(mill).measuring_feed
         write_map(tmp_path / "map.json", replace(mean_map(0.010), feed=feed))
-        assert "states no feed" not in both_outputs(*given)[1]
+        assert "has no feed" not in both_outputs(*given)[1]
 
 
 class TestAxis:

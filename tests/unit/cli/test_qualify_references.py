@@ -129,7 +129,7 @@ def test_a_map_beside_a_block(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ((), "the diameter of the reference is not stated"),
+        ((), "the diameter of the reference is not given"),
         (("--diameter", 25, "--unknown-size"), "diameter is not used with unknown size"),
         (("--diameter", 25, "--ring", "--pin"), "pin is not used with ring"),
         (("--block", "1,2"), "one length, 50.8, or three"),

@@ -21,10 +21,10 @@ def _log(path: Path, first: float = 1.3, series: int = 1) -> Path:
 def test_the_answer_and_its_parts(tmp_path: Path) -> None:
     out = " ".join(run("repeat", _log(tmp_path / "a.log")).split())
     assert out.startswith("if you touch once more, it will differ by less than")
-    assert "first touch apart yes, by -2" in out
+    assert "first touch differs yes, by -2" in out
     assert "contains the first touch" in out
     assert "no drift is detected" in out
-    assert "throw the first touch away" in out
+    assert "discard the first touch" in out
 
 
 def test_files_and_picture(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_equal_touches(tmp_path: Path, step: tuple[object, ...]) -> None:
     path.write_text("z_mm\n" + "4.7\n" * 10)
     out = " ".join(run("repeat", path, *step).split())
     assert ("differ by less than 12 µm" in out or "differ by less than 13 µm" in out) == bool(step)
-    assert ("State the step" in out) != bool(step)
+    assert ("Give the step" in out) != bool(step)
 
 
 def test_what_is_missing_is_named_as_an_option(tmp_path: Path) -> None:

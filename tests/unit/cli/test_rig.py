@@ -91,7 +91,7 @@ class TestRig:
         assert content.template == "certificate.html"
         shown = " ".join(content.document.warnings)
         assert "of another laboratory" in shown
-        assert "fields of the certificate are not stated" in shown
+        assert "fields of the certificate are empty" in shown
         assert "µm in" in content.document.verdict
         assert "U up to" in content.document.verdict
 

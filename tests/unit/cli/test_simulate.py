@@ -103,7 +103,7 @@ class TestSimulate:
             ("sphere:radius=12.5", ["--friction", "-0.1"], "--friction -0.1"),
             ("sphere:radius=12.5", ["--approach", "file"], "ax, ay, az"),
             ("sphere:radius=12.5", ["--approach", "sideways"], "not one of 'normal', 'file'"),
-            ("sphere:radius=12.5", ["--delay", "5"], "state the feed too (--feed)"),
+            ("sphere:radius=12.5", ["--delay", "5"], "give the feed too (--feed)"),
             ("sphere:radius=12.5", ["--noise", "-1"], "--noise -1"),
         ],
     )

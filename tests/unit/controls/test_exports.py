@@ -421,7 +421,7 @@ class TestHeads:
         made = mean_map(0.01)
         delayed = replace(made, delay=4e-3)
         told = {
-            feed_statement(made, TableSettings()): "the map states no feed",
+            feed_statement(made, TableSettings()): "the map has no feed",
             feed_statement(replace(made, feed=55.0), TableSettings()): "made at 55 mm/min",
             feed_statement(delayed, TableSettings(feed=70.0)): "delay at 70 mm/min",
             feed_statement(delayed, TableSettings()): "delay at one feed",

@@ -201,7 +201,7 @@ class TestWays:
         with pytest.raises(PretravelError, match=f"1: the tip would go to {'xyz'[axis]} = "):
             check_limits(moves, way, replace(inside, limits=narrow))
         assert "no [limits]" in check_limits(moves, way, replace(inside, limits=None))
-        assert "does not state the place" in check_limits(moves, way, replace(inside, work=None))
+        assert "does not give the place" in check_limits(moves, way, replace(inside, work=None))
 
 
 class TestProgram:
@@ -375,7 +375,7 @@ class TestRefusals:
         with pytest.raises(PretravelError, match=r"far\): the tip would go to y = 30\.000"):
             _planned(targets, turned)
         lost = _planned(targets, replace(machine, work=None))
-        assert "does not state the place" in lost.unchecked[0]
+        assert "does not give the place" in lost.unchecked[0]
 
     @pytest.mark.parametrize("label", ["", "a b", "a)b", "a#1", "a,b", "ä", "x" * 41, "é²"])
     def test_labels_that_would_break_a_log(self, label: str) -> None:

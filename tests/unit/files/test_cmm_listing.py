@@ -135,6 +135,4 @@ def test_the_advice_leads_to_touches_and_to_features(tmp_path: Path) -> None:
     assert "none of the round features HOLE1" in run(*call[:-1], "B*", code=2)
     run(*call[:-1], "none")
     assert float(rows(out)[0]["nx"]) == 1.0
-    assert "states no results" in run(
-        "convert", out, "--features", "-o", tmp_path / "g.csv", code=2
-    )
+    assert "has no results" in run("convert", out, "--features", "-o", tmp_path / "g.csv", code=2)

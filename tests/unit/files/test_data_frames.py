@@ -50,7 +50,7 @@ def test_features_in_a_frame_are_refused_as_in_a_file() -> None:
 def test_frames_that_state_too_little_are_refused() -> None:
     with pytest.raises(PretravelError, match="columns of the data frame have no names"):
         as_touches(pd.DataFrame(np.eye(6)))
-    with pytest.raises(PretravelError, match="does not state its unit"):
+    with pytest.raises(PretravelError, match="does not give its unit"):
         as_touches(FRAME.rename(columns={f"{axis}_mm": axis for axis in "xyz"}))
     with pytest.raises(PretravelError, match="no rows"):
         as_touches(FRAME.iloc[:0])

@@ -100,7 +100,7 @@ class TestCatalogue:
     @pytest.mark.parametrize(
         ("text", "words"),
         [
-            ("G1 X0 Y0 Z2.99\n", "does not state its units"),
+            ("G1 X0 Y0 Z2.99\n", "does not give its units"),
             ("G20\nG1 X0 Y0\n", "has no Z"),
             ("G21\nG1 X0 Y0 Z1\nhello\n", "line 3: 'hello' is not a position"),
             ("G21\nG1 X0 Y0 Z2,990\n", "line 2: .*use points as decimal signs"),

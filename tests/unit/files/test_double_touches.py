@@ -99,7 +99,7 @@ def test_without_feeds_pairs_are_kept_and_unequal_ones_are_told() -> None:
     assert "is -72.0 µm from the first along the approach, at 6 targets" in notes
     found = read_readings(log, replace(STATED, double_touches="last"))
     assert found.touches.positions[:, 2].tolist() == [3.0] * 6
-    with pytest.raises(InputError, match="does not state the feeds"):
+    with pytest.raises(InputError, match="does not give the feeds"):
         read_readings(log, replace(STATED, double_touches="all"))
     with pytest.raises(InputError, match=r"more readings than the plan.*touched twice"):
         read_readings(log, STATED)

@@ -49,7 +49,7 @@ def test_without_a_date_it_is_the_last_change(tmp_path: Path, name: str) -> None
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("cal_2025-01-10_of_2026-03-14.csv", "states two dates, 2025-01-10 00:00 and 2026-03-14"),
+        ("cal_2025-01-10_of_2026-03-14.csv", "contains two dates, 2025-01-10 00:00 and 2026-03-14"),
         ("03-14-2026.csv", "month before the day.*such as 2026-03-14"),
         ("nowhere.csv", "cannot be read: No such file"),
     ],

@@ -96,7 +96,7 @@ class TestQif:
         assert readings.tip_radius == 2.5
         for old, new, words in (
             ("<Point>2 0 3", "<Point>2 0", "MeasurePoint 8: Point '2 0' is not 3"),
-            ("<Compensated>false</Compensated>", "", "MeasurePoint 8: it does not state"),
+            ("<Compensated>false</Compensated>", "", "MeasurePoint 8: it does not say"),
             ("<Compensated>false", "<Compensated>true", "subtracted from point 8"),
             ("<ProbeRadius>", "<Transform>1</Transform><ProbeRadius>", "contains Transform"),
             ("MeasurePoint", "Gauge", "contains no measured points"),
@@ -183,10 +183,14 @@ class TestQif:
             ('count="2"', 'count="3"', "its count asks for 9"),
             ("0 0 3 10", "0 0 NaN 10", "'NaN' is not a finite"),
             ("<Compensated>false", "<Compensated>true", "already subtracted"),
-            ("<Compensated>false</Compensated>", "", "does not state whether"),
+            ("<Compensated>false</Compensated>", "", "does not say whether"),
             ("<Normals>0 0 1", "<Normals>0 0 2", "normal 1 has length 2"),
             ("<Points>0 0 3 10 0 3</Points>", "<BinaryPoints/>", "binary forms are not"),
-            ("<Points>", "<CoordinateSystemId>3</CoordinateSystemId><Points>", "of its own"),
+            (
+                "<Points>",
+                "<CoordinateSystemId>3</CoordinateSystemId><Points>",
+                "its own coordinate",
+            ),
             ("</Results>", "", "not well-formed XML"),
             ('<?xml version="1.0"?>', "<!DOCTYPE a []>", "entities"),
         ],

@@ -99,7 +99,7 @@ def test_probeopen_leaves_equal_touches_out() -> None:
         ("M48 Z-Probe Repeatability Test\nMean: 1 Min: 1\nStandard Deviation: 0.1\n", "M48 P20 V4"),
         ("probe at 1.0,2.0 is z=\n", "line 1: the line is cut off"),
         ("1.32\n1.31\n", "have no unit"),
-        ("x,y,z\n" + "1,2,3\n" * 6, "states no unit"),
+        ("x,y,z\n" + "1,2,3\n" * 6, "has no unit"),
         ("G32 bed probe heights: 0.1 not set, mean 1\n", "'not' is not a finite number"),
         ("Mesh Leveling Probed Z positions:\n0.01 0.02\n", "mesh of heights"),
         (

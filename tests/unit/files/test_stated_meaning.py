@@ -350,7 +350,7 @@ class TestRows:
     def test_a_sign_that_would_be_lost_is_refused(self) -> None:
         """Columns 1, 3, 5 would be x, y, z without the signs of y and z."""
         rows = "12.5 -   3.25 -   4.0\n13.5 -   4.25 -   4.0\n"
-        with pytest.raises(PretravelError, match=r"line 1: the sign '-' stands apart from 3.25"):
+        with pytest.raises(PretravelError, match=r"line 1: the sign '-' is separated from 3.25"):
             read_readings(
                 _file(rows), ReadingOptions(units="mm", columns={"x": "1", "y": "3", "z": "5"})
             )
@@ -394,7 +394,7 @@ class TestComments:
     )  # fmt: skip
     def test_what_changes_the_rows_is_refused(self, words: str) -> None:
         rows = f"X,Y,Z,I,J,K\n0,0,3,0,0,1\n# {words}\n5,0,3,0,0,1\n"
-        with pytest.raises(PretravelError, match=r"line 3: .* stands among the rows"):
+        with pytest.raises(PretravelError, match=r"line 3: .* is among the rows"):
             read_readings(_file(rows, "a.csv"), ReadingOptions(units="mm"))
 
     def test_a_time_before_a_line_hides_no_tool(self) -> None:

@@ -121,7 +121,7 @@ def test_a_grid_of_heights_is_read(tmp_path: Path) -> None:
     assert touches.feeds is not None
     assert touches.feeds[0] == pytest.approx(50 * 25.4)
     one_more = HEIGHT_GRID_FILE + "0 0 1\n"
-    with pytest.raises(InputError, match=r"5 heights, but its first two lines state 2 × 2"):
+    with pytest.raises(InputError, match=r"5 heights, but its first two lines give 2 × 2"):
         read_readings(
             SourceFile("a", one_more.encode()),
             ReadingOptions(units="mm"),

@@ -140,7 +140,7 @@ HEAD = "X;Y;Z;I;J;K\n"
 @pytest.mark.parametrize(
     ("text", "stated", "words"),
     [
-        (HEAD + "1,5;2;3;0;0;1\n", {"units": None}, "does not state its unit of length"),
+        (HEAD + "1,5;2;3;0;0;1\n", {"units": None}, "does not give its unit of length"),
         (HEAD + "1,234;5,678;9,125;0;0;1\n", {}, "line 2: '1,234' can be a number with three"),
         (HEAD + "1.234,5;2;3;0;0;1\n", {}, "line 2: '1.234,5' has separators of thousands"),
         (HEAD + "1,5;2.5;3;0;0;1\n", {}, "line 2: '1,5' has a comma and '2.5'"),
@@ -149,17 +149,17 @@ HEAD = "X;Y;Z;I;J;K\n"
         (HEAD + "1,5;2,5;3\n", {}, "line 2: 3 values, but the header names 6"),
         ("X,Y,Z,I,J,K\n1,5,2,5,3,5,0,0,0,0,1,0\n", {}, "save the table with semicolons"),
         ("X [mm];Y [in];Z [mm];I;J;K\n1;2;3;0;0;1\n", {}, "different units"),
-        ("X [in];Y [in];Z;I;J;K\n1;2;3;0;0;1\n", {}, "the file states inch, but mm was given"),
+        ("X [in];Y [in];Z;I;J;K\n1;2;3;0;0;1\n", {}, "the file is in inch, but mm was given"),
         ("# units: mm\n# units: inch\n" + HEAD + "1;2;3;0;0;1\n", {}, "several units"),
-        ("X;X;Z;I;J;K\n1;2;3;0;0;1\n", {}, "X occurs twice; state which one: x=1 or x=2"),
+        ("X;X;Z;I;J;K\n1;2;3;0;0;1\n", {}, "X occurs twice; give its number: x=1 or x=2"),
         ("X;X-Ist;Y;Z;I;J;K\n1;1;2;3;0;0;1\n", {}, "'X' and 'X-Ist' can both be x"),
         ("1;2;3;0;0\n", {}, "no header and 5 columns"),
         ("1.5;2;3;4\n", {}, "not a label or a running number"),
         ("1 2 3 0 0 1\n4 bad 6 0 0 1\n", {}, "line 2: column 2 is 'bad'"),
         ("1 bad 3\n4 5 6\n", {}, "line 1: 'bad' is not a number"),
         (HEAD + "1;2;3;10;20;30\n" * 3, {}, "I, J, K are no unit vectors"),
-        ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. State the columns"),
-        (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', stated as x, is not"),
+        ("A;B;C\n1;2;3\n", {}, "names no coordinate: A, B, C. Give the columns"),
+        (HEAD + "1;2;3;0;0;1\n", {"columns": {"x": "W"}}, "the column 'W', given as x, is not"),
         (HEAD + "1;2;3;0;0;1\n", {"columns": {"q": "X"}}, "no quantity 'q'"),
         (HEAD + "1;2;3;0;0;1\n", {"exclude": ("9",)}, "no touch with the label or on the line '9'"),
         (HEAD + "1;2;3;0;0;1\n", {"exclude": ("2",)}, "rows"),
@@ -333,10 +333,10 @@ class TestSeveralFiles:
         ):
             with pytest.raises(InputError, match=words):
                 files_of(places)
-        with pytest.raises(PretravelError, match="a line is stated with its file"):
+        with pytest.raises(PretravelError, match="a line is given with its file"):
             read_series(paths, ReadingOptions(units="mm", exclude=("2",)))
         (tmp_path / "run_11.csv").write_text("X;Y;Z;I;J;K;F\n1;0;3;0;0;1;50\n")
-        with pytest.raises(InputError, match=r"run_9.csv: states no feeds, but run_11.csv does"):
+        with pytest.raises(InputError, match=r"run_9.csv: has no feeds, but run_11.csv does"):
             read_series(files_of([tmp_path]), ReadingOptions(units="mm"))
 
 
@@ -376,11 +376,11 @@ class TestNewcomer:
         reference = ("--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic")
         probe, points = tmp_path / "map.json", tmp_path / "points.csv"
         told = run("qualify", sphere, "--units", "inch", *reference, "-o", probe)
-        assert "read: 75 touches; separator ';', decimal comma, inch (stated), x=X y=Y z=Z" in told
+        assert "read: 75 touches; separator ';', decimal comma, inch (given), x=X y=Y z=Z" in told
         assert "touch 41 (line 42)" in told
-        assert "decimal comma, inch (stated)" in read_map(probe).provenance.reading
+        assert "decimal comma, inch (given)" in read_map(probe).provenance.reading
         told = run("compensate", part, "--units", "inch", "--map", probe, "-o", points)
-        assert "read: 140 touches; separator ';', decimal comma, inch (stated)" in told
+        assert "read: 140 touches; separator ';', decimal comma, inch (given)" in told
         run("compensate", EXAMPLES / "part_touches.csv", "--map", probe, "-o", tmp_path / "own.csv")
         for found, own in zip(rows(points), rows(tmp_path / "own.csv"), strict=True):
             for name in ("x_mm", "y_mm", "z_mm", "pretravel_um", "u_um"):
@@ -392,21 +392,21 @@ class TestNewcomer:
         for tip in (("--tip-diameter", 6), ()):
             told = run("qualify", sphere, "--diameter", 24.9987, *tip, code=2)
             assert "the coordinates look like inches" in told
-            assert "state the unit inch (--units)" in told
+            assert "give the unit inch (--units)" in told
         told = run("compensate", sphere, "--map", "omp40-2", "-o", tmp_path / "p.csv", code=2)
-        assert "does not state its unit of length" in told
+        assert "does not give its unit of length" in told
 
     @pytest.mark.parametrize("standard", ["iso10360-5", "iso230-10"])
     def test_forgotten_inches_in_a_check(self, tmp_path: Path, standard: str) -> None:
         touches = sphere_touches(np.full(25, 0.005))
         sphere = self._write(tmp_path / "sphere.csv", touches)
         told = run("check", standard, sphere, "--diameter", 25, code=2)
-        assert "state the unit inch (--units, --diameter)" in told
+        assert "give the unit inch (--units, --diameter)" in told
         metric = self._write(
             tmp_path / "b.csv", replace(touches, positions=INCH * touches.positions)
         )
         told = run("check", standard, metric, "--diameter", 25, "--units", "inch", code=2)
-        assert "taken as inches; state the unit mm" in told
+        assert "taken as inches; give the unit mm" in told
 
     def test_inches_that_are_millimetres(self) -> None:
         touches = read_touches(EXAMPLES / "sphere_touches.csv")
@@ -423,7 +423,7 @@ class TestNewcomer:
             "format csv",
             "decimal comma",
             "sphere of diameter 1.2192 (as inches: 30.96",
-            "missing            the unit of length: state mm or inch",
+            "missing            the unit of length: give mm or inch",
             "add --units mm or --units inch",
         ):
             assert words in told

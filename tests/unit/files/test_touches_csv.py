@@ -20,7 +20,7 @@ GOOD = "0,0,3,0,0,1\n"
         ("", None, "empty"),
         ("# only a comment\n\n", None, "empty"),
         (HEADER, 1, "no rows"),
-        ("1,2,3,0,0,1\n" + GOOD, None, "does not state its unit"),
+        ("1,2,3,0,0,1\n" + GOOD, None, "does not give its unit"),
         ("x_mm,y_mm,z_mm\n0,0,3\n", 1, "need the columns nx, ny, nz"),
         (HEADER + GOOD + "0,0,nan,0,0,1\n", 3, "z_mm is 'nan'"),
         (HEADER + "# note\n" + GOOD + "\n0,0,,0,0,1\n", 5, "z_mm is empty"),

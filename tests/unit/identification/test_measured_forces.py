@@ -74,7 +74,7 @@ def test_refusals() -> None:
     probe = load_probe("omp40-2")
     one = MeasuredForces([[1.0, 0.0, 0.0]], [0.7], [0.01])
     for call, words in (
-        (lambda: identify(None, probe, ["preload"]), "state one"),
+        (lambda: identify(None, probe, ["preload"]), "give one"),
         (lambda: identify(None, probe, ["preload", "lever"], forces=one), "1 forces do not"),
         (lambda: MeasuredForces([[1.0, 0.0, 0.0]], [0.7], [0.0]), "positive"),
         (lambda: MeasuredForces(np.zeros((0, 3)), [], []), "no measured forces"),

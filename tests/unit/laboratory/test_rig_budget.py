@@ -114,7 +114,7 @@ class TestSums:
         repeats = LengthComponent("c", "A", repeatability=True)
         assert budget_doubts([*both, repeats]) == ()
         (only,) = budget_doubts([*both, LengthComponent("d", "B")])
-        assert only == "the budget states no uncertainty for 'd': 0 or empty"
+        assert only == "the budget has no uncertainty for 'd': 0 or empty"
 
 
 HEAD = "source,type,uncertainty_um,per_metre_um"

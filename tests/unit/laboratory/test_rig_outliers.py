@@ -304,7 +304,7 @@ def test_message_of_two() -> None:
     assert [(one.trace, one.distance, one.limit) for one in told] == [
         ("a", 5e-3, 2e-3), ("c", 5e-3, 2e-3),
     ]  # fmt: skip
-    words = "a and c lie 5 µm apart; scatter explains 2 µm. Nothing tells which is wrong, so both"
+    words = "a and c lie 5 µm apart; scatter explains 2 µm. It is unknown which is wrong, so both"
     assert all(one.message.startswith(words) for one in told)
 
 

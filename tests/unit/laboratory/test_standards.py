@@ -220,7 +220,7 @@ class TestMeasuringMachines:
         assert forms[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
         assert check.figures[0].value == forms[2] > 1.5 * UM
         assert check.figures[1].value == pytest.approx(-4.0 * UM, rel=1e-6)
-        assert "there are 3 runs of 25 touches; the worst of them is stated" in check.notes
+        assert "there are 3 runs of 25 touches; the worst of them is reported" in check.notes
 
     @pytest.mark.parametrize(("off", "refused"), [(0.49, 0), (0.51, 1), (-0.49, 0), (-0.51, 1)])
     def test_a_size_error_of_half_a_millimetre_is_none(self, off: float, refused: int) -> None:
@@ -250,7 +250,7 @@ class TestPattern:
 
     @pytest.mark.parametrize("degrees", [0.0, 22.5, 45.0, 80.0, -100.0])
     @pytest.mark.parametrize(
-        ("fourth_ring", "words"), [(0.0, "forth and back"), (45.0, "cumulatively")]
+        ("fourth_ring", "words"), [(0.0, "back and forth"), (45.0, "cumulatively")]
     )
     def test_both_readings_at_any_azimuth_about_any_axis(
         self, fourth_ring: float, words: str, degrees: float
@@ -312,8 +312,8 @@ class TestFigures:
             (-2.5, 0.25, 2.0, "UNDECIDED", "undecided within U (k = 2)"),
             (2.50001, 0.25, 2.0, "EXCEEDS", "exceeds the limit"),
             (-2.50001, 0.25, 2.0, "EXCEEDS", "exceeds the limit"),
-            (1.9, None, 2.0, "WITHIN", "within the limit, u not stated"),
-            (2.1, None, 2.0, "EXCEEDS", "exceeds the limit, u not stated"),
+            (1.9, None, 2.0, "WITHIN", "within the limit, u not given"),
+            (2.1, None, 2.0, "EXCEEDS", "exceeds the limit, u not given"),
             (1.0, None, None, "NO_LIMIT", "no limit given"),
         ],
     )

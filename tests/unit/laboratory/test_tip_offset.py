@@ -316,7 +316,7 @@ class TestDirections:
             steep = _ring(np.radians([20.0, 130.0]), polar)
             found = self._check(np.vstack([_ring(), steep]), np.vstack([_ring(), steep]))
             assert len(found.sets[0].places) == 9
-            assert "4 touches beside the equator are not used" in found.notes
+            assert "4 touches off the equator are not used" in found.notes
 
     @pytest.mark.parametrize(("count", "told"), [(4, True), (7, True), (8, False), (9, False)])
     def test_four_are_needed_and_eight_are_enough(self, count: int, told: bool) -> None:

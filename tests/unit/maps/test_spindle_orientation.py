@@ -94,12 +94,12 @@ def test_what_is_not_stated_is_said_once() -> None:
     """Where lobes are larger than U: the largest change of the map by half a turn is stated."""
     none, made = _qualified(None), _qualified(180.0)
     assert orientation_note(made, stated=True) == ""
-    assert orientation_note(none, stated=False).endswith("none is stated (spindle_deg)")
+    assert orientation_note(none, stated=False).endswith("none is given (spindle_deg)")
     assert orientation_note(made, stated=False).startswith(
         "the map is of spindle 180°, the touches"
     )
     note = orientation_note(none, stated=True)
-    assert note.startswith("the touches state the orientation of the spindle, the map does not")
+    assert note.startswith("the touches give the orientation of the spindle, the map does not")
     azimuth = np.radians(np.arange(0.0, 360.0, 5.0))
     ring = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
     half = none.pretravel(ring, extrapolate=True) - none.pretravel(-ring, extrapolate=True)

@@ -84,7 +84,7 @@ def test_the_travel_of_the_signal_delay_is_taken_off(stated: bool) -> None:
     found = align(tips, part, made, placement, extrapolate=True)
     assert _apart(part, found.placement, placement) < 1e-6
     assert np.abs(found.residuals).max() < 1e-6
-    with pytest.raises(PretravelError, match="do not state their feed"):
+    with pytest.raises(PretravelError, match="do not give their feed"):
         align(replace(tips, feeds=None), part, made, placement, extrapolate=True)
 
 

@@ -72,7 +72,7 @@ def test_what_is_taken_out() -> None:
 @pytest.mark.parametrize(
     ("touches", "reason"),
     [
-        (replace(_both(), spindle=None), "do not state the orientation"),
+        (replace(_both(), spindle=None), "do not give the orientation"),
         (replace(_both(), spindle=np.repeat([0.0, 1.5], 36)), "180° apart"),
         (_both().take(np.arange(71)), "touch 1 has no touch at the other orientation"),
         (_both().take(np.arange(1, 72)), "touch 71 has no touch at the first"),
@@ -137,4 +137,4 @@ def test_command(tmp_path: Path) -> None:
     assert len(read_touches(means)) == 36
     out = run("qualify", means, "--pin", "--diameter", 25, "--tip-diameter", 6, "--kind", "mean")
     assert "effective radius" in out
-    assert "do not state the orientation" in run("reversal", *files, code=2)
+    assert "do not give the orientation" in run("reversal", *files, code=2)

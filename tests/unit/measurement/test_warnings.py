@@ -80,13 +80,13 @@ def test_feeds_that_are_not_known_matter_to_qualified_maps_without_a_delay(
     noted = feed_note(replace(QUIET, feeds=feeds), made)
     unknown = origin is Origin.QUALIFIED and not delayed
     both = made_at is None and feeds is None
-    assert ("neither the map nor the touches state a feed" in noted) == (unknown and both)
-    of_map = "the touches state a feed, the map does not (column" in told
+    assert ("neither the map nor the touches have a feed" in noted) == (unknown and both)
+    of_map = "the touches have a feed, the map does not (column" in told
     assert of_map == (unknown and made_at is None and feeds is not None)
-    assert of_map == ("Qualify again and state the feed of the touches on the reference" in told)
-    of_touches = "the map states a feed, the touches do not (column" in told
+    assert of_map == ("Qualify again and give the feed of the touches on the reference" in told)
+    of_touches = "the map has a feed, the touches do not (column" in told
     assert of_touches == (unknown and made_at is not None and feeds is None)
-    assert of_touches == ("State the feed of these touches" in told)
+    assert of_touches == ("Give the feed of these touches" in told)
     assert ("feed that is known × 2 ms" in told) == (of_map or of_touches)
 
 

@@ -197,7 +197,7 @@ class TestTipOfAFile:
     def test_of_another_radius(self, omp40: Probe, radius: float) -> None:
         self.check(omp40, 0.991)
         self.check(omp40, 1.009)
-        with pytest.raises(DescriptionError, match=r"but \[tip\] states 3 mm"):
+        with pytest.raises(DescriptionError, match=r"but \[tip\] gives 3 mm"):
             self.check(omp40, radius)
 
     @pytest.mark.parametrize("axis", range(3))

@@ -213,7 +213,7 @@ def test_solids_that_were_written_can_be_used_by_name(omp40: Probe, tmp_path: Pa
 def test_step_materials_are_not_guessed(omp40: Probe, tmp_path: Path) -> None:
     step = merged_step(omp40, tmp_path)
     probe = replace(omp40, step=replace(step, stylus=("Head", "Stem", "#4"), materials={}))
-    with pytest.raises(DescriptionError, match="state the material of 'Head'"):
+    with pytest.raises(DescriptionError, match="give the material of 'Head'"):
         probe_solids(probe)
 
 

@@ -158,7 +158,7 @@ class TestTransducers:
                 'criterion = "piezo_stage"\nthreshold_N = 1\nopening_um = 0.2',
                 "make it 'arm_lift'",
             ),
-            ('criterion = "piezo_stage"', "state it as threshold_N"),
+            ('criterion = "piezo_stage"', "give it as threshold_N"),
             ('criterion = "arm_lift"\nopening_um = -0.2', "opening of the contact is -0.2 µm"),
             ('criterion = "arm_lift"\nopening_um = 1001', "between 0 and 1000 µm"),
             ('criterion = "arm_lift"\nopening_mm = 0.2', "has no opening_mm"),

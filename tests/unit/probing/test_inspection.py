@@ -187,7 +187,7 @@ def test_grids_have_their_numbers_along_their_parameters() -> None:
 def test_one_end_is_not_enough() -> None:
     """A plane with a range of v has no end along u, and the other way round."""
     floor = Plane([0, 0, 0], [0, 0, 1])
-    for ranges, axis in (({}, "u: state a range of u"), ({"v": (0, 1)}, "u"), ({"u": (0, 1)}, "v")):
+    for ranges, axis in (({}, "u: give a range of u"), ({"v": (0, 1)}, "u"), ({"u": (0, 1)}, "v")):
         with pytest.raises(PretravelError, match=f"no end along {axis}"):
             plan_inspection(floor, grid=(2, 2), region=InspectionRegion(**ranges))  # type: ignore[arg-type]
     for low, high in ((0.0, math.inf), (-math.inf, 1.0)):

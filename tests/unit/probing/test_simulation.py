@@ -250,7 +250,7 @@ class TestReports:
         "wrong", [{"delay": 1e-3}, {"noise": -1e-3}, {"feed": -1.0}, {"feed": 60.0, "delay": -1e-3}]
     )
     def test_a_delay_needs_a_feed_and_nothing_is_negative(self, wrong: dict[str, Any]) -> None:
-        words = "state the feed too" if "feed" not in wrong and "delay" in wrong else "must|cannot"
+        words = "give the feed too" if "feed" not in wrong and "delay" in wrong else "must|cannot"
         with pytest.raises(PretravelError, match=words):
             Latch(**wrong)
         assert Latch(feed=60.0, delay=1e-3).delay == 1e-3

@@ -274,7 +274,7 @@ class TestInches:
         radius = factor * (12.5 - tip_radius if ring else 12.5 + tip_radius)
         touches = _ring(0.0, radius=radius) if ring else _touches(pretravel=0.0, radius=radius)
         told = _told(touches, QualificationSetup(25.0, ring=ring))
-        words = "were taken as inches; state the unit mm" if factor > 1.0 else "state the unit inch"
+        words = "were taken as inches; give the unit mm" if factor > 1.0 else "give the unit inch"
         assert (words in told) == exists
         assert told
 

@@ -93,7 +93,7 @@ def test_maps_that_cannot_be_updated() -> None:
     with pytest.raises(PretravelError, match="kind mean does not follow"):
         drifted_map(example_map("mean"))
     silent = replace(example_map(), covariance=Covariance.none(example_map().basis.size))
-    with pytest.raises(PretravelError, match="states no uncertainty"):
+    with pytest.raises(PretravelError, match="has no uncertainty"):
         drifted_map(silent)
 
 

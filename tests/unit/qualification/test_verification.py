@@ -120,12 +120,12 @@ class TestWhatIsSeen:
 
 class TestRefused:
     def test_feed_not_told_is_warned_of(self) -> None:
-        assert "do not state their feed" in check(touches(1, feed=None)).warnings[0]
+        assert "do not give their feed" in check(touches(1, feed=None)).warnings[0]
 
     def test_predicted_map(self) -> None:
         probe = load_probe("omp40-2-100mm")
         guess = predicted_map(probe, predict(probe, sphere_pattern_25()))
-        with pytest.raises(PretravelError, match="states no uncertainty"):
+        with pytest.raises(PretravelError, match="has no uncertainty"):
             verify(touches(1), guess, 25.0)
 
     @pytest.mark.parametrize("kind", ["mean", "sectors", "wozniak"])

@@ -56,7 +56,7 @@ class TestComparison:
     def test_a_map_that_states_no_uncertainty(self) -> None:
         bars = comparison_view(compare_corrections(lobes(3))).charts[1]
         assert isinstance(bars, PlaneChart)
-        assert "u not stated" in bars.marks[-1].texts[0]  # type: ignore[union-attr]
+        assert "u not given" in bars.marks[-1].texts[0]  # type: ignore[union-attr]
 
 
 class TestHistory:

@@ -129,7 +129,7 @@ def test_the_rise_of_a_rod() -> None:
 def test_the_rise_at_no_overtravel_is_not_stated() -> None:
     """The report said "rod lift 0" where no overtravel was asked."""
     assert "rod_lift" not in tried_design(wish('[wish]\nmost = "lever"\n' + PRELOAD), {}).quantities
-    with pytest.raises(PretravelError, match="state overtravel_mm"):
+    with pytest.raises(PretravelError, match="give overtravel_mm"):
         wish('[wish]\nleast = "rod_lift"\n' + PRELOAD)
 
 

@@ -86,7 +86,7 @@ def test_the_seed_alone_decides(plan: str) -> None:
         ('[study]\noutputs = ["mass"]\n' + PRELOAD, "outputs has 'mass'; known are force"),
         ('[study]\nprobe = "omp99"\n' + PRELOAD, "line 2: the probe 'omp99' is neither in the cat"),
         ("[study]\n", "factor"),
-        (PRELOAD + PRELOAD, "line 6: the factor spring.preload_N stands twice"),
+        (PRELOAD + PRELOAD, "line 6: the factor spring.preload_N occurs twice"),
         ('[[factor]]\nkey = "spring.preload_N"\n', "needs either values or a range"),
         ('[[factor]]\nkey = "a.b"\nvalues = [1.0]', "line 2: 'a.b': there is no table 'a'"),
         ('[[factor]]\nkey = "stylus.3.length_mm"\nvalues = [1.0]', "none of the numbers 1 to 2"),

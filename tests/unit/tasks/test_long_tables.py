@@ -282,7 +282,7 @@ def test_the_command_reads_long_tables(tmp_path: Path) -> None:
     told, warned = both_outputs(
         "compensate", path, "--map", "omp40-2", "--feed", 60, "-o", tmp_path / "p.csv"
     )
-    assert f"read: {COUNT} touches; separator ';', decimal comma, mm (stated in the file)" in told
+    assert f"read: {COUNT} touches; separator ';', decimal comma, mm (given in the file)" in told
     assert f"{COUNT} points" in told
     assert "a predicted map contains no signal delay" in warned
 

@@ -22,7 +22,7 @@ def test_what_a_table_lacks_is_no_fault(tmp_path: Path) -> None:
     path.write_text("X;Y;Z\n1;2;3\n4;5;6,5\n")
     found = look_at_touches(path)
     assert (found.positions.tolist(), found.unit_known) == ([[1, 2, 3], [4, 5, 6.5]], False)
-    assert "unit of length not stated" in found.understood
+    assert "unit of length not given" in found.understood
     assert look_at_touches(path, ReadingOptions(units="inch")).positions[0, 0] == 25.4
     assert first_lines(path) == ("X;Y;Z", "1;2;3", "4;5;6,5")
 

@@ -59,5 +59,5 @@ def test_the_normals_of_a_named_feature_are_fitted(tmp_path: Path) -> None:
     """The centre that the touches show is the true one."""
     diameter, told = _diameter(_touched(tmp_path, OFF), feature="bore")
     assert diameter == pytest.approx(20.0, abs=1e-6)
-    assert "the file states others, up to 4.1° off" in told
+    assert "the file gives others, up to 4.1° off" in told
     assert "root mean square" not in told

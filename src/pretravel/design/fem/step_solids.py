@@ -86,7 +86,7 @@ def _stylus_materials(probe: Probe, step: StepGeometry) -> list[Material]:
     if missing and len(set(described)) > 1:
         raise DescriptionError(
             f"[geometry]: the stylus has {len(step.stylus)} solids and [[stylus]] {len(described)} "
-            f"segments of several materials; state the material of '{missing[0]}': "
+            f"segments of several materials; give the material of '{missing[0]}': "
             f'materials = {{ "{missing[0]}" = "ceramic" }}'
         )
     return [described[0]] * len(step.stylus)
@@ -105,7 +105,7 @@ def _check_tip(probe: Probe, solid: Any, path: Path) -> None:
             )
     if abs(radius - probe.tip.radius) > 0.01 * probe.tip.radius:
         raise DescriptionError(
-            f"{path}: the tip has a radius of {radius:.4g} mm, but [tip] states "
+            f"{path}: the tip has a radius of {radius:.4g} mm, but [tip] gives "
             f"{probe.tip.radius:g} mm, which is used to compensate points: correct one of them"
         )
     away = math.dist(centre, (0.0, 0.0, -probe.lever))

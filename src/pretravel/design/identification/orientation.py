@@ -95,7 +95,7 @@ def in_orientation(
     old_axis = pretravel_map.rotation[:, 2]
     if probe.orientation.matrix[:, 2] @ old_axis < 1.0 - 1e-6:
         raise PretravelError(
-            "the axis of the description is not that of the map: state the orientation in which "
+            "the axis of the description is not that of the map: give the orientation in which "
             "the map was made in the description",
             inputs=("probe",),
         )

@@ -245,7 +245,7 @@ def _from_forces(
     """Numbers of a description from measured forces alone."""
     if forces is None:
         raise PretravelError(
-            "a description is identified from a map, from measured forces, or both: state one",
+            "a description is identified from a map, from measured forces, or both: give one",
             inputs=("map_file", "forces"),
         )
     numbers = free_numbers(free)
@@ -602,7 +602,7 @@ def _others_nearly_as_good(
             f"{number.key} {number.of(probe) / number.unit:.4g}" for number in fit.numbers
         )
         sentences.append(
-            f"another description explains the map nearly as well: {words}; u is of the stated "
+            f"another description explains the map nearly as well: {words}; u is of the given "
             "one alone. Measure one of these numbers, or touch more directions"
         )
     return sentences

@@ -54,7 +54,7 @@ def design_figures(
     elements : two PredictedProbes or None
         The other one and the design by finite elements.
     polar_deg : float
-        Of the wish of all predictions.
+        Of the specification of all predictions.
 
     Returns
     -------

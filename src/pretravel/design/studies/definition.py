@@ -26,7 +26,7 @@ from pretravel.surface import is_shape
 
 PLANS: Mapping[str, str] = {
     "full-factorial": "every value of each factor with every value of all others",
-    "one-at-a-time": "one factor leaves the base, the others keep it",
+    "one-at-a-time": "one factor after the other, from the base",
     "latin-hypercube": "samples spread evenly over each range",
     "sobol": "samples for Sobol' indices: the shares of the factors in the variance",
 }
@@ -36,7 +36,7 @@ OUTPUTS: Mapping[str, str] = {
     "sensing-distance": "sensing distance",
     "pretravel": "pretravel, its range and its lobes",
     "corrections": "what the corrections of controls leave",
-    "calibration": "what a qualification with some touches leaves",
+    "calibration": "errors after a qualification with some touches",
     "touch": "travel from first contact to the reported point on a surface",
     "stress": "highest von Mises stress of the bodies at the trigger (model fem)",
     "contact": "pressure and shear of the contacts of seats and tip at the trigger",
@@ -410,7 +410,7 @@ def study_of_parts(
     if not is_name and not Path(path).is_file():
         raise document.error(
             f"the probe '{table.probe}' is neither in the catalogue ({', '.join(catalogue_names())}"
-            f") nor a file beside the study",
+            f") nor a file in the folder of the study",
             settings,
             "probe",
         )
@@ -459,7 +459,7 @@ def _check_factors(study: Study, document: TomlDocument, table: str) -> None:
     seen = set()
     for number, factor in enumerate(study.factors):
         if factor.key in seen:
-            raise document.error(f"the factor {factor.key} stands twice", table, number, "key")
+            raise document.error(f"the factor {factor.key} occurs twice", table, number, "key")
         seen.add(factor.key)
         if factor.range is None and study.plan == "sobol" and not factor.is_text:
             raise document.error(

@@ -33,7 +33,7 @@ def found_description(found: FoundDesign) -> str:
         if table in ("prediction", "touch", "calibration"):
             continue
         put(document, key, value if isinstance(value, str) else float(f"{value:.9g}"))
-        sources[key] = f"designed for the wish '{study.name}'"
+        sources[key] = f"designed for the specification '{study.name}'"
     # The start's name can state a length or a material that is no longer true.
     document["name"] = f"{study.name}, designed from {study.probe}"
     return tomlkit.dumps(document)

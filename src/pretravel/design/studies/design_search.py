@@ -1,4 +1,4 @@
-"""The search for the design that fits a wish best.
+"""The search for the design that fits a specification best.
 
 scipy's differential evolution finds the region of the best design, whatever kinks the trigger event
 makes, and COBYQA its exact place.
@@ -125,7 +125,7 @@ def _of_geometry(probe: Probe, overtravel: float) -> dict[str, float]:
 
 
 def find_design(wish: Wish) -> FoundDesign:
-    """Search the design that fits a wish best.
+    """Search the design that fits a specification best.
 
     Parameters
     ----------

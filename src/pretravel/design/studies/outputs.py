@@ -73,7 +73,7 @@ MEANINGS: Mapping[str, Mapping[str, OutputMeaning]] = {
         ),
     },
     "corrections": {
-        _left_by(method): OutputMeaning("um", f"root mean square error left by: {method}")
+        _left_by(method): OutputMeaning("um", f"root mean square error after: {method}")
         for method in STUDIED_CORRECTIONS
     },
     "calibration": {
@@ -81,7 +81,7 @@ MEANINGS: Mapping[str, Mapping[str, OutputMeaning]] = {
             "um", "root mean square error of compensated touches, from the sphere's centre"
         ),
         "left_after_calibration_greatest": OutputMeaning("um", "largest of these errors"),
-        "u_after_calibration": OutputMeaning("um", "root mean square of the stated uncertainty"),
+        "u_after_calibration": OutputMeaning("um", "root mean square of the given uncertainty"),
     },
     "touch": _spread("um", "travel since contact"),
     "stress": {"stress_greatest": OutputMeaning("MPa", "highest von Mises stress of any part")},
@@ -272,7 +272,7 @@ def _touch(case: Case, trigger: Trigger, directions: Directions) -> dict[str, fl
     if not wish.targets:
         raise PretravelError(
             "the output touch needs [touch] with surface and targets (a file nx,ny,nz or "
-            "x_mm,y_mm,z_mm beside the study)"
+            "x_mm,y_mm,z_mm in the folder of the study)"
         )
     surface = parse_surface(wish.surface)
     touches = simulate(

@@ -1,4 +1,4 @@
-"""What is wished of a probe, and the TOML file that states it."""
+"""What is required of a probe, and the TOML file that states it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from pretravel.design.studies.outputs import MEANINGS, OutputMeaning
 OF_GEOMETRY: Mapping[str, OutputMeaning] = {
     "lever": OutputMeaning("mm", "tip centre to the plane of the rod axes"),
     "stylus_length": OutputMeaning("mm", "root of the stylus to tip centre"),
-    "rod_lift": OutputMeaning("mm", "rise of the rod that opens at the wished overtravel"),
+    "rod_lift": OutputMeaning("mm", "rise of the rod that opens, at the overtravel"),
 }
-"""Quantities of a description that a wish can limit, beside the outputs of studies."""
+"""Quantities of a description that a specification can limit, beside the outputs of studies."""
 WISHES = ShippedTexts("pretravel.design.studies", "data/wishes", "wish", "wishes")
-"""The wishes that come with the package."""
+"""The specifications that come with the package."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Wish:
-    """A wish: what is to be small, what may change, what must hold.
+    """A specification: what is to be small, what may change, what must hold.
 
     Attributes
     ----------
@@ -111,13 +111,13 @@ class _Whole:
 
 @cache
 def _structure() -> TomlStructure:
-    structure = structure_with_factors("pretravel wishes stylus-50mm prints a whole wish")
+    structure = structure_with_factors("pretravel wishes stylus-50mm prints a whole specification")
     structure.table(_WishTable, overtravel="overtravel_mm")
     return structure
 
 
 def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
-    """A wish from the tables of its file.
+    """A specification from the tables of its file.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
     goal = table.least or table.most
     if bool(table.least) == bool(table.most):
         raise document.error(
-            "a wish has either least (a quantity that is made small) or most", "wish"
+            "a specification has either least (a quantity that is made small) or most", "wish"
         )
     for name, place in (
         (goal, ("wish",)),
@@ -149,7 +149,7 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
     names = {goal, table.and_least, *(limit.of for limit in parts.limit)}
     if "rod_lift" in names and not table.overtravel:
         raise document.error(
-            "rod_lift is the rise of a rod at the overtravel of the tip: state overtravel_mm",
+            "rod_lift is the rise of a rod at the overtravel of the tip: give overtravel_mm",
             "wish",
         )
     outputs = tuple(output for output, numbers in MEANINGS.items() if names & set(numbers))
@@ -165,12 +165,12 @@ def wish_in(document: TomlDocument, folder: Path = Path()) -> Wish:
 
 
 def load_wish(wish: str | Path) -> Wish:
-    """A wish by the name of a shipped one, or from a TOML file.
+    """A specification by the name of a shipped one, or from a TOML file.
 
     Raises
     ------
     PretravelError
-        Neither such a name nor a file; a file that is not a wish.
+        Neither such a name nor a file; a file that is not a specification.
 
     >>> load_wish("stylus-50mm").goal
     'pretravel_deviation'
@@ -179,7 +179,7 @@ def load_wish(wish: str | Path) -> Wish:
 
 
 def known_quantities() -> dict[str, OutputMeaning]:
-    """All quantities that a wish can name.
+    """All quantities that a specification can name.
 
     >>> known_quantities()["lever"].unit
     'mm'

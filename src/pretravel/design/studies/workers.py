@@ -109,7 +109,7 @@ def dask_workers(
             except (OSError, ValueError, TimeoutError) as error:
                 raise PretravelError(
                     f"no scheduler answers at {scheduler} ({error}); 'dask scheduler' starts one "
-                    "and states its address",
+                    "and gives its address",
                     inputs=("scheduler",),
                 ) from None
             _check_versions(client, scheduler)

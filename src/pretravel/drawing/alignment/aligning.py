@@ -36,7 +36,7 @@ def align(
     part : Part
     pretravel_map : PretravelMap
     start : Placement, optional
-        Near the answer. Without it the placement is searched for from nothing.
+        Near the answer. Without it the placement is searched over all positions.
     datums : sequence of Datum, optional
         In the order of the drawing; without them the best fit on all touched faces.
     extrapolate : bool
@@ -91,7 +91,7 @@ def only_placement(
     if not found:
         raise PretravelError(
             f"no placement of {part.name} explains the touches. Is it the right part, in "
-            "mm, and are these tip centres? State an approximate placement",
+            "mm, and are these tip centres? Give an approximate placement",
             inputs=("start",),
         )
     if len(found) == 1:
@@ -103,6 +103,6 @@ def only_placement(
     more = "\n  …" if len(found) > _MOST_LISTED else ""
     raise PretravelError(
         f"{len(found)} placements explain the touches: the part is symmetric, or the touches "
-        f"are too few to distinguish them. State the right one as the start:\n{listed}{more}",
+        f"are too few to distinguish them. Give the right one as the start:\n{listed}{more}",
         inputs=("start",),
     )

@@ -529,7 +529,7 @@ class _Fit:
         if moved >= _CLOSED:
             raise ConvergenceError(
                 f"the alignment did not settle: it still moves by {moved / MICROMETRE:.3g} µm "
-                f"after {_MOST_ITERATIONS} steps. State a start that is nearer",
+                f"after {_MOST_ITERATIONS} steps. Give a start that is nearer",
                 inputs=("start",),
             )
         return state

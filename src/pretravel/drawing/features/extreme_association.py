@@ -168,7 +168,7 @@ def associate_by(
     if criterion == TANGENT and kind in _FLAT and axis is None:
         raise PretravelError(
             f"a tangent {kind} lies outside the material, and the points have no normals that say "
-            "on which side this is. State the direction out of the material",
+            "on which side this is. Give the direction out of the material",
             inputs=("axis", "association"),
         )
     reference = gaussian.points.mean(axis=0) if at is None else np.asarray(at, dtype=np.float64)

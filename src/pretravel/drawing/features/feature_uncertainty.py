@@ -15,7 +15,7 @@ from pretravel.measurement import FIXED_SCATTER, Association, Points
 from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 
 OWN = "repeatability of the touches"
-UNKNOWN_CORRELATION = "points, correlation not stated"
+UNKNOWN_CORRELATION = "points, correlation not given"
 STEP_OF_COORDINATES = "step of the coordinates"
 FORM_OF_PART = "form of the part"
 MACHINE = "machine"
@@ -330,7 +330,7 @@ def check_same_causes(features: Sequence[FeatureErrors]) -> bool:
     known = [each.correlation_known for each in features]
     if any(each != causes[0] for each in causes) or len(set(known)) > 1:
         raise PretravelError(
-            "the points of these features do not state the same common errors, so that it is not "
+            "the points of these features do not give the same common errors, so that it is not "
             "known which of them are common to both; compensate the touches of both together"
         )
     return known[0]

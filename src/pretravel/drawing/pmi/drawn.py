@@ -264,7 +264,7 @@ class _Work:
     def add_datum(self, datum: PmiDatum) -> None:
         if not datum.place.faces and datum.targets:
             raise NotStatedError(
-                "it is made by datum targets, which the file of features cannot state"
+                "it is made by datum targets, which the file of features cannot express"
             )
         groups = self.groups(datum.place)
         several = len(groups) > 1
@@ -273,18 +273,18 @@ class _Work:
             for k, group in enumerate(groups, start=1)
         ]
         if datum.targets:
-            raise NotStatedError("its targets are not stated: the whole faces are its feature")
+            raise NotStatedError("its targets are not given: the whole faces are its feature")
 
     def add_size(self, size: Size) -> None:
         if size.nominal is None and size.lower is None and size.upper is None:
-            raise NotStatedError("the text states no value")
+            raise NotStatedError("the text has no value")
         stated = set(size.notes) & set(_WITHOUT_TOLERANCE)
         if stated:
             raise NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
         if size.fit and size.lower is None:
-            raise NotStatedError(f"state the limits of {size.fit} by ISO 286 as tolerance")
+            raise NotStatedError(f"give the limits of {size.fit} by ISO 286 as tolerance")
         if size.lower is None and size.upper is None:
-            raise NotStatedError("the text states no limits")
+            raise NotStatedError("the text has no limits")
         groups = [self.groups(place) for place in size.places]
         if len(groups) == 2:
             self.add_distance(size, groups)
@@ -338,7 +338,7 @@ class _Work:
 
     def add_tolerance(self, tolerance: Tolerance) -> None:
         if tolerance.zone is None:
-            raise NotStatedError("the text states no value")
+            raise NotStatedError("the text has no value")
         if tolerance.kind == "roundness" and self.kinds(tolerance.place) == {"sphere"}:
             self.add_form(tolerance)
             return

@@ -51,8 +51,8 @@ class ModelDrawing:
         more = ""
         if not self.has_pmi:
             more = (
-                "# The model states no semantic PMI. These are its faces that can carry a size: "
-                "state the\n# tolerances, and delete what is not measured.\n"
+                "# The model has no semantic PMI. These are its faces that can carry a size: "
+                "give the\n# tolerances, and delete what is not measured.\n"
             )
         return features_text(self.part.name, self.pmi, self.drawn, self.numbers, more)
 

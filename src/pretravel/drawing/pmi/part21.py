@@ -137,7 +137,7 @@ class _Values:
             if token == "(":
                 return self._list(depth)
             if token in ")," or token not in "$*":
-                raise self._error(f"'{token}' stands where a value should be")
+                raise self._error(f"'{token}' is where a value should be")
             return None
         if kind == "text":
             return _plain(token)

@@ -65,7 +65,7 @@ def features_tab(state: ScreenState, result: PartResult) -> None:
     by_label_at_first()
     here([state.listen], by_label_at_first)
     file_drop(
-        state, "drawing", "The drawing (if the model states no tolerances)",
+        state, "drawing", "The drawing (if the model has no tolerances)",
         endings=(".toml", ".qif", ".dmi"),
         hint="A table [[feature]] for each, as for pretravel measure --drawing; or a plan",
     )  # fmt: skip

@@ -278,7 +278,7 @@ def _show_point(state: ScreenState, result: PartResult) -> None:
     if budget.components:
         table_view(replace(budget_table(budget, title="Budget of this point"), detail=False))
     else:
-        note("The map states no uncertainty, so there is no budget.")
+        note("The map has no uncertainty, so there is no budget.")
 
 
 def _choose_face(state: ScreenState, result: PartResult) -> None:

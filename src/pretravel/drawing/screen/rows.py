@@ -206,7 +206,7 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
                 DrawnPattern(label, names, _zone(row), row.datum_words, row.material, **frame)
             )
         elif names[0] not in features:
-            raise PretravelError(f"{row.feature}: no row states its faces")
+            raise PretravelError(f"{row.feature}: no row gives its faces")
         else:
             features[names[0]] = _with(features[names[0]], row)
     return Drawing(tuple(features.values()), tuple(patterns), tuple(between), not_decided)
@@ -235,7 +235,7 @@ def _with(feature: DrawnFeature, row: ToleranceRow) -> DrawnFeature:
         OWN_POSITION: feature.position_tolerance,
     }.get(row.characteristic)  # fmt: skip
     if taken is not None:
-        raise PretravelError(f"{row.feature}: two rows state its {row.characteristic}")
+        raise PretravelError(f"{row.feature}: two rows give its {row.characteristic}")
     if row.characteristic == ROW_SIZE:
         return replace(feature, tolerance=row.limits)
     if row.characteristic == ROW_FORM:

@@ -382,7 +382,7 @@ def filled_rows(part: StoredFile | None, drawing: StoredFile | None) -> list[Tol
         model = read_model_drawing(path)
         if not model.has_pmi:
             raise PretravelError(
-                f"{part.name} states no tolerances (semantic PMI of AP242): take a row for each "
+                f"{part.name} has no tolerances (semantic PMI of AP242): take a row for each "
                 "touched face, and type them"
             )
         return rows_of(model.drawn.drawing)

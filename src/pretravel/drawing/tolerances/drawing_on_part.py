@@ -64,7 +64,7 @@ def _with_kind(row: DrawnFeature, part: Part | None) -> DrawnFeature:
         return row
     if part is None:
         raise PretravelError(
-            f"feature '{row.name}' states no kind (plane, cylinder, …): state it, or the part with "
+            f"feature '{row.name}' has no kind (plane, cylinder, …): give it, or the part with "
             "its faces",
             inputs=("part",),
         )
@@ -73,7 +73,7 @@ def _with_kind(row: DrawnFeature, part: Part | None) -> DrawnFeature:
     if len(kinds) > 1 or kinds[0] not in MEASURED_FACES:
         raise PretravelError(
             f"feature '{row.name}': its faces are {' and '.join(kinds)}, which is no feature to "
-            "measure: state its kind"
+            "measure: give its kind"
         )
     kind = kinds[0]
     if kind == "plane" and len(own) == 2:

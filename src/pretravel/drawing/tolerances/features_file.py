@@ -84,9 +84,9 @@ class DrawnFeature:
     def __post_init__(self) -> None:
         if bool(self.select) == bool(self.faces):
             raise PretravelError(
-                f"feature '{self.label}' states both faces and select: state one of them"
+                f"feature '{self.label}' gives both faces and select: give one of them"
                 if self.faces
-                else f"feature '{self.label}' states neither faces nor select: state the faces of "
+                else f"feature '{self.label}' gives neither faces nor select: give the faces of "
                 "its points (faces = [3]), or their labels"
             )
         if not self.kind and not self.faces:
@@ -228,7 +228,7 @@ class Drawing:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise PretravelError(
-                f"two features are called '{twice}'; state a label for each", inputs=("features",)
+                f"two features are called '{twice}'; give a label for each", inputs=("features",)
             )
         wanted = [
             (f"pattern {each.label}", name) for each in self.pattern for name in each.features

@@ -67,7 +67,7 @@ def inspect_geometry(
             raise PretravelError(f"{placed.label} cannot be a datum of itself")
     if len(features) == 1 and tolerance.kind == POSITION and not groups:
         raise PretravelError(
-            f"{features[0].label}: a position without datums is that of a pattern; state datums, "
+            f"{features[0].label}: a position without datums is that of a pattern; give datums, "
             "or position_tolerance_mm for one in the frame of the points"
         )
     if len(features) > 1 and tolerance.kind != POSITION:

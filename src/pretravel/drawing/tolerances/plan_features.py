@@ -450,7 +450,7 @@ def _qif_tolerance(plan: _Plan, name: str, kind: ET.Element, known: tuple[Any, .
             raise PretravelError(f"{word} is not read")
         for element in kind.iter():
             if element.get("linearUnit") is not None:
-                raise PretravelError("a unit of its own is not read")
+                raise PretravelError("its own unit is not read")
         frame = frames.get(text(kind, "DatumReferenceFrameId") or "")
         material = {"MAXIMUM": MAXIMUM, "LEAST": LEAST}.get(
             text(kind, "MaterialCondition") or "", ""

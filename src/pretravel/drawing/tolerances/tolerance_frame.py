@@ -161,7 +161,7 @@ class PlacedFeature:
         if value is None:
             key = "at_mm" if what == "point" else "axis"
             raise PretravelError(
-                f"{self.label}: the tolerance needs its nominal {what}: state {key}, or the part "
+                f"{self.label}: the tolerance needs its nominal {what}: give {key}, or the part "
                 "with whose faces the points agree"
             )
         return value

@@ -461,6 +461,6 @@ def _datum_float(
     columns = frame[:, :3] @ sideways.T
     remark = (
         f"datum {datum.label} may shift by up to {0.5 * departure * 1e3:.1f} µm (its departure "
-        "from the maximum material size, without tolerances of its own orientation or position)"
+        "from the maximum material size, without tolerances of the datum's orientation or position)"
     )
     return columns, 0.5 * departure, (remark,)

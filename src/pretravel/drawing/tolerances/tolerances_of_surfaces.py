@@ -152,7 +152,7 @@ def _distances(
         return (points - frame.point) @ direction, normals, None
     if placed.size is None:
         raise PretravelError(
-            f"{placed.label}: a profile needs the nominal diameter, or the part: state nominal_mm"
+            f"{placed.label}: a profile needs the nominal diameter, or the part: give nominal_mm"
         )
     nominal = 0.5 * placed.size
     if kind == "sphere":
@@ -192,7 +192,7 @@ def _sections(placed: PlacedFeature, place: FloatArray, kind: str) -> IntArray:
         raise PretravelError(
             f"{placed.label}: a {kind} is that of single sections, and the one of point {label} "
             f"has fewer than {fewest} points. Touch several places of each section"
-            + (", or state the total run-out" if kind == RUN_OUT else "")
+            + (", or give the total run-out" if kind == RUN_OUT else "")
         )
     return found
 
@@ -276,7 +276,7 @@ def _largest_u(
     count = len(factor)
     if count > _MOST_WEIGHTS:
         raise PretravelError(
-            f"{count} points whose common errors are not stated are too many for this tolerance; "
+            f"{count} points whose common errors are not given are too many for this tolerance; "
             "compensate the touches with this version"
         )
     weights = [np.diag(factor)]

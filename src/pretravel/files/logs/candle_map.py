@@ -59,7 +59,7 @@ def read_candle_map(source: Source, units: str | None = None) -> FileReadings:
         raise file.error(f"{len(odd[1])} heights, but the grid has {columns} columns", odd[0])
     if len(body) != lines_of_grid:
         raise file.error(f"{len(body)} rows of heights, but the grid has {lines_of_grid}")
-    scale = file.scale(units, "a map of heights does not state its units")
+    scale = file.scale(units, "a map of heights does not give its units")
     places_x = np.linspace(x, x + width, columns)
     places_y = np.linspace(y, y + height, lines_of_grid)
     points, numbers, missed = [], [], []

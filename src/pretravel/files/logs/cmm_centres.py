@@ -71,7 +71,7 @@ def read_cmm_centres(source: Source, units: str | None = None) -> FilePositions:
         rows.append(file.numbers(cells[4:_CELLS], number))
         labels.append(f"{head[3]}-{head[1]}")
         lines.append(number)
-    scale = file.scale(units, "a file of tip centres does not state its units")
+    scale = file.scale(units, "a file of tip centres does not give its units")
     return FilePositions(
         file.path,
         scale * np.array(rows),

@@ -153,7 +153,7 @@ class _Listing:
             self._begin(cells, number)
         elif not self.features:
             raise self.file.error(
-                f"'{shortened(' '.join(cells))}' stands before the first feature (such as CIRCLE "
+                f"'{shortened(' '.join(cells))}' comes before the first feature (such as CIRCLE "
                 "CR4 CART MCS MM); leave this line out of the file",
                 number,
             )
@@ -308,7 +308,7 @@ def _check_points(file: SourceFile, feature: ListedFeature) -> None:
         row = int(np.argmax(off - allowed))
         raise file.error(
             f"point {feature.numbers[row]} is {distance[row]:.5f} mm from {feature.name} as the "
-            f"listing states it, but its deviation is {feature.deviations[row]:.5f} mm: are values "
+            f"listing gives it, but its deviation is {feature.deviations[row]:.5f} mm: are values "
             "missing in this line, or is the feature not of these points?",
             feature.lines[row],
         )
@@ -379,7 +379,7 @@ def listing_touches(file: SourceFile, options: ReadingOptions) -> FileReadings:
         kinds = ", ".join(f"{feature.kind} {feature.name}" for feature in features[:8])
         raise file.error(
             f"no feature of the listing ({kinds}) has normals at its points: planes, circles, "
-            "cylinders and spheres have. The stated results are written as features",
+            "cylinders and spheres have. The given results are written as features",
             inputs=("features",),
         )
     radius = checked_radius_taken_off(file, "a listing of a CMM", options.radius_taken_off)
@@ -404,7 +404,7 @@ def _inside(file: SourceFile, names: list[str], bores: tuple[str, ...] | None) -
         return set()
     if bores is None:
         raise file.error(
-            f"the listing does not state on which side {', '.join(names[:8])} "
+            f"the listing does not say on which side {', '.join(names[:8])} "
             f"{'were' if len(names) > 1 else 'was'} touched, from inside or outside, on which the "
             "normals depend: name the bores, or none",
             inputs=("bores",),
@@ -424,7 +424,7 @@ def _notes_of(features: list[ListedFeature], used: list[ListedFeature]) -> tuple
     if others:
         notes.append(f"without points or without normals, and left out: {', '.join(others[:8])}")
     if any(feature.kind == "PLANE" for feature in used):
-        notes.append("normals of planes are I, J, K as the listing states them, taken as outward")
+        notes.append("normals of planes are I, J, K as the listing gives them, taken as outward")
     if features[0].system != "MCS":
         notes.append(
             f"the coordinates are of {features[0].system}, taken as parallel to the machine's axes"
@@ -448,7 +448,7 @@ CMM_LISTING = FileFormat(
     needs="subtracted radius; bores",
     takes=("radius_taken_off", "bores"),
     verified="one public listing of planes and circles: the deviations of its points follow from "
-    "the stated features within their last digit",
+    "the given features within their last digit",
     recognises=_is_listing,
     parse=listing_touches,
     parse_features=_listed_results,

@@ -153,7 +153,7 @@ def checked_radius_taken_off(file: SourceFile, what: str, radius: float | None) 
     """
     if radius is None:
         raise file.error(
-            f"{what} does not state whether the tip's radius was subtracted from its points; give "
+            f"{what} does not say whether the tip's radius was subtracted from its points; give "
             "the subtracted radius: 0 for tip centres, or the radius in mm",
             inputs=("radius_taken_off",),
         )

@@ -277,7 +277,7 @@ def _last_ones(
         far = float(np.linalg.norm(positions[second] - positions[first]))
         if first == second or far >= _ONE_PLACE:
             raise InputError(
-                "this touch has no second one after it at its place, and the file states no feeds: "
+                "this touch has no second one after it at its place, and the file has no feeds: "
                 "touches are in pairs where each place was touched twice",
                 path=path,
                 line=lines[first],

@@ -85,7 +85,7 @@ def read_fusion(source: Source, units: str | None = None) -> FileReadings:
     """
     file = opened(source)
     lines = file.lines("a results file of Fusion")
-    results = _Results(file, file.scale(units, "a results file does not state its units"))
+    results = _Results(file, file.scale(units, "a results file does not give its units"))
     for number, text in enumerate(lines, start=1):
         results.read_line(text.replace("*", " ").strip(), number)
     results.close_point()

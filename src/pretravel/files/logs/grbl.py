@@ -300,7 +300,7 @@ class _GrblLog:
             self.first_offsets = dict(self.offsets)
         elif (contact is None) != (self.contact[0] is None):
             raise self.file.error(
-                "this report states whether there was contact (:1 or :0), the first one does not, "
+                "this report says whether there was contact (:1 or :0), the first one does not, "
                 "or the reverse: are these logs of two machines?",
                 number,
             )

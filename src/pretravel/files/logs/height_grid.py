@@ -55,14 +55,14 @@ def read_height_grid(source: Source, units: str | None = None) -> FileReadings:
             raise file.error(f"{len(cells)} values; x, y and z are needed", number)
         rows.append(file.numbers(cells, number))
         lines.append(number)
-    scale = file.scale(units, "a grid of heights does not state its units")
+    scale = file.scale(units, "a grid of heights does not give its units")
     head, body = rows[:_HEAD], rows[_HEAD:]
     if not body:
         raise file.error("the file has no heights after its three lines of limits")
     count = head[0][2] * head[1][2]
     if len(body) != count or count > _MOST_ROWS:
         raise file.error(
-            f"{len(body)} heights, but its first two lines state {head[0][2]:g} × {head[1][2]:g}",
+            f"{len(body)} heights, but its first two lines give {head[0][2]:g} × {head[1][2]:g}",
             lines[-1],
         )
     feed = scale * head[2][2]

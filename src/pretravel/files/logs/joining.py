@@ -98,8 +98,8 @@ def join(
     second = follows_its_search(found.positions, found.feeds, found.contact)
     if both and not second.any():
         raise InputError(
-            "no place was touched twice, fast and then slowly, or the file does not state the "
-            "feeds: keep the last touch of each place, or state the column of the feeds",
+            "no place was touched twice, fast and then slowly, or the file does not give the "
+            "feeds: keep the last touch of each place, or give the column of the feeds",
             path=found.path,
             inputs=("double_touches", "columns"),
         )
@@ -132,7 +132,7 @@ def _join_by_label(
 ) -> FileReadings:
     if found.labels is None:
         raise InputError(
-            "its readings have no labels to join by; state the column of the labels, or join by "
+            "its readings have no labels to join by; give the column of the labels, or join by "
             "the lines of the targets",
             path=found.path,
             inputs=("columns", "join"),
@@ -351,7 +351,7 @@ def _line_through(
         named = bool(set(found.labels or ()) & set(lines.labels))
         raise found.error(
             f"the reading ({place}) mm lies on the line of no target; the nearest is "
-            f"{lines.label(near[nearest])}, {across[nearest]:.3f} mm beside it. Is this the plan "
+            f"{lines.label(near[nearest])}, {across[nearest]:.3f} mm from it. Is this the plan "
             "that was run, in the same work offset and units?"
             + (" Its labels are also those of the plan: join by them" if named else ""),
             row,
@@ -483,7 +483,7 @@ def _unequal_pairs(
 def _possible_misses(lines: _TargetLines, owners: IntArray, beyond: FloatArray) -> str:
     """Return a warning that misses look like touches; it names outlying positions."""
     warning = (
-        "a miss leaves a reading like a touch does, at the end of its move; the overtravel of the "
+        "a miss gives a reading as a touch does, at the end of its move; the overtravel of the "
         "moves (in the machine file) distinguishes them"
     )
     further = beyond - np.median(beyond)

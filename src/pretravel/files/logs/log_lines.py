@@ -106,7 +106,7 @@ def read_log_positions(source: Source, units: str | None = None) -> FilePosition
             numbers.append(number)
             feeds.append(feed)
             labels.append((named["number"] or named["name"]) if named else "")
-    scale = file.scale(units, "the file does not state its units (G20 or G21)")
+    scale = file.scale(units, "the file does not give its units (G20 or G21)")
     if not rows:
         raise file.error("the file contains no position")
     known_feeds = [feed for feed in feeds if feed is not None]

@@ -94,7 +94,7 @@ class LoggedFeeds:
         if not self.moves:
             return ""
         if feeds is None:
-            return "the log does not state the feed of each touch: feeds are not read"
+            return "the log does not give the feed of each touch: feeds are not read"
         values = ", ".join(f"{value:g}" for value in sorted(set(feeds.round(6).tolist()))[:8])
         unit = "" if self.inch is not None else " (taken in the unit of the reports)"
         return f"feeds of the moves G38: {values} mm/min{unit}"

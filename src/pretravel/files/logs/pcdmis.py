@@ -131,7 +131,7 @@ def read_pc_dmis(
     ------
     InputError
         The radius or the units are missing; coordinates are polar; a vector is not a unit vector;
-        an alignment, or another statement that changes what the points are, stands among the
+        an alignment, or another statement that changes what the points are, is among the
         touches; every point equals its nominal; there is no touch.
 
     >>> text = b"P1 =FEAT/POINT,CARTESIAN\nTHEO/<0,0,5>,<0,0,1>\nACTL/<0,0,5.01>,<0,0,1>\n"
@@ -146,7 +146,7 @@ def read_pc_dmis(
     routine.close_feature()
     _check(file, routine)
     radius = checked_radius_taken_off(file, "the text of a routine of PC-DMIS", radius_taken_off)
-    scale = file.scale(units, "the text of a routine does not state its units")
+    scale = file.scale(units, "the text of a routine does not give its units")
     return FileReadings(_touches(file, routine, scale, radius), warnings=_warnings(routine))
 
 

@@ -113,7 +113,7 @@ class _Log:
     def _take_head(self, values: list[str], number: int) -> None:
         if self.planned is not None:
             raise self.file.error(
-                "a second run begins here; keep each run in a file of its own", number
+                "a second run begins here; keep each run in a separate file", number
             )
         if values[:1] != ["1"] or len(values) != 3:
             raise self.file.error(
@@ -176,7 +176,7 @@ class _Log:
     def _check_values(self, values: list[str], columns: Sequence[str], number: int) -> None:
         if self.rotation is None or not self.columns:
             raise self.file.error(
-                "the lines 'work' and 'columns' must come before the first touch: they state the "
+                "the lines 'work' and 'columns' must come before the first touch: they give the "
                 "turn of the work coordinates and the units",
                 number,
             )

@@ -52,7 +52,7 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
     'SIZE D'
     """
     file = opened(source)
-    scale = file.scale(units, "a print-out does not state its units")
+    scale = file.scale(units, "a print-out does not give its units")
     component, feature = 0, 0
     results = []
     for number, text in enumerate(file.lines("a print-out"), start=1):

@@ -43,7 +43,7 @@ def read_probeopen(source: Source, units: str | None = None) -> FilePositions:
     file = opened(source)
     lines = file.lines("a file of PROBEOPEN")
     scale = file.scale(
-        units, "a file of PROBEOPEN is in the units of the program that ran and does not state them"
+        units, "a file of PROBEOPEN is in the units of the program that ran and does not give them"
     )
     rows: list[list[float]] = []
     numbers: list[int] = []

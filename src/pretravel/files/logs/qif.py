@@ -173,7 +173,7 @@ class _SetElement:
                 return scale  # units of other quantities
             words = {plain} if plain else words
         if len(words) > 1:
-            raise self.error(f"it states several units of length: {', '.join(sorted(words))}")
+            raise self.error(f"it gives several units of length: {', '.join(sorted(words))}")
         unit = words.pop() if words else None
         if unit is None or (unit == main_unit and unit not in own):
             return scale
@@ -208,7 +208,7 @@ class _SetElement:
         """Read the number of points; a file cannot have more of them than characters."""
         stated = self.element.get("count", "")
         if not re.fullmatch("[0-9]{1,12}", stated.strip()):
-            raise self.error("it does not state its count") from None
+            raise self.error("it does not give its count") from None
         if not 1 <= int(stated) <= len(self.document.file.content):
             raise self.error(f"its count is {stated}: it has no points, or not so many")
         return int(stated)
@@ -217,8 +217,7 @@ class _SetElement:
         for child in ("CoordinateSystemId", "TranformId"):  # the schema's own spelling
             if self.element.find(f"{_Q}{child}") is not None:
                 raise self.error(
-                    f"it has a coordinate system of its own ({child}); points in the common one "
-                    "are read"
+                    f"it has its own coordinate system ({child}); points in the common one are read"
                 )
         tags = [str(child.tag) for child in self.element]
         binary = [tag[len(_Q) :] for tag in tags if tag.startswith(f"{_Q}Binary")]
@@ -255,7 +254,7 @@ class _SetElement:
         words = (self._text("Compensated") or self._text("Compensations") or "").split()
         if len(words) not in (1, count) or any(word not in COMPENSATED for word in words):
             raise self.error(
-                "it does not state whether its points are compensated (Compensated true or false)"
+                "it does not say whether its points are compensated (Compensated true or false)"
             )
         return tuple(COMPENSATED[word] for word in words) * (count if len(words) == 1 else 1)
 

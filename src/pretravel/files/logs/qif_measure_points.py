@@ -105,5 +105,5 @@ class _MeasurePoint:
         """Return whether the probe radius was subtracted."""
         word = (self._text("Compensated") or "").strip()
         if word not in COMPENSATED:
-            raise self.error("it does not state whether it is compensated (Compensated)")
+            raise self.error("it does not say whether it is compensated (Compensated)")
         return COMPENSATED[word]

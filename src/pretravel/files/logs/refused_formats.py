@@ -237,7 +237,7 @@ I_PLUS_PLUS = FileFormat(
     name="i++",
     what="log of an I++ DME server",
     recognises=lambda lines: any(map(_is_tagged, lines)),
-    refusal="this is a log of an I++ DME server. It is not read, because the properties that state "
+    refusal="this is a log of an I++ DME server. It is not read, because the properties that give "
     "what its positions are (OnPtMeasReport, the tool's compensation) differ from session to "
     "session. Write X, Y, Z of the answers to PtMeas and IJK of the requests as CSV",
 )

@@ -193,7 +193,7 @@ def _scale(file: SourceFile, name: str, units: str | None, line: int) -> float:
         return LENGTH_UNITS[own]
     if units is None:
         raise file.error(
-            f"the column {name} does not state its unit of length, such as trip_um or trip [in]",
+            f"the column {name} does not give its unit of length, such as trip_um or trip [in]",
             line,
             inputs=("units",),
         )

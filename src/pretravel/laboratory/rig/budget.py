@@ -254,11 +254,11 @@ def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
     """
     rig = rig_sources(components)
     empty = [f"'{c.source}'" for c in rig if not c.constant and not c.per_length]
-    doubts = [f"the budget states no uncertainty for {', '.join(empty)}: 0 or empty"]
+    doubts = [f"the budget has no uncertainty for {', '.join(empty)}: 0 or empty"]
     combined = length_budget(rig, 0.0).combined
     small = (
         f"the sources of the rig in the budget have u = {combined / MICROMETRE:.2g} µm together, "
-        "less than any rig: are they stated, and in µm?"
+        "less than any rig: are they standard uncertainties, and in µm?"
     )
     return (*(doubts if empty else ()), *((small,) if combined < _SMALLEST_OF_A_RIG else ()))
 

@@ -298,7 +298,7 @@ def outlier_messages(found: OutlyingRows, traces: list[str], others: int) -> lis
     if len(names) == 2:
         text = (
             f"{names[0]} and {names[1]} lie {abs(found.distance) / MICROMETRE:.3g} µm apart; "
-            f"{explained}. Nothing tells which is wrong, so both are left out: touch the "
+            f"{explained}. It is unknown which is wrong, so both are left out: touch the "
             "direction again"
         )
         return [TraceOutlier(name, found.distance, found.limit, text) for name in names]

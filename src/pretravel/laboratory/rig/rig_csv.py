@@ -181,7 +181,7 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
     unknown = [name for name, cells in table.columns.items() if name not in known and any(cells)]
     if unknown:
         raise InputError(
-            f"a budget has no column '{shortened(unknown[0])}': state standard uncertainties "
+            f"a budget has no column '{shortened(unknown[0])}': give standard uncertainties "
             "(k = 1) in uncertainty_um and per_metre_um, degrees of freedom in dof; columns named "
             "remark are not evaluated",
             path=path,

@@ -426,7 +426,7 @@ def check_connected(design: MultiStepDesign) -> None:
         )
     raise PretravelError(
         f"the readings form {parts} groups that share no direction "
-        f"({'; '.join(groups)}{'; …' if parts > 3 else ''}): each has a constant of its own, "
+        f"({'; '.join(groups)}{'; …' if parts > 3 else ''}): each has its own constant, "
         f"and the identification matrix lacks {parts} ranks instead of one. Add readings that "
         "connect the groups, for example orientations turned by one step"
     )

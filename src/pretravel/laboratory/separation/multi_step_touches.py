@@ -104,7 +104,7 @@ def readings_of_touches(
     """
     if touches.spindle is None:
         raise PretravelError(
-            "these touches do not state the orientation of the probe, in degrees about its axis: "
+            "these touches do not give the orientation of the probe, in degrees about its axis: "
             "a multi-step test needs a column spindle_deg (or readings: machine_index, "
             "probe_index, error_um)"
         )
@@ -171,7 +171,7 @@ def _directions(azimuth: FloatArray, touches: Touches) -> tuple[float, float, In
     if off.max() > _SAME:
         row = int(np.argmax(off))
         raise PretravelError(
-            f"{touches.where(row)} is {off[row] / DEGREE:.1f}° beside one of {count} equal steps "
+            f"{touches.where(row)} is {off[row] / DEGREE:.1f}° off one of {count} equal steps "
             f"of {step / DEGREE:g}°: a multi-step test touches at equal angles"
         )
     return first, step, np.mod(number, count)

@@ -473,13 +473,13 @@ def _notes(
         of_errors = (
             f"{len(design.row)} readings, {len(design.machines)} machine and "
             f"{len(design.probes)} probe directions, and circles of {of_circles} numbers: "
-            "the circles take the mean and the first harmonic of both errors, which are stated as "
+            "the circles take the mean and the first harmonic of both errors, which are given as "
             "zero; all else the readings determine"
         )
     of_variances = (
         "the matrix of the variances is rank deficient by one: variances of pairs are absolute, "
         "but neither readings nor repeats separate the share of the machine from the share of "
-        "the probe. The stated shares have no negative variance and are nearest to half each on "
+        "the probe. The given shares have no negative variance and are nearest to half each on "
         "average"
     )
     notes = [of_errors, of_variances + _movable_words(shares, variances)]

@@ -47,7 +47,8 @@ PATTERN_TOLERANCE = 10.0 * DEGREE
 _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
 _READINGS = {
-    False: "the rings of the pattern are turned by 22.5° forth and back: those at 22.5° and 67.5° "
+    False: "the rings of the pattern are turned by 22.5° back and forth: the rings at 22.5° "
+    "and 67.5° "
     "begin at the same azimuth",
     True: "the rings of the pattern are turned further by 22.5° each (read cumulatively): that at "
     "67.5° begins 45° after that at 22.5°",
@@ -146,7 +147,7 @@ def check_iso10360_5(
     )
     figures, notes = [form], [reading]
     if len(fits) > 1:
-        notes.append(f"there are {len(fits)} runs of 25 touches; the worst of them is stated")
+        notes.append(f"there are {len(fits)} runs of 25 touches; the worst of them is reported")
     if tip_diameter is not None or pretravel_map is not None:
         figures.append(_size_figure(fits, sphere, given.get("size")))
     else:

@@ -188,7 +188,7 @@ def _circles(touches: Touches, axis: npt.ArrayLike) -> tuple[_Circles, list[str]
     """Touches by orientation, run and direction, and notes of what was left out."""
     if touches.spindle is None:
         raise PretravelError(
-            "the touches do not state at which orientation of the spindle they were made: add a "
+            "the touches do not say at which orientation of the spindle they were made: add a "
             "column spindle_deg, or give the orientation of each file",
             inputs=("spindle",),
         )
@@ -197,7 +197,7 @@ def _circles(touches: Touches, axis: npt.ArrayLike) -> tuple[_Circles, list[str]
     equator = np.flatnonzero(np.abs(polar - 90.0 * DEGREE) <= PLANE_TOLERANCE)
     if len(equator) < len(touches):
         count = len(touches) - len(equator)
-        notes.append(f"{count} touches beside the equator are not used")
+        notes.append(f"{count} touches off the equator are not used")
     steps = np.round(touches.spindle[equator] / DEGREE / _SAME_ORIENTATION)
     steps %= round(360.0 / _SAME_ORIENTATION)
     turns, of_turn = np.unique(steps, return_inverse=True)

@@ -35,7 +35,7 @@ FORM_OF_REFERENCE = "form error of the reference"
 DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
 """Sources of the uncertainty of test values."""
 RANGE_AS_DEFINED = (
-    "the probing error of form is the range of these touches with their noise, as it is defined: "
+    "by definition, the probing error of form is the range of these touches with their noise: "
     "another run gives another range. That is not in u of the test value"
 )
 """A note of tests whose figure is the range of residuals."""
@@ -139,7 +139,7 @@ class StandardFigure:
         if self.outcome is LimitOutcome.UNDECIDED:
             return f"{words} (k = {self.coverage:.3g})"
         lacks_u = self.limit is not None and self.u_test is None
-        return words + (", u not stated" if lacks_u else "")
+        return words + (", u not given" if lacks_u else "")
 
     @property
     def budget(self) -> Budget | None:
@@ -205,7 +205,7 @@ class StandardCheck:
                 "its definitions here are from memory and have not been checked against its text"
             )
         if any(f.limit is not None and f.u_test is None for f in self.figures):
-            reasons.append("the uncertainty of the reference is not stated")
+            reasons.append("the uncertainty of the reference is not given")
         return tuple(reasons)
 
     def compared(self) -> StandardCheck:
@@ -313,9 +313,9 @@ def refuse_other_unit(touches: Touches, sphere: CalibratedSphere) -> None:
     raise PretravelError(
         f"the touches spread over {spread:.4g} mm, on a sphere of {sphere.diameter:g} mm: the "
         + (
-            "coordinates look like inches; state the unit inch"
+            "coordinates look like inches; give the unit inch"
             if small
-            else "coordinates look like mm that were taken as inches; state the unit mm"
+            else "coordinates look like mm that were taken as inches; give the unit mm"
         ),
         inputs=("units", "diameter"),
     )

@@ -113,7 +113,7 @@ def fit_tip_offset(angles: FloatArray, centers: FloatArray) -> TipOffset:
         raise PretravelError(
             f"the touches were made at {len(angles)} orientation{'s' if len(angles) > 1 else ''} "
             f"of the spindle within {SMALLEST_TURN / DEGREE:.0f}°: an offset that turns with the "
-            "spindle needs two that are apart, best 0° and 180°",
+            "spindle needs two different ones, best 0° and 180°",
             inputs=("spindle",),
         )
     carried = np.linalg.pinv(_design(angles))

@@ -185,7 +185,7 @@ def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touche
     gauge = (
         f"a centre for which pretravel along the axis is {axial_pretravel / MICROMETRE:g} µm "
         f"(assumed, because touches on a sphere do not determine this value; its u of "
-        f"{U_AXIAL_PRETRAVEL / MICROMETRE:g} µm is in u of the centre) and which leaves no first "
+        f"{U_AXIAL_PRETRAVEL / MICROMETRE:g} µm is in u of the centre) and which has no first "
         "harmonic across the axis"
     )
     if not touched:

@@ -104,7 +104,7 @@ def averaged(
     if not observation.shows_variation:
         raise PretravelError(
             f"{observation.direction_count} directions do not determine centre and radius of the "
-            f"{'ring' if observation.ring else 'sphere'}, and how much pretravel varies beside: "
+            f"{'ring' if observation.ring else 'sphere'}, and how much pretravel varies: "
             "touch more directions, not all at one polar angle"
         )
     residuals = centred - basis.design(observation.directions) @ coefficients

@@ -211,7 +211,8 @@ class WozniakKind(KindOfMap):
             return []
         return [
             (
-                f"Woźniak's model leaves residuals of {fit.noise / MICROMETRE:.1f} µm, but touches "
+                f"the residuals of Woźniak's model are {fit.noise / MICROMETRE:.1f} µm, but "
+                "touches "
                 f"repeat to {repeatability / MICROMETRE:.2f} µm: check the azimuth of the lobes, "
                 "or let the kinds of map be compared (auto)"
             )

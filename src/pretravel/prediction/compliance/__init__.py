@@ -14,7 +14,7 @@ MODELS: Mapping[str, str] = {
     "ren": "closed form of Ren's Abbé paper",
     "shen": "stylus as one cantilever, rigid seats",
     "wozniak": "one constant, as five touches would determine it; the stem and the tip's contact "
-    "where the description states the opening of the contact or a piezo stage",
+    "where the description gives the opening of the contact or a piezo stage",
 }
 """Names of the compliance models, each with what it represents. All have the same statics."""
 ELSEWHERE = {"fem": "pretravel.design.fem.compliance"}

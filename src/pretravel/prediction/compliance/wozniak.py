@@ -155,7 +155,7 @@ class WozniakProbe:
                 raise PretravelError(f"{name} is {value:g}; it cannot be negative")
         if self.support_friction > 0.0 and not self.arm_end_diameter > 0.0:
             raise PretravelError(
-                "friction in the supports acts on the ends of the arms: state their diameter"
+                "friction in the supports acts on the ends of the arms: give their diameter"
             )
 
     @property

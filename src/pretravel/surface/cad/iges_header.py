@@ -72,7 +72,7 @@ def _parameters(text: bytes) -> list[bytes]:
             raise PretravelError(
                 f"parameter {len(found)} of its global section "
                 f"('{text[stop - min(stop, 24) : stop].decode('ascii', 'replace').strip()}') has "
-                "another length than it states, so that the unit would be read wrongly. Correct "
+                "another length than it declares, so that the unit would be read wrongly. Correct "
                 "the number before H, or export the part again"
             )
         at += 1

@@ -182,4 +182,4 @@ def kernel_message(kernel: subprocess.CompletedProcess[str]) -> str:
     lines = [line for line in (kernel.stdout + kernel.stderr).splitlines() if line.strip()]
     errors = [line for line in lines if "ERR" in line] or lines
     plain = re.sub(r"\x1b\[[0-9;]*m|\*{4}", "", " ".join(errors[-1:])).strip()
-    return " ".join(plain.split())[:200] or "it does not state why"
+    return " ".join(plain.split())[:200] or "it does not say why"

@@ -49,7 +49,7 @@ def whole_shape(file: Path) -> tuple[Any, dict[Any, str]]:
     if missing and len(roots) > 1:
         raise RuntimeError(
             f"it has {len(roots)} roots, and {missing} faces of the first one are not where the "
-            "tree of products places them; export each root as a file of its own"
+            "tree of products places them; export each root as a separate file"
         )
     if len(roots) < 2:
         own = [path for path, shape in parts if shape.faces]

@@ -75,7 +75,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
     diameter: Annotated[
         float | None,
         Field(
-            help="Diameter of the sphere, in mm: for files that do not state the directions.",
+            help="Diameter of the sphere, in mm: for files that do not give the directions.",
             range=REFERENCE_DIAMETER,
         ),
     ] = None
@@ -164,7 +164,7 @@ def _by_label(touches: Touches, path: Path) -> tuple[list[Touches], list[float]]
         stated = _AT.match(label)
         if stated is None:
             raise PretravelError(
-                f"{path}: the label '{label}' of touch {row + 1} states no angle (at60_s1); state "
+                f"{path}: the label '{label}' of touch {row + 1} has no angle (at60_s1); give "
                 "the angles, and a file for each",
                 inputs=("angles",),
             )
@@ -284,7 +284,7 @@ class FoundAxis(Result):
         """The report."""
         import numpy as np
 
-        from pretravel.show import Digits, Document, KeyFigure, Picture, decimals
+        from pretravel.show import Digits, Document, KeyFigure, Picture, by_uncertainty, decimals
 
         found, two = self.found, Digits(2, significant=True)
         along = "ABC".index(found.letter)
@@ -292,12 +292,14 @@ class FoundAxis(Result):
         u = np.sqrt(np.diag(found.covariance))
         figures = [
             KeyFigure(f"{name} of the axis {found.letter}", float(found.values[i]), "mm",
-                      decimals(4), u=float(u[i]), u_digits=two,
+                      by_uncertainty(float(u[i])), u=float(u[i]) / MICROMETRE, u_unit="µm",
+                      u_digits=two,
                       coverage_factor=float(found.factors[i]),
                       remark=f"at {'xyz'[along]} = {found.point[along]:.3f} mm")
             for i, name in enumerate(names)
         ] + [
-            KeyFigure(f"slope along {name}", float(1e3 * found.values[2 + i]), "mm/m", decimals(4),
+            KeyFigure(f"slope along {name}", float(1e3 * found.values[2 + i]), "mm/m",
+                      by_uncertainty(float(1e3 * u[2 + i])),
                       u=float(1e3 * u[2 + i]), u_digits=two,
                       coverage_factor=float(found.factors[2 + i]))
             for i, name in enumerate(names)
@@ -316,7 +318,7 @@ class FoundAxis(Result):
             )
         if not self.center_stated:
             warnings.append(
-                "the map does not state the uncertainty of its centre (an earlier version made "
+                "the map does not give the uncertainty of its centre (an earlier version made "
                 "it): the place contains what a sphere does not show of the pretravel, most along "
                 "the probe axis, and the uncertainty does not; qualify its touches again"
             )

@@ -122,7 +122,7 @@ class Bundle(TouchFilesWithFeed, OfOneTip):
             for number, path in enumerate(self.files, start=1):
                 name = f"raw/{number}{path.suffix.lower()}"
                 texts[name] = path.read_bytes()
-                others.append(f"{name:<18}a file of touches as it is, with all that stands in it")
+                others.append(f"{name:<18}a file of touches as it is, with everything in it")
         readme = _READ_ME.format(
             version=installed_version(), others="\n".join(others), left_out=left_out
         )

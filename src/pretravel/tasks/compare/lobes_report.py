@@ -44,14 +44,15 @@ def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
     left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
     anywhere = {row.method: row.largest for row in comparison.rows if row.where == "all"}
     beyond = (
-        f". In all directions one radius leaves up to {_micrometres(anywhere['mean radius'])}"
+        ". In all directions the error of one radius is up to "
+        f"{_micrometres(anywhere['mean radius'])}"
         if "mean radius" in anywhere
         else ""
     )
     expanded = COVERAGE_FACTOR * comparison.u_map
     return (
         f"On vertical walls the pretravel changes by {_micrometres(lobe_size(pretravel_map))} "
-        "around the probe (lobes). One radius in the control leaves errors of up to "
+        "around the probe (lobes). With one radius in the control, errors are up to "
         f"{_micrometres(left['mean radius'])}, eight radii up to "
         f"{_micrometres(left['eight sectors'])}, the map {_micrometres(expanded)} "
         f"(U, k = 2){beyond}"

@@ -64,7 +64,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     -------
     Document
     """
-    title = f"{map_name}: errors that corrections leave" if map_name else "Errors left"
+    title = f"{map_name}: errors after each correction" if map_name else "Errors left"
     place = _places(result)[-1]
     simpler = [
         row
@@ -73,15 +73,15 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     ]
     best = min(simpler, key=lambda row: row.largest)
     u_map = KeyFigure("u of the map", result.u_map / MICROMETRE, "µm",
-                      remark="rms; the others are taken without any error of touching")  # fmt: skip
+                      remark="rms; other corrections: without touching errors")  # fmt: skip
     return Document(
         title=title,
-        verdict=f"Of the corrections simpler than the map, '{_shown(best.method)}' leaves the "
-        f"smallest error {_WHERE[place] if place != 'all' else 'in all directions'}: up to "
+        verdict=f"The best correction simpler than the map is '{_shown(best.method)}': its error "
+        f"{_WHERE[place] if place != 'all' else 'in all directions'} is up to "
         f"{value_text(best.largest / MICROMETRE, 'µm')}",
         figures=(u_map,) if result.u_map > 0.0 else (),
         tables=(_errors_table(result),),
-        pictures=(Picture("Errors left by corrections", lambda: comparison_view(result, title)),),
+        pictures=(Picture("Errors after each correction", lambda: comparison_view(result, title)),),
         data=(Table.of(comparison_columns(result), "Errors left"),),
     )
 
@@ -102,13 +102,11 @@ def _places(result: Comparison) -> list[str]:
 def _errors_table(result: Comparison) -> Table:
     methods = list(dict.fromkeys(row.method for row in result.rows))
     by_name = {(row.method, row.where): row for row in result.rows}
-    columns = [Column.of("left by", [_shown(method) for method in methods])]
+    columns = [Column.of("error after", [_shown(method) for method in methods])]
     for where in _places(result):
         rows = [by_name[method, where] for method in methods]
         largest, rms = ([getattr(row, n) / MICROMETRE for row in rows] for n in ("largest", "rms"))
-        if (
-            FULL_MAP in methods
-        ):  # measured against itself it leaves nothing: its u is what it leaves
+        if FULL_MAP in methods:  # its difference from itself is zero: its u is shown
             of_map = methods.index(FULL_MAP)
             u = result.u_map / MICROMETRE or math.nan
             largest[of_map], rms[of_map] = 2.0 * u, u
@@ -183,9 +181,7 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
         if row.method == FULL_MAP:
             length = 2.0 * result.u_map / MICROMETRE
             text = (
-                f"2 u (rms) = {value_text(length, 'µm')}"
-                if known
-                else "the reference, u not stated"
+                f"2 u (rms) = {value_text(length, 'µm')}" if known else "the reference, u not given"
             )
         names.append("map" if name == FULL_MAP else _shown(name))
         bars.append(Bars(np.array([float(place)]), np.array([length]), "", _colour(name),

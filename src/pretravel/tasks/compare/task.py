@@ -39,7 +39,7 @@ def _controls_with_maps() -> list[str]:
 
 
 class Compare(Reported):
-    """Compare the errors that corrections leave, from none to the full map; or two probes.
+    """Compare the errors after corrections, from none to the full map; or compare two probes.
 
     The corrections are none, one mean radius, two axis radii, four directions, eight sectors as
     touched and as resampled, Woźniak's constant and the full map; the errors are those on the

@@ -161,7 +161,7 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
             ),
             title="Deviation from nominal before and after"
             if nominal
-            else "Error that simpler corrections leave, by the map",
+            else "Errors after simpler corrections, by the map",
             explanation="Along the normal, positive outside; spread is the standard deviation. Tip "
             "radius alone: the tip centre less the tip radius, without compensation. One radius "
             "for all: that less the mean pretravel of these points, which suits them best in the "

@@ -118,10 +118,10 @@ class Compensate(
         Field(
             help="The touches lie on features of this kind: the normals are those of the fitted "
             "feature, one for each name before a number (bore1-1, bore1-2, …), also where the file "
-            "states others. surface: touches without normals have those of neighbouring touches of "
+            "gives others. surface: touches without normals have those of neighbouring touches of "
             "a digitised surface, on the side of +z.",
             label="Feature whose normals the touches have",
-            words={"": "the touches state normals"},
+            words={"": "the touches give normals"},
             without=("nominal", SEVERAL_TIPS),
         ),
     ] = None
@@ -182,7 +182,7 @@ class Compensate(
         readings = self.read_with(asked, progress)
         if self.feature == _SURFACE and not readings.normals_taken:
             raise PretravelError(
-                "the touches state their normals: those of neighbouring touches are not taken; "
+                "the touches give their normals: those of neighbouring touches are not taken; "
                 "leave the feature out",
                 inputs=("feature",),
             )
@@ -316,12 +316,12 @@ class Compensate(
         if np.median(apart) > _OTHER_SURFACE:
             raise PretravelError(
                 f"the normals of the fitted {self.feature} are {np.median(apart):.0f}° (median) "
-                "off those that the file states: the touches are of another surface. Leave it "
+                "off those that the file gives: the touches are of another surface. Leave it "
                 "out, or choose the touches of the feature",
                 inputs=("feature",),
             )
         said = (
-            f"the normals are those of the fitted {self.feature}; the file states others, up to "
+            f"the normals are those of the fitted {self.feature}; the file gives others, up to "
             f"{apart.max():.2g}° off"
         )
         return replace(touches, normals=normals), (said,)

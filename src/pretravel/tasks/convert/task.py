@@ -127,7 +127,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     features: Annotated[
         bool,
         Field(
-            help="Write the results of features that the file states, not its touches.",
+            help="Write the results of features that the file gives, not its touches.",
             only=(_WRITTEN,),
         ),
     ] = False
@@ -191,7 +191,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
         """Whether results of features are written: as asked, or since the file has no touches."""
         if self.features and known.parse_features is None:
             raise file.error(
-                f"a file of format {known.name} states no results of features: only its touches "
+                f"a file of format {known.name} has no results of features: only its touches "
                 "can be written",
                 inputs=("features",),
             )
@@ -358,7 +358,8 @@ def _in_frame(readings: FileReadings, frame: str | None) -> Touches:
     if abs(readings.rotation) > 1e-9 and frame is None:
         turn = math.degrees(readings.rotation)
         raise PretravelError(
-            f"the work coordinates were turned by {turn:g}°, which a table cannot state: the frame "
+            f"the work coordinates were turned by {turn:g}°, which a table cannot express: the "
+            "frame "
             "machine rotates the touches to the machine's axes (to qualify); the frame work keeps "
             f"them (then compensate with the placement 0,0,0,0,0,{turn:g})",
             inputs=("frame",),

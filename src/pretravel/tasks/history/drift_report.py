@@ -139,7 +139,7 @@ def drift_verdict(drift: DriftOverTime) -> str:
     if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
         return f"{after}all within {span * 24:.2g} hours, which say nothing of a drift in days"
     if not drift.last:
-        return f"{after}too few days to tell drift from scatter (3 are needed)"
+        return f"{after}too few days to distinguish drift from scatter (3 are needed)"
     limit = value_text(drift.limit / MICROMETRE, "µm")
     moving = ", ".join(_movement(one) for one in drift.drifting)
     due, time = drift.first_due()
@@ -243,13 +243,13 @@ def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
                     Column.of("u", [b.u for b in drift.breaks]),
                     Column.of("unit", [units[b.quantity] for b in drift.breaks]),
                 ),
-                "Jumps and days apart",
+                "Jumps and days that deviate",
             )
         )
     return tuple(found)
 
 
-_BREAK = {False: "jump: the trend starts again", True: "this day alone lies apart"}
+_BREAK = {False: "jump: the trend starts again", True: "this day alone deviates"}
 
 
 def _courses_table(
@@ -414,7 +414,7 @@ def _chart(drift: DriftOverTime, quantity: DailyQuantity) -> PlaneChart:
     labels = tuple(f"{moment:%Y-%m-%d %H:%M}" for moment in drift.moments)
     looks: tuple[tuple[BoolArray, Symbol, Colour, str], ...] = (
         (rows, "dot", "series1", f"a day, ± {_BAND:g} u"),
-        (~rows, "cross", "limit", "lies apart"),
+        (~rows, "cross", "limit", "deviates"),
     )
     for kept, symbol, colour, name in looks:
         at = np.flatnonzero(kept & np.isfinite(quantity.values))

@@ -107,7 +107,7 @@ class History(
         Field(
             help="Map of pretravel qualify, .json, that every day is compared with; without it, "
             "the first file is qualified.",
-            states="the map states it",
+            states="the map gives it",
             without=(_VERIFICATIONS,),
             option="--map",
             label="Map",

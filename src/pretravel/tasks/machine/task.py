@@ -97,7 +97,7 @@ def _with_tool(found: Machine, tools: Path, units: Units) -> Machine:
     if not _SMALLEST_TIP <= tool.diameter <= _LARGEST_TIP:
         raise PretravelError(
             f"{tools}: T{found.tool} has a diameter of {tool.diameter:g} mm, which cannot be that "
-            "of a tip; correct it in the table (D), state its unit, or leave the table out and "
+            "of a tip; correct it in the table (D), give its unit, or leave the table out and "
             "edit the file",
             inputs=("units", "tools"),
         )

@@ -77,7 +77,7 @@ _SMALL, _LARGE = 1.0, 10_000.0
 def _size_warnings(size: float) -> tuple[str, ...]:
     if _SMALL <= size <= _LARGE:
         return ()
-    return (f"the part is {value_text(size, 'mm')} long: does the file state its unit correctly?",)
+    return (f"the part is {value_text(size, 'mm')} long: is the unit of the file correct?",)
 
 
 def _type_words(face: Face) -> str:

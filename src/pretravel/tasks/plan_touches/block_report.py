@@ -51,7 +51,7 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
             KeyFigure("30°", "backlash: the same contact with the other axis arriving from either "
                       "side"),
             KeyFigure("180°", "squareness to z, with the block reversed"),
-            KeyFigure("plate", "beside the block: with its top, the scale of z"),
+            KeyFigure("plate", "next to the block: with its top, the scale of z"),
         ),
         tables=(
             Table(

@@ -109,7 +109,7 @@ class PlanTouches(Reported):
         del progress
         if self.block is None and self.map_file is None:
             raise PretravelError(
-                "touches are planned for an old map, or for a block: state one of them",
+                "touches are planned for an old map, or for a block: give one of them",
                 inputs=("map_file", "block"),
             )
         if self.block is not None:
@@ -173,7 +173,7 @@ class PlannedTouches(Result):
             return self.task.diameter
         if setup is None:
             raise PretravelError(
-                "the map does not state the diameter of its reference; give it",
+                "the map does not give the diameter of its reference; give it",
                 inputs=("diameter",),
             )
         return setup.diameter

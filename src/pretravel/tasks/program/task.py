@@ -85,7 +85,7 @@ class ProgramTask(Task):
     log: Annotated[
         str | None,
         Field(
-            help="Log file on the machine, beside its INI file: NAME_log.ngc, which the control "
+            help="Log file on the machine, next to its INI file: NAME_log.ngc, which the control "
             "can read back; the default is the name of the program with this ending."
         ),
     ] = None
@@ -94,7 +94,7 @@ class ProgramTask(Task):
         float | None,
         Field(
             help="Orientation of the spindle during the touches, in degrees (M19), which the log "
-            "states: make one program for 0 and one for 180, for pretravel reversal.",
+            "gives: make one program for 0 and one for 180, for pretravel reversal.",
             range=ANGLE,
             label="Orientation of the spindle",
         ),
@@ -461,7 +461,7 @@ def _planned(
         written=date.today().isoformat(),
     )
     minutes = program.duration / 60.0
-    where = f"they are logged to {task.log_name} beside the machine's INI file"
+    where = f"they are logged to {task.log_name} next to the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
         f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",
@@ -470,7 +470,7 @@ def _planned(
     warnings = []
     if pretravel_map is not None and pretravel_map.delay is None and pretravel_map.feed is None:
         warnings.append(
-            f"{compensated} states no feed: the points hold only if the probe was qualified at "
+            f"{compensated} has no feed: the points hold only if the probe was qualified at "
             "the feed of this program"
         )
     if program.left_out:

@@ -92,10 +92,10 @@ class OnReferences(Task):
         Field(
             help="The reference is a gauge block, a 1-2-3 block or a pair of parallels: the "
             "calibrated distance of opposite faces in mm (50.8), or the three along x, y and z at "
-            "a turn of zero (25.4,50.8,76.2). A column reference states the turn: block@90.",
+            "a turn of zero (25.4,50.8,76.2). A column reference gives the turn: block@90.",
             parse=block_lengths,
             metavar="L or X,Y,Z",
-            states="a block or a reference states its shape and size itself",
+            states="a block or a reference gives its shape and size itself",
         ),
     ] = None
     reference: Annotated[
@@ -103,11 +103,11 @@ class OnReferences(Task):
         Field(
             help="One of several references of one fit, NAME=SHAPE:SIZE:U: shape block, ring "
             "(bore), pin (boss) or sphere, size in mm or unknown, U its standard uncertainty in "
-            "µm. Touches state the name in a column reference or at the beginning of their labels "
+            "µm. Touches give the name in a column reference or at the beginning of their labels "
             "(r50/1). For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
             parse=stated_reference,
             metavar="NAME=SHAPE:SIZE:U",
-            states="a block or a reference states its shape and size itself",
+            states="a block or a reference gives its shape and size itself",
         ),
     ] = ()
     u_scale_ppm: Annotated[

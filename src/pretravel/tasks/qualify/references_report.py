@@ -90,7 +90,7 @@ def reference_document(
         notes=(
             (
                 "U with k by Student's distribution, for 95 %. A term that is not determined "
-                "stands with what these touches cannot tell it from."
+                "is listed with what these touches do not distinguish from it."
             ),
             *_assumptions(references),
         ),
@@ -100,7 +100,7 @@ def reference_document(
 
 
 def _in_the_map(fit: ReferenceFit) -> list[str]:
-    """Terms of the machine that the map contains, because nothing tells them from it."""
+    """Terms of the machine that the map contains, because they are not distinguished from it."""
     left = [term.name for term in fit.terms if not term.determined]
     if not left:
         return []
@@ -120,7 +120,7 @@ def _names(references: Sequence[Reference]) -> str:
 def _assumptions(references: Sequence[Reference]) -> list[str]:
     known = [one for one in references if one.sizes]
     if not known:
-        return ["No size is known: nothing states the scale of the machine."]
+        return ["No size is known: the scale of the machine is not determined."]
     return [
         f"{one.name}: {', '.join(f'{size:g}' for size in one.sizes)} mm with u = "
         f"{one.u_size / MICROMETRE:g} µm"

@@ -146,7 +146,7 @@ def _assumed_axial(result: Qualification) -> tuple[KeyFigure, ...]:
             "assumed",
             f"a pretravel of {axial / MICROMETRE:g} µm along the probe's axis, which touches on a "
             "sphere do not determine: each µm more moves the centre along the axis by as much, and "
-            "is not in its u. State it where the probe has another",
+            "is not in its u. Give it where the probe has another",
         ),
     )
 
@@ -161,7 +161,7 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "assumed",
             f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "
-            "a usual value; state u of the certificate",
+            "the default; give u of the certificate",
         ),
     )
 
@@ -348,8 +348,8 @@ def _residuals_on_ring(
     kind = qualification.pretravel_map.kind
     marks: list[Mark] = [
         Rule(0.0),
-        Dots(azimuth, mean[rows], "left by the mean radius", "before", symbol="ring", labels=named),
-        Dots(azimuth, residuals, f"left by the map ({kind})", "after", labels=named),
+        Dots(azimuth, mean[rows], "after the mean radius", "before", symbol="ring", labels=named),
+        Dots(azimuth, residuals, f"after the map ({kind})", "after", labels=named),
     ]
     if outliers:
         at = angles_deg(directions[outliers])[1]

@@ -85,9 +85,9 @@ class OfSeveralTips(Task):
             "tip, its diameter in mm, and the direction from the tip to its hub (0,0,1 where it "
             "is left out). For example --tip down=6 --tip front=4@0,1,0; the others refer to the "
             "first one. All touch one sphere that is not moved. A NAME alone: its touches are "
-            "taken, where the file states several tips.",
+            "taken, where the file gives several tips.",
             parse=stated_tip,
-            states="a tip states its diameter and its axis itself, and all touch one sphere",
+            states="a tip gives its diameter and its axis itself, and all touch one sphere",
             without=("block", "reference"),
             metavar="NAME=D@X,Y,Z",
         ),
@@ -105,8 +105,8 @@ class OfSeveralTips(Task):
         named = [one for one in self.tip if one.is_name]
         if named and len(self.tip) > 1:
             raise PretravelError(
-                f"the tip {named[0]} is stated without its diameter: one tip is chosen by its name "
-                "alone, several are stated with their diameters, such as front=4@0,1,0",
+                f"the tip {named[0]} is given without its diameter: one tip is chosen by its name "
+                "alone, several are given with their diameters, such as front=4@0,1,0",
                 inputs=("tip",),
             )
         return () if named else self.tip

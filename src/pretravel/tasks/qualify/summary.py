@@ -9,7 +9,15 @@ import numpy as np
 from pretravel.base import MICROMETRE, FloatArray, describe
 from pretravel.maps import over_support
 from pretravel.qualification import COARSE_STEP, KindScore, Qualification, radius_budget
-from pretravel.show import Judgement, KeyFigure, Span, decimals, number_text, value_text
+from pretravel.show import (
+    Judgement,
+    KeyFigure,
+    Span,
+    by_uncertainty,
+    decimals,
+    number_text,
+    value_text,
+)
 from pretravel.uncertainty import Budget
 
 GOOD_PROBE = 0.5 * MICROMETRE
@@ -75,7 +83,8 @@ def verdict(result: Qualification, point: Budget) -> str:
         return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
     return (
         "Whether the probe is good is not known, because no direction was touched twice "
-        f"({repeats} is assumed for a touch, from what the map leaves): touch each direction three "
+        f"({repeats} is assumed for a touch, from the residuals of the map): touch each "
+        "direction three "
         f"times. {known[0].upper()}{known[1:]}"
     )
 
@@ -104,7 +113,8 @@ def summary_figures(
             tuple(u_center.tolist()), "µm", decimals(2),
         ),
         KeyFigure(
-            "effective radius", result.effective_radius, "mm", decimals(6),
+            "effective radius", result.effective_radius, "mm",
+            by_uncertainty(result.u_effective_radius),
             result.u_effective_radius / MICROMETRE, "µm", decimals(2),
             coverage_factor=radius_budget(result).coverage_factor(),
         ),
@@ -127,7 +137,9 @@ def _weights(scores: Sequence[KindScore]) -> str:
         for score in scores
         if score.weight > 0.0
     ]
-    return f"weights {', '.join(shares)}, by directions that were left out" if shares else ""
+    if len(shares) == 1:
+        return "chosen by cross-validation"
+    return f"weights {', '.join(shares)}, by cross-validation" if shares else ""
 
 
 def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:

@@ -145,7 +145,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
             "map.",
             reads=True,
-            states="the old map states it",
+            states="the old map gives it",
             without=("block", "reference", STAR, "unknown_size"),
         ),
     ] = None
@@ -222,7 +222,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         """
         if self.diameter is None and not self.unknown_size:
             raise PretravelError(
-                "the diameter of the reference is not stated; a block is stated with the distance "
+                "the diameter of the reference is not given; a block is given with the distance "
                 "of its faces, and a reference of unknown size gives the shape of the map",
                 inputs=("diameter", "block", "unknown_size"),
             )
@@ -267,7 +267,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
             raise PretravelError(
                 f"{self.output.name}: touches on blocks give terms of the machine and pretravel "
                 "in their directions (.csv, or a page), not a map; a sphere, a ring or a pin of "
-                "known size beside them gives one",
+                "known size with them gives one",
                 inputs=("output",),
             )
         name = self.touches_name

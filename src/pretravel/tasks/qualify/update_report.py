@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from pretravel.show import (
     View,
     angles_deg,
     azimuth_axis,
+    by_uncertainty,
     decimals,
     direction_words,
     labels_of,
@@ -98,10 +100,11 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
 
 def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
     def figure(name: str, found: FoundDrift, unit: str, factor: float, usual: float) -> KeyFigure:
-        usual_text = number_text(usual / factor, decimals(2))
+        usual_text, digits = f"{usual / factor:.2g}", by_uncertainty(found.u / factor)
         return KeyFigure(
-            f"drift of {name}", found.value / factor, unit, signed_decimals(2), found.u / factor,
-            u_digits=decimals(2), remark=f"usual: {usual_text} {unit} ({result.drift.source})",
+            f"drift of {name}", found.value / factor, unit,
+            replace(digits, signed=True), found.u / factor,
+            u_digits=digits, remark=f"usual: {usual_text} {unit}, {result.drift.source}",
         )  # fmt: skip
 
     return (

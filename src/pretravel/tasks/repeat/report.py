@@ -82,7 +82,7 @@ def repeat_document(
         verdict=(f"{name}: " if len(series) > 1 else "") + answer_sentence(worst),
         figures=figures,
         tables=(_series_table(series),) if len(series) > 1 else (),
-        pictures=(Picture("Touches, their parts, what is left", lambda: repeat_view(series)),),
+        pictures=(Picture("Touches, their parts, residuals", lambda: repeat_view(series)),),
         notes=tuple(notes),
         warnings=warnings,
         data=(Table.of(repeat_columns(series), "Touches"),),
@@ -107,7 +107,7 @@ def answer_sentence(judged: RepeatSeries) -> str:
     if not math.isfinite(judged.reach):
         return (
             "the touches are equal to the last digit: the noise is below the step of the "
-            "positions, which the log does not show. State the step to get an answer"
+            "positions, which the log does not show. Give the step to get an answer"
         )
     reach = _um(judged.reach)
     expected = value_text(judged.expected, "mm", decimals(4))
@@ -131,8 +131,8 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
                   f"{contained or ' is of the same'}"),
         KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch",
                   _digits(judged.drift, signed=True),
-                  remark=f"U = {_um(judged.drift_u95)} (95 %); {_drift_words(judged)}"),
-        KeyFigure("first touch apart", _first_words(judged)),
+                  remark=f"U = {_um(judged.drift_u95)}; {_drift_words(judged)}"),
+        KeyFigure("first touch differs", _first_words(judged)),
         KeyFigure("step of the positions", _step_words(judged)),
         KeyFigure("outliers and jumps", _breaks_words(judged, lines)),
     )  # fmt: skip
@@ -165,7 +165,7 @@ def _drift_words(judged: RepeatSeries) -> str:
 def _first_words(judged: RepeatSeries) -> str:
     first = judged.first
     if not math.isfinite(first.size):
-        return "cannot be told: the touches before the first jump are too few"
+        return "unknown: the touches before the first jump are too few"
     size = _signed_um(first.size)
     if first.apart:
         return f"yes, by {size} (u = {_um(first.u)})"
@@ -177,7 +177,7 @@ def _first_words(judged: RepeatSeries) -> str:
 def _step_words(judged: RepeatSeries) -> str:
     if not judged.step:
         return "none seen"
-    return f"{_um(judged.step)}, or a part of it; one touch is not known better than that"
+    return f"{_um(judged.step)}, or a part of it: the resolution of one touch"
 
 
 def _breaks_words(judged: RepeatSeries, lines: Sequence[int]) -> str:
@@ -193,7 +193,7 @@ def _advice(judged: RepeatSeries) -> str:
     """What to do, the most useful first."""
     words = []
     if judged.first.apart:
-        words.append("throw the first touch away, each time that a point is touched again")
+        words.append("discard the first touch of each series")
     if judged.jumps:
         words.append("find the reason of the jump: lost steps, a loose mount, something knocked")
     if judged.drifts:
@@ -324,7 +324,7 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
             "drift over the series" if judged.drifts else "drift (not detected)",
             abs(judged.drift) * (len(judged.values) - 1),
         ),
-        ("first touch apart" if judged.first.apart else "first touch (in the noise)", first),
+        ("first touch differs" if judged.first.apart else "first touch (in the noise)", first),
         ("step", judged.step),
     )
     sizes = np.array([size / MICROMETRE for _, size in parts])
@@ -338,10 +338,10 @@ def _correlation_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     found = autocorrelation(judged.left)
     limit = 2.0 / math.sqrt(max(len(judged.left), 1))
     marks: tuple[Mark, ...] = (
-        Bars(np.arange(1.0, len(found) + 1.0), found, "what is left", "series1"),
+        Bars(np.arange(1.0, len(found) + 1.0), found, "residuals", "series1"),
         Rule(limit, "95 % of independent errors", "limit"),
         Rule(-limit, "", "limit"),
         Rule(0.0),
     )
-    return PlaneChart(f"{title}what is left, some touches later", Axis("touches later"),
+    return PlaneChart(f"{title}residuals, some touches later", Axis("touches later"),
                       Axis("correlation", "", -1.0, 1.0), marks)  # fmt: skip

@@ -50,15 +50,15 @@ class Repeat(Reported):
     units: Annotated[
         Units | None,
         Field(
-            help="Unit of length of a file that does not state it.",
+            help="Unit of length of a file that does not give it.",
             label="Unit of the touches",
-            words={"": "as the file states"},
+            words={"": "as the file gives"},
         ),
     ] = None
     axis: Annotated[
         Literal["x", "y", "z"] | None,
         Field(
-            help="Axis along which the touches went; found where the file does not state it.",
+            help="Axis along which the touches went; found where the file does not give it.",
             words={"": "found from the positions"},
         ),
     ] = None
@@ -66,7 +66,7 @@ class Repeat(Reported):
         float | None,
         Field(
             help="Step of the positions, in µm, such as that of a motor or a scale; it is looked "
-            "for where it is not stated.",
+            "for where it is not given.",
             range=(0.0, 1000.0),
             label="Step of the positions",
         ),

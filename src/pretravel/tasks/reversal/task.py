@@ -44,7 +44,7 @@ class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
         Angles | None,
         Field(
             help="Orientation of the spindle in each file, in degrees: 0,180. Without it, a "
-            "column spindle_deg states it.",
+            "column spindle_deg gives it.",
             parse=angles,
             metavar="ANGLES",
         ),
@@ -85,7 +85,7 @@ class ReversedTouches(Result):
         found, two = self.evaluated, Digits(2, significant=True)
         known = math.isfinite(found.noise)
         figures = [
-            KeyFigure("taken out", found.removed / MICROMETRE, "µm", decimals(2),
+            KeyFigure("removed", found.removed / MICROMETRE, "µm", decimals(2),
                       remark="root mean square: run-out, odd lobes and half of the noise")
         ]  # fmt: skip
         if known:
@@ -145,8 +145,8 @@ def _together(orders: Sequence[int]) -> str:
         return ""
     named = ", ".join(str(order) for order in orders[:3])
     return (
-        f"with those of {named}, which these directions do not distinguish: their usual size is in "
-        "u (an odd number of equal steps, 13 or 15, separates more)"
+        f"not distinguished from order {named}, whose usual size is in u; an odd number of equal "
+        "steps, 13 or 15, separates more"
     )
 
 

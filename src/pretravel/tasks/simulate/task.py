@@ -205,7 +205,7 @@ class Simulate(PlacedPart, Reported):
         described = known.tip.friction
         if self.stated("friction") and self.friction != described:
             raise PretravelError(
-                f"friction {self.friction:g}: {self.probe} has {described:g} in [tip]; state one "
+                f"friction {self.friction:g}: {self.probe} has {described:g} in [tip]; give one "
                 "of them",
                 inputs=("friction", "probe"),
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,11 +40,11 @@ from pretravel.show import (
     View,
     angles_deg,
     azimuth_axis,
+    by_uncertainty,
     chart_by_place,
     decimals,
     direction_words,
     number_text,
-    signed_decimals,
     value_text,
 )
 from pretravel.tasks.history import control_charts
@@ -168,10 +169,12 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
     def figure(name: str, change: Change, unit: str, factor: float) -> KeyFigure:
         if not math.isfinite(change.u):
             return KeyFigure(name, "cannot be determined from this map")
-        limit = value_text(change.detectable / factor, unit)
+        digits = by_uncertainty(change.u / factor)
+        limit = value_text(change.detectable / factor, unit, digits)
         return KeyFigure(
-            name, change.value / factor, unit, signed_decimals(2), change.u / factor, "",
-            decimals(2), remark=f"a change of {limit} would be detected in 95 of 100 verifications",
+            name, change.value / factor, unit, replace(digits, signed=True),
+            change.u / factor, "", digits,
+            remark=f"a change of {limit} would be detected in 95 of 100 verifications",
         )  # fmt: skip
 
     return (

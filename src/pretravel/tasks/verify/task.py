@@ -40,7 +40,8 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
-    The code is 3 too, and nothing is tested, where the touches are not those of a new, whole run.
+    The exit code is also 3, and nothing is tested, where the touches are not those of a new,
+    complete run.
 
     The old map is kept unless --accept names a new one.
     """

@@ -1,4 +1,4 @@
-"""Search the best design for a wish; list the wishes of the package."""
+"""Search the best design for a specification; list the specifications of the package."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Search the best design for a wish; list the wishes of the package."""
+"""Search the best design for a specification; list the specifications of the package."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _is_wish(text: str) -> bool:
 
 
 class Design(Reported):
-    """Search the probe that fits a wish best, within ranges and limits."""
+    """Search the probe that fits a specification best, within ranges and limits."""
 
     name = "design"
     group = "Predict"
@@ -40,7 +40,7 @@ class Design(Reported):
     wish: Annotated[
         str,
         Field(
-            help="Wish, .toml; or a name of pretravel wishes.",
+            help="Specification, .toml; or a name listed by pretravel wishes.",
             positional=True,
             metavar="WISH",
             reads=existing,
@@ -61,7 +61,7 @@ class Design(Reported):
 
 @dataclass(frozen=True, eq=False)
 class DesignedProbe(Result):
-    """The best design for a wish.
+    """The best design for a specification.
 
     Attributes
     ----------
@@ -88,14 +88,15 @@ class DesignedProbe(Result):
 
 
 class Wishes(Task):
-    """List the wishes of the package, or print one as TOML."""
+    """List the specifications of the package, or print one as TOML."""
 
     name = "wishes"
     group = "Predict"
     example = "pretravel wishes stylus-100mm > wish.toml"
 
     wish: Annotated[
-        str | None, Field(help="A wish of the package, to print.", positional=True, metavar="NAME")
+        str | None,
+        Field(help="A specification of the package, to print.", positional=True, metavar="NAME"),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> TextResult:
@@ -106,5 +107,5 @@ class Wishes(Task):
         if self.wish is not None:
             return TextResult(WISHES.text(self.wish))
         lines = [f"{entry:14} {load_wish(entry).study.name}" for entry in WISHES.names()]
-        advice = "\npretravel wishes NAME > wish.toml prints a wish to edit."
+        advice = "\npretravel wishes NAME > wish.toml prints a specification to edit."
         return TextResult("\n".join([*lines, advice, ""]))

@@ -51,7 +51,8 @@ def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
         title=title,
         verdict=f"{probe_name}, seats with friction {cycle.friction:g}: hysteresis up to "
         f"{_largest(cycle.hysteresis)}, drift of zero up to {_largest(cycle.zero_drift)} "
-        f"({touches} touches in {len(cycle.directions)} directions)",
+        f"({touches} touches in {len(cycle.directions)} "
+        f"{'direction' if len(cycle.directions) == 1 else 'directions'})",
         figures=tuple(
             KeyFigure(f"{name}, touch {touch}", Span.of(values), unit, decimals(3))
             for name, touch, values, unit in quantities

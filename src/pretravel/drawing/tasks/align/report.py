@@ -110,7 +110,7 @@ def _motions_table(alignment: Alignment) -> Table:
     return Table(
         (
             Column.of("motion", MOTIONS),
-            Column.of("placement of the origin", angles, digits=Digits(6, significant=False)),
+            Column.of("placement of the origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
             Column.of("U", [*(stated[:3] / MICROMETRE), *stated[3:]], digits=Digits(3, True)),
             Column.of("unit of U", ["µm"] * 3 + ["°"] * 3),
@@ -220,8 +220,9 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            f"the touches depart from their faces by {alignment.errors.excess / MICROMETRE:.2g} µm "
-            "more than their errors explain: faces that are displaced, of another size or wavy, or "
+            f"the touches deviate from their faces by {alignment.errors.excess / MICROMETRE:.2g} "
+            "µm more than their errors explain: faces that are displaced, of another size or "
+            "wavy, or "
             "touches that scatter more than those on the reference. u contains this"
         )
     if not alignment.errors.map_is_stated:

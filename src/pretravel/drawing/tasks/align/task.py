@@ -40,8 +40,8 @@ _MORE = "--verbose, or -o report.html"
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
-    Touches need no normals: those of the faces are taken, and the pretravel is solved together with
-    the placement. Without a start and a plan the placement is searched for from nothing.
+    Touches need no normals: the normals of the faces are used, and the pretravel is solved together
+    with the placement. Without a start and a plan the placement is searched over all positions.
     """
 
     name = "align"
@@ -244,7 +244,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         found = []
         if self.datum_association == "outside" and not self.datum:
             raise PretravelError(
-                "an association from outside the material is that of datums; state them",
+                "an association from outside the material is that of datums; give them",
                 inputs=("datum", "datum_association"),
             )
         for text in self.datum:

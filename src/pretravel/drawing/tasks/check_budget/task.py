@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from pretravel.touches import Touches
 
 _WORDS = {
-    "honest": "U is right: it contains the error as often as it states",
-    "too small": "U is too small: it contains the error less often than it states",
+    "honest": "U is right: it contains the error as often as it should",
+    "too small": "U is too small: it contains the error less often than it should",
     "too large": "U is larger than needed: it costs touches and good parts",
 }
 _LEVELS: Mapping[str, Literal["good", "caution", "bad"]] = {
@@ -77,7 +77,7 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
         float | None,
         Field(
             help="Noise of a touch that acts, in µm, standard deviation; that of your touches "
-            "where it is not stated.",
+            "where it is not given.",
             range=NOISE,
             label="Noise that acts",
         ),
@@ -86,7 +86,7 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
         float | None,
         Field(
             help="Standard deviation of the error of the diameter that acts, in µm; as "
-            "--u-diameter and --u-temperature state it where it is not given.",
+            "--u-diameter and --u-temperature give it where it is not given.",
             range=U_OF_DIAMETER,
             label="Error of the diameter that acts",
         ),
@@ -266,10 +266,10 @@ def _figure(each: Coverage) -> KeyFigure:
     low, high = (100.0 * end for end in each.interval)
     perhaps = ""
     if each.verdict == "honest" and each.needed < 1.0 / TOO_LARGE:
-        perhaps = "; it may be too large, more sets would tell"
+        perhaps = "; it may be too large, more sets are needed"
     return KeyFigure(
         f"{each.name}: errors within U", 100.0 * each.share, "%", decimals(1),
-        remark=f"{low:.1f} to {high:.1f} %; 95.4 % is stated: {each.verdict}{perhaps}",
+        remark=f"{low:.1f} to {high:.1f} %; nominal 95.4 %: {each.verdict}{perhaps}",
     )  # fmt: skip
 
 
@@ -297,7 +297,7 @@ def _table(found: BudgetCheck) -> Table:
             Column.of("U is right times", [one.needed for one in each], "", decimals(2)),
             Column.of("verdict", [one.verdict for one in each]),
         ),
-        "Errors against what was stated:",
+        "Errors compared with the given uncertainties:",
         "χ² is the mean of (error/u)²: one where u is right. U times the factor would have "
         "contained 95.4 % of the errors.",
     )

@@ -20,7 +20,7 @@ def drawing_document(model: ModelDrawing) -> Document:
         features = model.drawn.features
         return Document(
             title=name,
-            verdict=f"{name} states no semantic PMI (AP242); {len(features)} of its features can "
+            verdict=f"{name} has no semantic PMI (AP242); {len(features)} of its features can "
             "carry a size",
             tables=(_skeleton_table(model),) if features else (),
             pictures=pictures,
@@ -29,7 +29,7 @@ def drawing_document(model: ModelDrawing) -> Document:
     left = [each for each in lines if each.left_out]
     sections = (
         Section(
-            "Not stated in the file of features",
+            "Not given in the file of features",
             tables=(
                 Table(
                     (

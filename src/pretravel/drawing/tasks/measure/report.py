@@ -76,8 +76,8 @@ _ASSOCIATION = (
 )
 _FORM_BESIDE = (
     "form (roundness, flatness, …) is that of the surface at the touched points, in bounds that "
-    "hold for any shape, by the minimum zone where that is stated, else from the residuals of "
-    "least squares; the measured range of an extreme feature stands beside and contains the noise. "
+    "hold for any shape, by the minimum zone where that is given, else from the residuals of "
+    "least squares; the measured range of an extreme feature is listed too and contains the noise. "
     "Extreme features are those near the one of "
     "least squares; others may exist where the form is large"
 )
@@ -350,10 +350,7 @@ def _name(feature: MeasuredFeature) -> str:
     return f"{name} ({feature.association.criterion})" if feature.is_extreme else name
 
 
-_WITHOUT_MACHINE = (
-    ". This is no statement of conformity: u contains the errors of probing alone, not those of "
-    "the machine's geometry, of temperature and clamping"
-)
+_WITHOUT_MACHINE = ". This is no statement of conformity (see the warning)"
 
 
 def _decision(conformity: Conformity, u_machine: float) -> Judgement:
@@ -727,7 +724,7 @@ def _notes_on_datums(
         notes += [f"{name}: {remark}" for remark in each.remarks]
     notes += [f"{each.name}: {remark}" for each in together for remark in each.remarks]
     notes.append(
-        "tolerances to datums: each datum feature is associated as its line states, and takes the "
+        "tolerances to datums: each datum feature is associated as its line says, and takes the "
         "motions that those before it left (ISO 5459); what they leave free is fitted, with the "
         "least largest distance. The errors of the datums are in U. A zone of a surface contains "
         "its touched points, that of an axis its ends within the touched length"
@@ -758,19 +755,19 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
     warnings = []
     if not all(feature.points.state_uncertainty for feature in features):
         warnings.append(
-            "the points state no uncertainty: u follows from their scatter about the feature "
+            "the points have no uncertainty: u follows from their scatter about the feature "
             "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
             "and of the machine; form and noise are not distinguished. No tolerance is decided"
         )
         warnings += _coarse(features)
     elif not all(feature.errors.correlation_known for feature in features):
         warnings.append(
-            "the points do not state which errors they have in common (columns shared_…_um, which "
+            "the points do not say which errors they have in common (columns shared_…_um, which "
             "files of older versions lack): u is the largest that any correlation allows"
         )
     elif not all(feature.errors.map_is_stated for feature in features):
         warnings.append(
-            "the map of these points stated no uncertainty of its own (a prediction): the "
+            "the map of these points has no uncertainty (a prediction): the "
             "difference between the described probe and yours is not in u, and no tolerance is "
             "decided. Qualify the probe"
         )
@@ -787,9 +784,9 @@ def _warnings(features: Sequence[MeasuredFeature]) -> list[str]:
             "by their pretravel along the normal, without delay travel or oblique approach"
         )
     warnings.extend(
-        f"{_name(feature)}: the normals that the points state are "
+        f"{_name(feature)}: the normals of the points are "
         f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
-        "from an expected centre that is not the true one: the tip touched beside these points. "
+        "from an expected centre that is not the true one: the tip touched next to these points. "
         "Compensate again with --feature, or with touches without normals"
         for feature in features
         if normals_off(feature) > NORMALS_OFF
@@ -852,7 +849,7 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
             ], "", decimals(5)),
         ),
         title=TRIALS,
-        explanation=f"{trials} trials: the points drawn with the errors that they state, of their "
+        explanation=f"{trials} trials: the points drawn with their errors, of their "
         "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
         "angles in minutes.",
     )  # fmt: skip

@@ -118,14 +118,14 @@ class Measure(LaboratoryReport):
             "with kind, tolerance_mm, datums, material; [[pattern]]; [[between]].",
             label="Drawing",
             reads=True,
-            states="the file states it for each feature",
+            states="the file gives it for each feature",
         ),
     ] = None
     part: Annotated[
         Path | None,
         Field(
             help="The part, .step or .iges, in whose frame the points are: its faces are the "
-            "nominal surface of a profile, and nominal places that the drawing's file leaves out.",
+            "nominal surface of a profile, and nominal places that are not in the drawing's file.",
             label="Part",
             reads=True,
             only=("drawing",),
@@ -220,7 +220,7 @@ class Measure(LaboratoryReport):
     form_association: Annotated[
         FormCriterion,
         Field(
-            help="By which a tolerance of the form is decided: minimum-zone (ISO 1101), or "
+            help="Association that decides a form tolerance: minimum-zone (ISO 1101), or "
             "gaussian, least squares.",
             words={"minimum-zone": "minimum zone (ISO 1101)", "gaussian": "least squares"},
             label="Form by",
@@ -273,10 +273,11 @@ class Measure(LaboratoryReport):
     trials: Annotated[
         int | None,
         Field(
-            help="Monte Carlo beside the analytic U: draw the points so often with their errors "
-            "(those of machine and probe by direction, after compensate --machine), and fit again.",
+            help="Monte Carlo, in addition to the analytic U: draw the points so often with their "
+            "errors (those of machine and probe by direction, after compensate --machine), and "
+            "fit again.",
             range=(100, 1_000_000),
-            label="Trials of a Monte Carlo beside U",
+            label="Trials of a Monte Carlo, with U",
             hint="Empty: none; 2000 takes seconds",
         ),
     ] = None
@@ -302,7 +303,7 @@ class Measure(LaboratoryReport):
 
         if self.feature is None and self.drawing is None:
             raise PretravelError(
-                "state the feature of the points, or the file with all features of the drawing",
+                "give the feature of the points, or the file with all features of the drawing",
                 inputs=("feature", "drawing"),
             )
         if self.annex and (self.output is None or self.output.suffix.lower() != ".pdf"):
@@ -662,8 +663,8 @@ class MeasuredFeatures(Result):
         warnings = []
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
-                "u contains the errors of probing alone; a verdict also needs those of the "
-                "machine's geometry, of temperature and clamping: state u of the machine"
+                "u contains only the errors of probing; conformity also needs the errors of the "
+                "machine's geometry, of temperature and clamping: give u of the machine"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(
@@ -783,7 +784,7 @@ def _with_names_of_features(chosen: Mapping[str, Points]) -> tuple[dict[str, Poi
     named = {label: mine for label, mine in chosen.items() if named_feature(label)}
     if not named:
         raise PretravelError(
-            f"no label begins with a feature: {', '.join(chosen)}. State the feature, or choose "
+            f"no label begins with a feature: {', '.join(chosen)}. Give the feature, or choose "
             "points by their labels",
             inputs=("feature", "select"),
         )
@@ -853,7 +854,7 @@ def _taken_for(tip_diameter: float | None) -> str:
     if tip_diameter is None:
         return (
             "the points were taken as points of the surface, and nothing was subtracted: if they "
-            "are tip centres, state the tip's diameter"
+            "are tip centres, give the tip's diameter"
         )
     return (
         f"the points were taken as tip centres: the radius of the tip, {0.5 * tip_diameter:g} mm, "
@@ -872,7 +873,7 @@ def _refuse_tip_centres(made: MeasuredFeature, task: Measure) -> None:
         return
     raise PretravelError(
         f"the {made.size_name} {found:.4f} mm is {abs(found - size):.3f} mm from its nominal "
-        f"{size:g} mm, as of tip centres of a tip of that size: state the tip's diameter. Or is "
+        f"{size:g} mm, as of tip centres of a tip of that size: give the tip's diameter. Or is "
         "the nominal another?",
         inputs=("tip_diameter", "nominal"),
     )

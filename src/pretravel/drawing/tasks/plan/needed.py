@@ -138,7 +138,7 @@ def needed_touches(
     last = np.zeros(3)
     for row in _in_order(drawing):
         if not row.faces:
-            raise PretravelError(f"feature '{row.name}' states no faces: state them to plan it")
+            raise PretravelError(f"feature '{row.name}' has no faces: give them to plan it")
         width = widths.get(row.name, math.nan)
         part_of_u = _PARTS.get(row.kind, _PART)
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])

@@ -39,7 +39,7 @@ class PlanForDrawing(PlanTargets):
             "stylus reaches them, datums first.",
             label="Drawing",
             reads=True,
-            states="the tolerances state how many",
+            states="the tolerances give how many",
         ),
     ] = None
     u_touch_um: Annotated[

@@ -101,9 +101,9 @@ def _limit(name: str, label: str, text: str) -> Field:
 class Check(TouchFiles, OfOneTip, LaboratoryReport):
     """Determine the probing errors of a standard, from touches on a reference sphere.
 
-    The definitions here were written from memory and were not compared with the texts of the
-    standards: this is no statement of conformity, unless the file of the laboratory (--lab) states
-    that it compared them. Exit code 3: a figure exceeds its limit.
+    The definitions are from memory and have not been checked against the published standards: there
+    is no statement of conformity, unless the file of the laboratory (--lab) declares a comparison.
+    Exit code 3: a figure exceeds its limit.
     """
 
     name = "check"
@@ -169,7 +169,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
             "files have no column spindle_deg.",
             only=_uses("spindle"),
             label="Orientation of the spindle in each file",
-            hint="0,180 for example, where the files do not state it",
+            hint="0,180 for example, where the files do not give it",
             parse=angles,
             metavar="ANGLES",
         ),
@@ -483,7 +483,7 @@ class Pattern(Task):
         )
         count = len(columns["label"])  # type: ignore[arg-type]
         memory = (
-            " (the pattern was written from memory and not compared with the text of the standard)"
+            " (the pattern is from memory and has not been checked against the published standard)"
         )
         plain = self.standard.startswith("equator-")
         return PatternTargets(

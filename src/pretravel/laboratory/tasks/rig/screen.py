@@ -66,7 +66,7 @@ SEPARATION = Job(
     files=("readings",),
     needs=("readings",),
 )
-WORK = {"rig": "Traces of a calibration rig", "separation": "Machine and probe apart"}
+WORK = {"rig": "Traces of a calibration rig", "separation": "Machine and probe separated"}
 EXAMPLE_TRACES = tuple(
     f"rig/rig_{azimuth:03d}_{repeat}.csv" for azimuth in (0, 60, 90) for repeat in (1, 2)
 )

@@ -448,6 +448,6 @@ class CalibratedRig(Result):
             return
         if fields := (self.statements or LaboratoryStatements()).missing:
             yield (
-                f"{fields} fields of the certificate are not stated; fill them in with --lab "
+                f"{fields} fields of the certificate are empty; fill them in with --lab "
                 "(pretravel laboratory > lab.toml)"
             )

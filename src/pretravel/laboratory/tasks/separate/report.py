@@ -77,7 +77,7 @@ def separation_document(
         title=title,
         verdict=f"The errors of the machine range over {_range(result.machine_error)}, those of "
         f"the probe over {_range(result.probe_error)}: {len(result.residuals)} readings, method "
-        f"{result.method}, {number_text(result.dof, decimals(0))} degrees of freedom left by the "
+        f"{result.method}, {number_text(result.dof, decimals(0))} degrees of freedom beyond the "
         "systematic errors",
         figures=(
             *_side_figures("machine", result.machine_error, result.machine_variance),

@@ -64,7 +64,7 @@ class Separate(LaboratoryReport):
         Angles | None,
         Field(
             help="Orientation of the probe in each file, in degrees, where the touches do not "
-            "state it: 0:345:15.",
+            "give it: 0:345:15.",
             parse=angles,
             metavar="ANGLES",
             label="Orientation of the probe in each file",

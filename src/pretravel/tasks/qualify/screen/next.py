@@ -38,7 +38,7 @@ def next_sentence(state: ScreenState) -> tuple[str, str]:
         return _FILE
     held = dict.fromkeys((*fit.held, *export.held))
     if held:
-        return ("Correct", f"{', '.join(held)}: what stands in this field is no valid value.")
+        return ("Correct", f"{', '.join(held)}: the value in this field is not valid.")
     if look.error:
         return _UNREADABLE
     diameter = state.settings.get("diameter")

@@ -197,7 +197,7 @@ def _corrections(result: FitResult) -> None:
 
 def _control_files(result: ExportResult | None) -> None:
     if result is None:
-        note("The files for your control stand here when it is chosen in step 3.")
+        note("The files for your control appear here when it is chosen in step 3.")
         return
     head = [words for words in result.files.remarks if words.startswith(("(", ";"))]
     for words in result.files.remarks:

@@ -75,7 +75,7 @@ def touches_table(state: ScreenState) -> None:
 def _left_out(state: ScreenState, result: FitResult | None) -> None:
     """How many are left out, with a button that uses all again."""
     if result is None:
-        note("State the diameter of the reference: then a bad touch can be unticked.")
+        note("Give the diameter of the reference: then a bad touch can be unticked.")
         return
     count = int(result.touches.left_out.sum())
     if not count:
