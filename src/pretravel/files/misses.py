@@ -131,7 +131,7 @@ def named_misses(found: FileReadings | FilePositions) -> FileReadings | FilePosi
 
 
 def _labels_at(labels: Sequence[str] | None, rows: BoolArray) -> Sequence[str] | None:
-    return None if labels is None else [labels[row] for row in np.flatnonzero(rows)]
+    return None if labels is None else [labels[int(row)] for row in np.flatnonzero(rows)]
 
 
 def far_sentence(

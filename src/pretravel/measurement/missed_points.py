@@ -172,10 +172,10 @@ def missed_points_of_features(
 def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
     """The feature that most of the points show, and those that are far from it."""
     trials: list[tuple[str, FloatArray, FloatArray | None]] = []
-    for axis in (2, 0, 1):  # bores and bosses along an axis of the machine, at any heights
+    for across in (2, 0, 1):  # bores and bosses along an axis of the machine, at any heights
         flat = points.copy()
-        flat[:, axis] = 0.0
-        trials.append(("circle", flat, np.eye(3)[axis]))
+        flat[:, across] = 0.0
+        trials.append(("circle", flat, np.eye(3)[across]))
     if not _shown("plane", points, None):
         trials = [("plane", points, None), *trials, ("sphere", points, None)]
     if any(_shown(kind, places, axis) for kind, places, axis in trials):
