@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class MapInOrientation(Reported):
-    """Predict the map of a probe on an indexing head in another orientation.
+    """Predict the map of another orientation of an indexing head.
 
     A map of one orientation and the weight of the probe's moving parts give that of another. Check
     it with a few touches: pretravel qualify touches.csv --prior turned.json --diameter 25
@@ -69,7 +69,9 @@ class MapInOrientation(Reported):
     ]
     roll_deg: Annotated[
         float,
-        Field(help="Turn about that axis, in degrees, after the shortest way to it.", range=ANGLE),
+        Field(
+            help="Turn about the new axis, in degrees, after the shortest turn to it.", range=ANGLE
+        ),
     ] = 0.0
     gravity: Annotated[
         Vector,
