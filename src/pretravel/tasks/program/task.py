@@ -461,7 +461,7 @@ def _planned(
         written=date.today().isoformat(),
     )
     minutes = program.duration / 60.0
-    where = f"they are logged to {task.log_name} next to the machine's INI file"
+    where = f"log: {task.log_name}, next to the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
         f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",

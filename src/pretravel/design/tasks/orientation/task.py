@@ -138,7 +138,8 @@ class TurnedProbe(Result):
             KeyFigure("the weight changes pretravel by", float(np.sqrt(np.mean(size**2))), "µm",
                       decimals(2), remark=f"root mean square; {size.min():+.2f} to "
                       f"{size.max():+.2f} µm"),
-            KeyFigure("u of it", SHARE * float(np.sqrt(np.mean(size**2))), "µm", decimals(2),
+            KeyFigure("u of this change", SHARE * float(np.sqrt(np.mean(size**2))), "µm",
+                      decimals(2),
                       remark=f"{100 * SHARE:.0f} %: mass and height of the moving parts"),
             KeyFigure("not followed by the kind of map", found.missed / MICROMETRE, "µm",
                       decimals(2), remark="in u of every point"),
