@@ -195,7 +195,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
 
 
 def _room(chart: SpaceChart) -> float:
-    """How much larger a body is drawn where no axes need room; a scale stands beside it."""
+    """How much larger a body is drawn where no axes need room; a scale stands next to it."""
     if not chart.bare:
         return 1.0
     return _BARE if chart.scale is None else _BARE_WITH_SCALE
@@ -218,7 +218,7 @@ def _filling(axes: Axes3D, chart: SpaceChart) -> float:
 
 
 _OF_THE_PANEL = 0.88
-"""Share that a box takes of its panel; numbers and names of the axes stand beside it."""
+"""Share that a box takes of its panel; numbers and names of the axes stand next to it."""
 
 
 def _few_ticks(side: float, longest: float) -> Any:
