@@ -108,9 +108,7 @@ def lacking_for_points(state: ScreenState) -> str:
     if not states_no_normals(state):
         return ""
     if not state.files["part"]:
-        return (
-            "Next: the part as a STEP file. The touches state no normals, and its faces have them."
-        )
+        return "Next: the part as a STEP file. The touches have no normals; its faces give them."
     if asks_where(state):
         return "Next: press “Find the part”, or say that the touches are in the frame of the part."
     return ""
