@@ -175,7 +175,8 @@ def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
     for across in (2, 0, 1):  # bores and bosses along an axis of the machine, at any heights
         flat = points.copy()
         flat[:, across] = 0.0
-        trials.append(("circle", flat, np.eye(3)[across]))
+        if _circle_passes_most(np.delete(points, across, axis=1)):
+            trials.append(("circle", flat, np.eye(3)[across]))
     if not _shown("plane", points, None):
         trials = [("plane", points, None), *trials, ("sphere", points, None)]
     if any(_shown(kind, places, axis) for kind, places, axis in trials):
@@ -190,6 +191,34 @@ def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
         if fit.diameter is None or min(missed.off) > -_INSIDE * fit.diameter:
             return kind, missed
     return None
+
+
+def _circle_passes_most(points: FloatArray) -> bool:
+    """Whether a circle through three points of a plane passes all but those that may be missed.
+
+    Searches for circles in what is none, a grid of a flat face, take long.
+    """
+    count = len(points)
+    if count < 3:
+        return False
+    third = count // 3
+    spread = [(third, 2 * third), (third + 1, 2 * third + 1), (1, 2)]
+    others = [np.stack([np.roll(points, -k, axis=0) for k in each], axis=1) for each in spread]
+    first = np.tile(points, (len(spread), 1))
+    chords = np.concatenate(others) - first[:, None]
+    with np.errstate(all="ignore"):
+        a, b, c, d = chords.reshape(-1, 4).T
+        squares = 0.5 * np.sum(chords**2, axis=2)
+        centres = (
+            np.column_stack(
+                [d * squares[:, 0] - b * squares[:, 1], a * squares[:, 1] - c * squares[:, 0]]
+            )
+            / (a * d - b * c)[:, None]
+        )
+        places = np.linalg.norm(points - (first + centres)[:, None], axis=2)
+        radii = np.linalg.norm(centres, axis=1)
+        off = np.quantile(np.abs(places - radii[:, None]), 1.0 - _MOST, axis=1)
+    return bool(np.any(off <= _FAR))
 
 
 def _shown(kind: str, points: FloatArray, axis: FloatArray | None) -> bool:
