@@ -599,7 +599,7 @@ def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str,
 
     >>> from pretravel.drawing.tasks.measure import Measure
     >>> unused(Measure, "nominal", {"drawing": "drawing.toml"})
-    ('not used with drawing: the file states it for each feature', ('drawing',))
+    ('not used with drawing: the file gives it for each feature', ('drawing',))
     >>> unused(Measure, "nominal", {})
     ('', ())
     """
