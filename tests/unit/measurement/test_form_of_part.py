@@ -47,7 +47,7 @@ def test_of_many_faces_each_may_be_taken_by_itself(monkeypatch: pytest.MonkeyPat
     left = off - jacobian @ np.linalg.lstsq(jacobian, off, rcond=None)[0]
     mean = jacobian.T / 500.0
     families, found = families_of_faces(face, (), places), []
-    for shapes in (10_000, 100):
+    for shapes in (10_000, 50):
         monkeypatch.setattr("pretravel.drawing.features.form_of_part._MANY_SHAPES", shapes)
         form = form_of_part(left, jacobian, 497.0 * (0.3 * UM) ** 2, families)
         found.append(np.diag(form.covariance(mean)))
