@@ -55,11 +55,14 @@ class MissedPoints:
     unclear : float
         Where one point is far, and several could be it: the largest distance from the feature of
         all; else 0. [mm]
+    all_near : bool
+        Whether all points lie about the feature.
     """
 
     rows: tuple[int, ...] = ()
     off: tuple[float, ...] = ()
     unclear: float = 0.0
+    all_near: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,8 +110,10 @@ def missed_points(kind: str, points: FloatArray, axis: FloatArray | None = None)
     kept = np.ones(len(points), dtype=bool)
     every = _fitted(kind, points, axis)
     if every is not None and np.abs(_left_to_each(every)).max() <= _FAR:
-        return MissedPoints()
-    if axis is None and every is not None and kind in _WITH_AXIS:
+        return MissedPoints(all_near=True)
+    if axis is None and kind in _WITH_AXIS:
+        if every is None:  # as from points in one circle
+            return MissedPoints()
         axis = every.direction  # where the search starts
     for number in range(min(max(int(_MOST * len(points)), 1), _FEW)):
         rows = _suspects(kind, points, kept, axis)
