@@ -25,7 +25,7 @@ _TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
 
 
 def _with_diameters(tips: tuple[StatedTip, ...]) -> bool:
-    return any("=" in tip for tip in tips)
+    return any("=" in str(tip) for tip in (tips if isinstance(tips, list | tuple) else (tips,)))
 
 
 STAR = When("tip", is_so=_with_diameters, what="several tips, --tip NAME=DIAMETER")
