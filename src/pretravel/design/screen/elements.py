@@ -20,6 +20,7 @@ from pretravel.app import (
     note,
     outcome,
     plot,
+    rebuild,
     slider_field,
     table_view,
     text,
@@ -142,9 +143,7 @@ def _stress(state: ScreenState, result: FiniteElementDesigns) -> None:
         figure, listed = found
         picture.update_figure(figure)
         remark.set_text("")
-        figures.clear()
-        with figures:
-            key_figures(listed)
+        rebuild(figures, lambda: key_figures(listed))
 
     request = one_at_a_time(draw)
     request()

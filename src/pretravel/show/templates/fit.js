@@ -62,7 +62,7 @@ const fitted = (figure, width, height) => {
   }
   let margin = { ...layout.margin, t: top };
   if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) };
-  else if (layout.polar) margin = { l: 48, r: bars.length ? BAR + 40 : 48, t: top + 18, b: 30 + legend };
+  else if (layout.polar) margin = { l: width < 420 ? 34 : 48, r: bars.length ? BAR + (width < 420 ? 26 : 40) : width < 420 ? 34 : 48, t: top + 18, b: 30 + legend };
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;
