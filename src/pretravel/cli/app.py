@@ -17,12 +17,14 @@ class App(Task):
 
     project: Annotated[
         Path | None,
-        Field(help="Project file (.pretravel); default: the last one.", positional=True),
+        Field(help="Project file (.pretravel); without it the last project.", positional=True),
     ] = None
     host: Annotated[str, Field(help="Address to listen on.")] = "127.0.0.1"
     port: Annotated[
         int | None,
-        Field(help="Port; 0: any free one; default: 8765 if it is free.", range=(0, 65535)),
+        Field(
+            help="Port; 0: any free port; default: 8765, or another free port.", range=(0, 65535)
+        ),
     ] = None
     browser: Annotated[bool, Field(help="Open the page in a browser.")] = True
 

@@ -28,7 +28,17 @@ OPTIONS, SPECIAL, OUTPUT = "Options", "In special cases", "Output"
 _LONG = 80
 """Characters of a first sentence, of which more is cut at its colon."""
 _FOLDED = ("Reading a file", SPECIAL)
-"""Parts of the help of which the short one states the names alone."""
+"""Parts of the help of which the short one gives the names alone."""
+_OUTSIDE = r"(?![^(]*\))"
+"""Not within parentheses."""
+_SENTENCE = re.compile(rf"(?:(?<=[\w)])\. (?=[A-Z]|[\w-]+: )|; ){_OUTSIDE}")
+"""Where the first sentence of a text ends: at the next one, or at the list of choices."""
+_TYPES = (
+    (r"<(?:float|int)(?: range)?>", "NUMBER"),
+    (r"<(?:list\[)?[pP]ath\]?>", "FILE"),
+    (r"<(?:list\[)?str\]?>", "TEXT"),
+)
+"""Types of Python in the help, and what they are called there."""
 
 
 class Command(TyperCommand):
@@ -141,13 +151,15 @@ class Command(TyperCommand):
 def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
     """Spelling and text of an argument or option; of a short one the first sentence."""
     name, text = parameter.get_help_record(ctx) or (typed_name(parameter), parameter.help or "")
+    name = re.sub(r"(?: RANGE)? *\[[^\]]*<=[^\]]*\]", "", name)
+    for kinds, word in _TYPES if name.startswith("-") else ((r" <.*", ""),):
+        name = re.sub(kinds, word, name)
     if whole:
         return name, text
-    name = re.sub(r"(?: RANGE)? *\[[^\]]*<=[^\]]*\]", "", name)
-    default = re.search(r"default: ([^;\]]+)", text)
-    first = re.split(r"(?<=[\w)])\. (?=[A-Z])|; ", parameter.help or text, maxsplit=1)[0]
+    default = re.search(r"default: ([^;\]]+?)\.?(?: +\[|;|\]|$)", text)
+    first = _SENTENCE.split(parameter.help or text, maxsplit=1)[0]
     if len(first) > _LONG:
-        first = first.partition(": ")[0]
+        first = re.split(r": " + _OUTSIDE, first, maxsplit=1)[0]
     first = first.rstrip(".")
     return name, f"{first}. [{default[1]}]" if default else f"{first}."
 

@@ -54,7 +54,7 @@ def command_of(task: type[Task]) -> Any:
     signature = inspect.Signature([context, *_parameters(task)])
     callback.__signature__ = signature  # type: ignore[attr-defined]
     callback.__annotations__ = {}
-    alone = typer.Typer(add_completion=False)
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
     alone.command(
         task.name.split()[-1],
         cls=Command,
@@ -79,7 +79,7 @@ def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
     -------
     click.Group
     """
-    app = typer.Typer(add_completion=False)
+    app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.add_typer(
         typer.Typer(name=name, help=text, no_args_is_help=True, add_completion=False),
         rich_help_panel=tasks[0].group,
@@ -88,6 +88,7 @@ def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
     for task in tasks:
         command = command_of(task)
         command.rich_help_panel = None
+        command.short_help = " ".join((command.help or "").partition("\n\n")[0].split())
         group.add_command(command)
     return group
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import traceback
 import warnings
@@ -24,6 +25,10 @@ _EVERY_DAY = (
     *("compensate", "align", "faces", "measure", "verify", "history"),
 )
 """Commands of every day, in the order of the work; the help begins with them."""
+_FEW = "pretravel.few"
+"""Where the context says that only the commands of every day are listed."""
+_LINE = 60
+"""Characters of what the list says of a command: one line of 80 with the longest name before it."""
 
 
 class Commands(TyperGroup):
@@ -47,14 +52,22 @@ class Commands(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write what the commands do: those of every day, then the rest by `tasks.GROUPS`."""
-        del ctx
         for title, names in _sections().items():
             with formatter.section(title):
-                formatter.write_dl([(name, _summary(name)) for name in names])
+                formatter.write_dl([(name, _in_a_line(_summary(name))) for name in names])
+            if ctx.meta.get(_FEW):
+                formatter.write_text(f"{len(self.commands) - len(names)} more: pretravel --help")
+                return
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """Write the example and the exit codes, where all commands are listed."""
+        if not ctx.meta.get(_FEW):
+            super().format_epilog(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the words; without any, show the help (typer writes none that is plain text)."""
+        """Read the words; without any, show the commands of every day alone."""
         if not args and not ctx.resilient_parsing:
+            ctx.meta[_FEW] = True
             typer.echo(self.get_help(ctx))
             ctx.exit(FAULT)
         return super().parse_args(ctx, args)
@@ -118,6 +131,15 @@ def _summary(name: str) -> str:
     return " ".join(text.split())
 
 
+def _in_a_line(summary: str) -> str:
+    """The first sentence of a summary, without its last clauses where it is longer than a line."""
+    text = re.split(r"(?<=[\w)])\. ", summary, maxsplit=1)[0].rstrip(".")
+    for clause in (r"[:;] .*$", *(r", (?:and|as|for|from|or|which|with|within) [^,]*$",) * 2):
+        if len(text) > _LINE:
+            text = re.sub(clause, "", text)
+    return f"{text}."
+
+
 app = typer.Typer(
     name="pretravel",
     cls=Commands,
@@ -133,6 +155,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["--help", "-h"]},
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
 
 

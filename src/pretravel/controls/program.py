@@ -359,7 +359,7 @@ def _checks(
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)
-        checked.append(f"moves against {known}; nothing else")
+        checked.append(f"moves against {known}; other obstacles are not known")
     else:
         unchecked.append("moves against the part: its geometry was not given")
     return tuple(checked), tuple(unchecked)

@@ -168,8 +168,8 @@ def _bores_sentence(job: MainJob) -> str:
     return (
         f"Bores of {_limits()}: with the tip's radius alone {_sizes(before)} mm, {outside} "
         f"outside; with the map of the probe {_sizes([size.value for size in sizes])} mm, U = "
-        f"{value_text(u, 'µm')}, {inside} within the tolerance. Their points leave a circle by "
-        f"{value_text(ranges)} µm before, by {value_text(left, 'µm')} after. This is no statement "
+        f"{value_text(u, 'µm')}, {inside} within the tolerance. The range of the points about a "
+        f"circle falls from {value_text(ranges)} to {value_text(left, 'µm')}. This is no statement "
         "of conformity: U contains the errors of probing alone"
     )
 

@@ -99,9 +99,13 @@ def format_of(source: Source) -> FileFormat:
             return known
     if is_table(lines):
         return FORMATS["csv"]
-    readable = "; ".join(f"{f.name}: {f.what}" for f in formats if f.parse or f.parse_features)
+    readable = ", ".join(each.name for each in formats if each.parse or each.parse_features)
     first = next(number for number, line in numbered if line)
-    raise file.error(f"{not_a_table(lines)}. These formats can be read: {readable}", first)
+    raise file.error(
+        f"{not_a_table(lines)}. Formats that can be read (pretravel formats describes them): "
+        f"{readable}",
+        first,
+    )
 
 
 def format_named(name: str) -> FileFormat:

@@ -101,7 +101,10 @@ def read_result(path: str | Path) -> PageContent:
     except PretravelError as error:
         raise InputError(f"its content cannot be used: {error}", path=path) from None
     except ValueError:
-        raise InputError("its content is not complete JSON", path=path) from None
+        raise InputError(
+            "it is not a result of pretravel in JSON: write the result with -o NAME.report.json",
+            path=path,
+        ) from None
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise InputError(
             "it is no result of pretravel: write it with -o NAME.report.json",

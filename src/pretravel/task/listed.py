@@ -72,7 +72,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
 }
 """Module and type of each task by its command; each group begins with what is needed first."""
-SUBCOMMANDS = {"program": "Write a probing program (G-code for LinuxCNC) that logs every touch."}
+SUBCOMMANDS = {"program": "Write a probing program for LinuxCNC that logs every touch."}
 """The help of commands that begin with the same word."""
 PLACES = {name: place for tasks in GROUPS.values() for name, place in tasks.items()}
 """Module and type of each task by its command."""

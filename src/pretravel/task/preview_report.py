@@ -184,7 +184,9 @@ def _sphere_figures(
         if np.median(np.abs(along)) < _ALONG:
             return ()
         outward = np.mean(along > 0.0) > 0.5
-        words = "out of it" if outward else "INTO it: are they directions of travel?"
+        words = (
+            "out of the sphere" if outward else "INTO the sphere: are they directions of travel?"
+        )
         figures.append(KeyFigure("normals", f"they point {words}"))
     return tuple(figures)
 

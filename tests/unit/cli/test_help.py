@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -60,8 +61,12 @@ def test_every_command_is_in_the_help_once() -> None:
 
 def test_without_words_the_help_is_shown() -> None:
     # nothing was done, which a script must notice
-    assert both_outputs(code=2) == (run("--help"), "")
-    assert "sphere" in both_outputs("program", code=2)[0]
+    shown, errors = both_outputs(code=2)
+    assert shown.index("\n  demo  ") < shown.index("\n  history  ")
+    assert "plan-touches" not in shown
+    assert shown.endswith("more: pretravel --help\n")
+    assert not errors
+    assert "sphere" in "".join(both_outputs("program", code=2))
 
 
 @pytest.mark.parametrize("words", _commands(), ids=" ".join)
@@ -83,12 +88,13 @@ def test_what_is_written_is_what_is_shown(
 
 @pytest.mark.parametrize("words", _commands(), ids=" ".join)
 def test_the_short_help_fits_on_a_page(words: tuple[str, ...]) -> None:
-    """It is 80 lines at most, and names every option."""
+    """It is 80 lines at most, without words of Python, and names every option."""
     name = " ".join(words)
-    if name not in PLACES:
-        return
     lines = run(*words, "--help").splitlines()
     assert len(lines) <= 80
+    assert not re.search(r"<(int|float|str|path|list)", "\n".join(lines))
+    if name not in PLACES:
+        return
     shown = _unbroken("\n".join(lines))
     for setting in settings_of(task_named(name)):
         assert setting.field.positional or setting.option.split("/")[0] in shown

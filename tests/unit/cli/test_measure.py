@@ -166,7 +166,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
     text, warned = both_outputs(*command, "-o", page, code=3)
     first = text.splitlines()[0]
     assert first.startswith(
-        "1 outside the tolerance (bore2: diameter), 1 of 2 tolerances within the tolerance"
+        "1 outside the tolerance (bore2: diameter), 1 of 2 within the tolerance"
     )
     assert "no statement of conformity" in first
     assert "give u of the machine" in warned

@@ -168,7 +168,7 @@ def test_a_changed_file_is_refused(tmp_path: Path, key: str, changed: object, wo
     ("text", "words"),
     [
         ("[" * 100_000, "too deep"),
-        ("<h1>hello</h1>", "not complete JSON"),
+        ("<h1>hello</h1>", "not a result of pretravel in JSON"),
         ("[]", "no result of pretravel"),
         ('{"format": "pretravel result", "version": 1}', "a part of it is missing"),
     ],

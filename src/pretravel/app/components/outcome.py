@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from nicegui import ui
 from nicegui.element import Element
 
-from pretravel.app.components.layout import folded, here, live, note, rebuild, text, warning
+from pretravel.app.components.layout import here, live, note, rebuild, text, warning
 from pretravel.app.components.newer import newer_input
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import ScreenState
@@ -27,7 +27,6 @@ ANSWERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     ),
 }
 """Questions about a file, by the setting that answers them."""
-_FORMATS = "These formats can be read:"
 
 
 def outcome(
@@ -215,15 +214,10 @@ def follow(state: ScreenState, job: Job, handler: Callable[[Any], None]) -> Work
 
 
 def error_view(message: str) -> None:
-    """An error as the library says it; a long list of formats is folded."""
-    words, formats, listed = message.partition(_FORMATS)
+    """An error as the library says it."""
     with ui.element("div").classes("error-view").props('role="alert"'):
         text("strong", "This cannot be computed")
-        text("p", words.strip())
-        if formats:
-            with folded("Formats that can be read"), ui.element("ul"):
-                for one in listed.split("; "):
-                    text("li", one)
+        text("p", message)
 
 
 def _answers(work: Work, answer: Answer) -> None:

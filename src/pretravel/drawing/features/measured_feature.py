@@ -254,10 +254,10 @@ class MeasuredFeature(WithPlot):
             shapes = [text for text in form.hidden if not text.endswith(" lobes")]
             words = [f"{', '.join(lobes)} lobes"] if lobes else []
             found.append(
-                f"the places of its {len(self.points)} touches do not show "
-                f"{' or '.join([*words, *shapes])}: they look like another "
-                f"{'size or place' if lobes else 'place or direction'}, and U does not contain "
-                "them. Touch at unequal steps, or more places, where the part may have them"
+                f"{len(self.points)} touches at these places do not show "
+                f"{' or '.join([*words, *shapes])}, which look like another "
+                f"{'size or place' if lobes else 'place or direction'}. U does not contain this "
+                "form. If the part may have it, touch at unequal steps or at more places"
             )
         if form.by_prior:
             found.append(

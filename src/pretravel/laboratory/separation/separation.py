@@ -464,9 +464,9 @@ def _notes(
     """Sentences on the quantities that the readings do not determine."""
     of_errors = (
         f"{len(design.row)} readings, {len(design.machines)} machine and {len(design.probes)} "
-        f"probe directions. The readings do not determine a constant that is common to all errors "
-        "of machine and probe, and all else they do (the matrix of the equations has rank "
-        f"{design.size - 1} of {design.size}); the machine's errors are made to add up to zero"
+        f"probe directions. The readings determine everything except a constant that is common to "
+        f"all errors of machine and probe (rank {design.size - 1} of {design.size}); the machine's "
+        "errors are made to add up to zero"
     )
     if design.with_circles:
         of_circles = design.rank - design.basis.shape[1]

@@ -39,7 +39,7 @@ _AT = re.compile(r"at(-?\d+(?:\.\d+)?)_")
 
 
 class FindAxis(TouchFilesWithFeed, Reported):
-    """Place and direction of a rotary axis, from touches of a sphere at several of its angles.
+    """Determine a rotary axis, from touches of a sphere at several of its angles.
 
     A file for each angle, in the order of --angles; or one file whose labels begin with the angle,
     at60_s1. Positions of the log are those of the machine's axes.

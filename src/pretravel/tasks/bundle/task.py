@@ -49,7 +49,7 @@ class Bundle(TouchFilesWithFeed, OfOneTip):
     u_diameter_um: Annotated[
         float | None,
         Field(
-            help="Its standard uncertainty, in µm.",
+            help="Standard uncertainty of the diameter, in µm.",
             range=U_OF_DIAMETER,
             label="Standard uncertainty of the diameter",
         ),

@@ -110,8 +110,8 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     radius_taken_off: Annotated[
         float | None,
         Field(
-            help="DMIS, PC-DMIS, listings of a CMM: tip radius that was subtracted from their "
-            "points, in mm; 0: tip centres.",
+            help="Tip radius that was subtracted from the points of a DMIS or PC-DMIS file or of "
+            "a CMM's listing, in mm; 0: tip centres.",
             range=DISTANCE,
         ),
     ] = None

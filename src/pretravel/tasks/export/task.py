@@ -108,8 +108,8 @@ def _controls_without_feed() -> list[str]:
 
 FormOnControl: TypeAlias = Literal["auto", "formula", "table"] | None
 CONTROL_FORM = Field(
-    help="formula (exact: harmonic, mean and physical maps; no table), table (interpolated) or "
-    "auto (default: on linuxcnc the formula, on the others a table, where it is fine enough).",
+    help="formula (exact, for harmonic, mean and physical maps), table (interpolated) or auto: on "
+    "linuxcnc the formula, on other controls a table where its error is small enough.",
     words={
         "": "Usual: automatic",
         "auto": "Automatic",
@@ -148,7 +148,9 @@ class Export(Task):
     ]
     output: Annotated[
         Path | None,
-        Field(help="File; for several files the folder.", short="-o", writes=FOLDER),
+        Field(
+            help="File of the control, or the folder for several files.", short="-o", writes=FOLDER
+        ),
     ] = None
     form: Annotated[FormOnControl, replace(CONTROL_FORM, only=(_controls("form"),))] = None
     tolerance_um: Annotated[

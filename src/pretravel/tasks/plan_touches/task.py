@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class PlanTouches(Reported):
-    """Choose the few touches on the reference that keep an old map good, or those on a block.
+    """Choose the few touches that keep an old map good, or those on a block.
 
     Give the touches to pretravel qualify --prior. With --block, the touches on a block that tell
     scale, squareness, backlash and pretravel apart: give them to pretravel qualify --block.

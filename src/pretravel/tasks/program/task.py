@@ -102,8 +102,8 @@ class ProgramTask(Task):
     by_hand: Annotated[
         bool,
         Field(
-            help="Of a machine without M19: the program stops at the safe height until the spindle "
-            "was turned by hand.",
+            help="For a machine without M19: the program stops at the safe height until the "
+            "spindle was turned by hand.",
             only=("spindle_deg",),
         ),
     ] = False
@@ -266,8 +266,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="against: the sphere turns against the angle, right-handed about the machine's "
-            "axis, as on a table; with: it turns with the angle.",
+            help="How the sphere turns. against: against the angle (right-handed about the "
+            "machine's axis), as on a table. with: with the angle.",
         ),
     ] = "against"
     turning_feed: Annotated[
@@ -461,7 +461,7 @@ def _planned(
         written=date.today().isoformat(),
     )
     minutes = program.duration / 60.0
-    where = f"they are logged to {task.log_name} next to the machine's INI file"
+    where = f"log: {task.log_name}, next to the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
         f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",

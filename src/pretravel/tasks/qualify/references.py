@@ -123,7 +123,7 @@ class OnReferences(Task):
     u_squareness_ppm: Annotated[
         float | None,
         Field(
-            help="The same of the squareness of its axes, in µm/m.",
+            help="Standard uncertainty of the squareness of the machine's axes, in µm/m.",
             range=(0.0, 1e5),
             unit="µm/m",
             only=("block", "reference"),
@@ -132,7 +132,8 @@ class OnReferences(Task):
     u_backlash_um: Annotated[
         float | None,
         Field(
-            help="The same of the backlash of its axes, in µm; 0 for axes with own scales.",
+            help="Standard uncertainty of the backlash of the machine's axes, in µm; 0 for axes "
+            "with linear scales.",
             range=(0.0, 1000.0),
             only=("block", "reference"),
         ),

@@ -64,7 +64,8 @@ def map_update_document(
     return Document(
         title=title,
         verdict=f"{old}, brought up to date by {len(result.residuals)} touches in "
-        f"{int(result.groups.max()) + 1} directions; they fit it (p = {result.p_value:.2g})",
+        f"{int(result.groups.max()) + 1} directions, which fit the old map (p = "
+        f"{result.p_value:.2g})",
         figures=(*_map_figures(result), *_drift_figures(result)),
         tables=(_touches_table(result),),
         pictures=(Picture("The new map, and its change", lambda: map_update_view(result, title)),),
@@ -101,10 +102,11 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
 def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
     def figure(name: str, found: FoundDrift, unit: str, factor: float, usual: float) -> KeyFigure:
         usual_text, digits = f"{usual / factor:.2g}", by_uncertainty(found.u / factor)
+        blank = "" if unit == "°" else " "
         return KeyFigure(
             f"drift of {name}", found.value / factor, unit,
             replace(digits, signed=True), found.u / factor,
-            u_digits=digits, remark=f"usual: {usual_text} {unit}, {result.drift.source}",
+            u_digits=digits, remark=f"usual: {usual_text}{blank}{unit}, {result.drift.source}",
         )  # fmt: skip
 
     return (

@@ -80,7 +80,7 @@ def verification_document(
     keep = decision == "kept" and result.changed
     return Document(
         title=title,
-        verdict=f"{verdict} since it was qualified: {result.touches} touches in "
+        verdict=f"{verdict} since the qualification: {result.touches} touches in "
         f"{len(result.directions)} directions, false-alarm rate "
         f"{100.0 * result.false_alarm_rate:g} %",
         judgement=Judgement("bad", "Changed")

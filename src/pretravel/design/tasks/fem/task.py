@@ -28,7 +28,7 @@ def _solvers() -> list[str]:
 
 
 class Fem(Reported):
-    """Build the finite-element model of a probe and show its state at the trigger."""
+    """Build the finite elements of a probe, with its state at the trigger."""
 
     name = "fem"
     group = "Predict"

@@ -163,7 +163,7 @@ def _numbers_table(found: Identification) -> Table:
         (
             Column.of("number", found.names),
             Column.of("key", keys),
-            Column.of("value", found.values / units, digits=significant(6)),
+            Column.of("value", found.values / units, digits=significant(5)),
             Column.of("u", found.standard_uncertainty / units, digits=significant(2)),
             Column.of(
                 "U (k = 2)",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class MapInOrientation(Reported):
-    """Predict the map of a probe on an indexing head in another orientation.
+    """Predict the map of another orientation of an indexing head.
 
     A map of one orientation and the weight of the probe's moving parts give that of another. Check
     it with a few touches: pretravel qualify touches.csv --prior turned.json --diameter 25
@@ -69,7 +69,9 @@ class MapInOrientation(Reported):
     ]
     roll_deg: Annotated[
         float,
-        Field(help="Turn about that axis, in degrees, after the shortest way to it.", range=ANGLE),
+        Field(
+            help="Turn about the new axis, in degrees, after the shortest turn to it.", range=ANGLE
+        ),
     ] = 0.0
     gravity: Annotated[
         Vector,
@@ -136,7 +138,8 @@ class TurnedProbe(Result):
             KeyFigure("the weight changes pretravel by", float(np.sqrt(np.mean(size**2))), "µm",
                       decimals(2), remark=f"root mean square; {size.min():+.2f} to "
                       f"{size.max():+.2f} µm"),
-            KeyFigure("u of it", SHARE * float(np.sqrt(np.mean(size**2))), "µm", decimals(2),
+            KeyFigure("u of this change", SHARE * float(np.sqrt(np.mean(size**2))), "µm",
+                      decimals(2),
                       remark=f"{100 * SHARE:.0f} %: mass and height of the moving parts"),
             KeyFigure("not followed by the kind of map", found.missed / MICROMETRE, "µm",
                       decimals(2), remark="in u of every point"),

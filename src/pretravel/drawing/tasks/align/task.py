@@ -88,9 +88,9 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     datum_association: Annotated[
         Literal["gaussian", "outside"],
         Field(
-            help="gaussian: datums of least squares, on which all touches have a say. outside: "
-            "from outside the material (ISO 5459): planes that touch it, inscribed bores, "
-            "circumscribed bosses; they rest on a few touches.",
+            help="How datums are fitted. gaussian: least squares of all touches. outside: from "
+            "outside the material (ISO 5459), as planes that touch it, inscribed bores and "
+            "circumscribed bosses; these rest on a few touches.",
             label="Datums are associated",
             words={
                 "gaussian": "by least squares (Gaussian)",

@@ -109,7 +109,7 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
         ),
     ] = None
     seed: Annotated[
-        int, Field(help="Of the random numbers: the same seed gives the same answer.",
+        int, Field(help="Seed of the simulation: the same seed gives the same answer.",
                    range=(0, 2**32 - 1)),
     ] = 1  # fmt: skip
     output: Annotated[

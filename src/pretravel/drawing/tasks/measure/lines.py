@@ -325,9 +325,12 @@ def count_words(
             parts.append(f"{len(mine)} {words} ({names}{more})")
     good = sum(line.verdict is ConformityVerdict.CONFORMS for line in lines)
     words = verdict_words(ConformityVerdict.CONFORMS, u_machine)
-    total = f"{len(lines)} tolerance{'s' * (len(lines) > 1)}"
-    conform = "conform" if words == "conforms" and good != 1 else words
-    parts.append(f"{good} of {total} {conform}")
+    of = f"{good} of {len(lines)}"
+    if words == "conforms":
+        tolerances = f"tolerance{'s' * (len(lines) > 1)}"
+        parts.append(f"{of} {tolerances} {words if good == 1 else 'conform'}")
+    else:
+        parts.append(f"{of} {words}")
     labels = {name for line in lines for name in line.feature.split(", ")}
     bare = sum((each.feature.label or each.feature.kind) not in labels for each in features)
     without = f"; {bare} feature{'s' * (bare > 1)} without a tolerance" if bare else ""

@@ -84,8 +84,8 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus or slot; or "
-            "by-label: each group of labels is the feature with which they begin, as bore1-1 (a "
+            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus, slot, by-label; "
+            "by-label: each group of labels is the feature that its name says, as bore1-1 (a "
             "bore or boss at several heights: a cylinder).",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
@@ -96,7 +96,7 @@ class Measure(LaboratoryReport):
     association: Annotated[
         Criterion,
         Field(
-            help="gaussian: least squares. minimum-zone: smallest range of the distances. "
+            help="How a feature is fitted. gaussian: least squares. minimum-zone: smallest range. "
             "inscribed, circumscribed: largest feature with no point inside, smallest with none "
             "outside. tangent: outside the material.",
             words={
@@ -177,8 +177,8 @@ class Measure(LaboratoryReport):
     size_tolerance: Annotated[
         ToleranceText | None,
         Field(
-            help="Of the diameter, in mm: 20.000..20.021, 20.. or ..20.021; or with --nominal "
-            "+0.021/0, ±0.01.",
+            help="Limits of the diameter, in mm: 20.000..20.021, 20.. or ..20.021; or with "
+            "--nominal +0.021/0, ±0.01.",
             parse=tolerance,
             option="--tolerance",
             metavar="LIMITS",
@@ -229,7 +229,7 @@ class Measure(LaboratoryReport):
     probability: Annotated[
         float,
         Field(
-            help="At which a decision is proven (ISO 14253-1).",
+            help="Probability at which a decision is proven (ISO 14253-1).",
             range=(0.5, 0.9999),
             label="Probability at which a decision is proven",
         ),

@@ -6,7 +6,7 @@ from pretravel.task import SILENT, Progress, Task, TextResult
 
 
 class Laboratory(Task):
-    """Print what a laboratory states in reports and certificates (--lab), as TOML to fill in."""
+    """Print the statements of a laboratory (--lab), as TOML to fill in."""
 
     name = "laboratory"
     group = "Laboratory"

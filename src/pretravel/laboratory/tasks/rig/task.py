@@ -62,8 +62,9 @@ class Rig(LaboratoryReport):
     traces: Annotated[
         tuple[Path, ...],
         Field(
-            help="Traces rig_AZIMUTH_REPEAT.csv (rig_030p45_1.csv: polar angle 45°; rig_+Z_1.csv: "
-            "an axis): time_s,ruler_mm,laser_mm,contact,trigger; files, a folder or a name with *.",
+            help="Traces rig_AZIMUTH_REPEAT.csv with time_s,ruler_mm,laser_mm,contact,trigger; "
+            "rig_030p45_1.csv: polar angle 45°; rig_+Z_1.csv: an axis. Files, a folder or a name "
+            "with *.",
             positional=True,
             reads=_traces_meant,
         ),
@@ -119,8 +120,8 @@ class Rig(LaboratoryReport):
     u_temperature: Annotated[
         float | None,
         Field(
-            help="Standard uncertainty of that temperature, in K; with --u-expansion it takes the "
-            "place of the budget's (Ren 2020, equation 17).",
+            help="Standard uncertainty of the ruler's temperature, in K; with --u-expansion it "
+            "replaces the one of the budget (Ren 2020, equation 17).",
             range=(0.0, 50.0),
             unit="K",
             label="Standard uncertainty of the temperature",
@@ -169,7 +170,7 @@ class Rig(LaboratoryReport):
     exclude: Annotated[
         tuple[str, ...],
         Field(
-            help="Leave this trace out (the file's name); may be repeated.",
+            help="Leave out the trace with this file name; may be repeated.",
             metavar="LABEL",
         ),
     ] = ()

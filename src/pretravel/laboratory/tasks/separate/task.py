@@ -84,8 +84,8 @@ class Separate(LaboratoryReport):
     repeat_pair: Annotated[
         Indices | None,
         Field(
-            help="Indices of that configuration.",
-            label="Indices of that configuration",
+            help="Indices of the repeated configuration.",
+            label="Indices of the repeated configuration",
             only=("repeat_variance",),
             hint="Machine and probe: 1,1",
             parse=indices,
@@ -95,7 +95,7 @@ class Separate(LaboratoryReport):
     repeat_count: Annotated[
         int,
         Field(
-            help="Number of repeats from which that variance was estimated.",
+            help="Number of repeats from which --repeat-variance was estimated.",
             range=(2, 1_000_000),
             label="Number of these repeats",
             only=("repeat_variance",),
@@ -104,8 +104,8 @@ class Separate(LaboratoryReport):
     method: Annotated[
         Literal["reml", "least-squares", "paper"],
         Field(
-            help="Restricted maximum likelihood; least squares; or the equations of Nafi and Mayer "
-            "2011 as printed, to compare with the paper.",
+            help="How variances are estimated. reml: restricted maximum likelihood. least-squares. "
+            "paper: the equations of Nafi and Mayer 2011 as printed.",
             label="Method of the variances",
             words={
                 "reml": "restricted maximum likelihood",
