@@ -125,8 +125,8 @@ def _step_of_numbers(positions: npt.ArrayLike) -> float:
     values = values[values > _EXACT]
     for step in _WRITTEN_STEPS if len(values) > 1 and np.size(positions) > 9 else ():
         inch = abs(step / INCH * 1e5 - round(step / INCH * 1e5)) < 1e-6
-        by_chance = (2.0 * _PRINTED / step) ** len(values)
-        shown = step > _LARGEST_PHASED and by_chance < FALSE_STEP_LEVEL
+        log_chance = len(values) * math.log(2.0 * _PRINTED / step)
+        shown = step > _LARGEST_PHASED and log_chance < math.log(FALSE_STEP_LEVEL)
         printed = _PRINTED if inch and shown else _EXACT
         if np.all(np.abs(values - step * np.round(values / step)) < printed):
             return float(step)
