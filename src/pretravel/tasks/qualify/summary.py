@@ -54,8 +54,8 @@ def judgement(result: Qualification) -> Judgement:
     ----------
     result : Qualification
     """
-    repeated = result.fit.observation.repeats.dof > 0.0 and not _is_hidden(result)
-    return _GRADES[_grade(result)] if repeated else _NO_REPEATS
+    repeated = result.fit.observation.repeats.dof > 0.0 and not result.copies
+    return _GRADES[_grade(result)] if repeated and not _is_hidden(result) else _NO_REPEATS
 
 
 def verdict(result: Qualification, point: Budget) -> str:
@@ -78,6 +78,11 @@ def verdict(result: Qualification, point: Budget) -> str:
             "Whether the probe is good is not known, because the positions are in steps of "
             f"{result.effects.step / MICROMETRE:.4g} µm, and touches differ by less: "
             f"write them with more digits. {known[0].upper()}{known[1:]}"
+        )
+    if result.copies:
+        return (
+            f"Whether the probe is good is not known, because {result.copies} touches are copies "
+            f"of others to the last digit: give each reading once. {known[0].upper()}{known[1:]}"
         )
     if result.fit.observation.repeats.dof > 0.0:
         return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
