@@ -43,8 +43,12 @@ const fitted = (figure, width, height) => {
   layout.title = { ...layout.title, text: title, pad: { t: 22 } };
   const top = title ? 30 + 15 * LINE * lines(title) : 30;
 
-  // A legend of one row, or in columns of the width of its longest name.
-  const names = data.filter((trace) => trace.showlegend).map((trace) => 13 * LETTER * long(trace.name ?? "") + 44);
+  // A legend of one row, or in columns of the width of its longest name; beside a scene names have two lines.
+  const widest = (name) => Math.max(...name.split("<br>").map(long));
+  const inLegend = data.filter((trace) => trace.showlegend);
+  if (layout.scene && inLegend.length > 3)
+    for (const trace of inLegend) trace.name = inLines((trace.name ?? "").replaceAll("<br>", " "), 150, 13);
+  const names = inLegend.map((trace) => 13 * LETTER * widest(trace.name ?? "") + 44);
   const across = Math.max(1, Math.floor((0.95 * width) / Math.max(...names, 1)));
   const oneRow = names.reduce((sum, each) => sum + each, 0) <= 0.95 * width;
   const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
