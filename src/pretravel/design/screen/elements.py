@@ -52,9 +52,9 @@ def elements_view(state: ScreenState) -> None:
     state : ScreenState
     """
     note(
-        "The pictures of force and pretravel are of the model analytic: the stylus as a beam, the "
-        "seats as elastic contacts. Finite elements also bend the hub and the rods, and give the "
-        "stress. Both designs are computed; a new shape takes up to half a minute."
+        "The pictures of force and pretravel come from the analytic model: the stylus as a beam, "
+        "the seats as elastic contacts. Finite elements also bend the hub and the rods, and give "
+        "the stress. Both designs are computed; a new shape takes up to half a minute."
     )
     designs = WORKS.of(state, DESIGNS)
     work = outcome(

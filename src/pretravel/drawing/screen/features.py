@@ -80,7 +80,7 @@ def features_tab(state: ScreenState, points: Work) -> None:
             with ui.element("div").classes("field-grid"):
                 described_fields(state, FEATURE_FORM, _OF_TABLE)
             return
-        if groups:
+        if groups and not state.files["drawing"]:
             _chips(state, groups)
         with ui.element("div").classes("field-grid"):
             described_fields(state, FEATURE_FORM, _USUAL)
@@ -88,7 +88,7 @@ def features_tab(state: ScreenState, points: Work) -> None:
             described_fields(state, FEATURE_FORM, _MORE)
             note(f"Labels of the points: {', '.join(labels[:8])} …")
 
-    live([state.listen], fields, lambda: bool(rows_in(state)))
+    live([state.listen], fields, lambda: (bool(rows_in(state)), state.files["drawing"]))
     built: list[bool] = []
 
     def show(result: PartFeatures) -> None:
