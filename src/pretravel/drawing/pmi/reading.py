@@ -27,7 +27,7 @@ from pretravel.drawing.pmi.measures import (
 )
 from pretravel.drawing.pmi.model_faces import length_factor
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
-from pretravel.drawing.pmi.places import LOCATIONS, OF_PMI, SIZES, Places, numbers_in
+from pretravel.drawing.pmi.places import LOCATIONS, OF_PMI, SIZES, ShapeAspects, numbers_in
 
 TOLERANCE_ENTITIES = {
     "POSITION": "position", "SURFACE_PROFILE": "profile", "LINE_PROFILE": "line profile",
@@ -109,7 +109,7 @@ class _Reading:
         self.part21 = part21
         self.used: set[int] = set()
         self.failed: dict[int, str] = {}
-        self.places = Places(part21, self.used)
+        self.places = ShapeAspects(part21, self.used)
         self.place, self.above, self.below = self.places.place, self.places.above, self.places.below
         self.composite = self.composites()
         self.zones: dict[int, list[Instance]] = defaultdict(list)
