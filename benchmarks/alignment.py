@@ -27,8 +27,10 @@ from benchmarks.departures.tripod import TIP_RADIUS
 from benchmarks.features import Workshop, around, workshop
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
-from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align, points_in_part
+from pretravel.drawing.alignment.alignment import Alignment, points_in_part
+from pretravel.drawing.alignment.alignment_fit import align
 from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.measurement.selection import points_at
 from pretravel.uncertainty.gum import coverage_factor

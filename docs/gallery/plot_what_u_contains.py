@@ -17,7 +17,9 @@ from published import ROOT, Statement, finish
 from pretravel import PretravelMap, Touches, apply, measure_feature, qualify
 from pretravel.base.directions import from_angles
 from pretravel.base.frames import Placement
-from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align
+from pretravel.drawing.alignment.alignment import Alignment
+from pretravel.drawing.alignment.alignment_fit import align
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance, PlacedFeature

@@ -23,7 +23,7 @@ from pretravel.app.components.fields import (
     text_field,
 )
 from pretravel.app.components.file_drop import file_drop
-from pretravel.app.components.layout import panel, screen_places
+from pretravel.app.components.layout import live, panel, screen_places, text
 from pretravel.app.components.outcome import follow, kept, outcome
 from pretravel.app.components.plot import plot
 from pretravel.app.components.same_elsewhere import same_elsewhere
@@ -110,10 +110,27 @@ def show(state: ScreenState) -> None:
         with panel("Long work"):
             outcome(state, LONG, lambda result: None, button="Wait")
         outcome(state, QUICK, lambda result: None, button="Count files")
+        replaced_button(state)
         count = 1050
         values = [math.nan if n == 0 else float(n - 525) for n in range(count)]
         columns = (Column.of("row", [f"{n}" for n in range(count)]), Column.of("value", values))
         table_view(Table(columns, "Long table"))
+
+
+def replaced_button(state: ScreenState) -> None:
+    """A button that is another one after each change of the factor."""
+
+    def press() -> None:
+        state.settings["presses"] = state.settings.get("presses", 0) + 1
+
+    def said() -> str:
+        return f"pressed {state.settings.get('presses', 0)} times with {factor()}"
+
+    def factor() -> float:
+        return float(state.settings.get("factor", 2.0))
+
+    live([state.listen], lambda: ui.button("Press", on_click=press), factor)
+    live([state.listen], lambda: text("p", said()), said)
 
 
 def refused(path: Path) -> None:

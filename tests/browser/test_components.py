@@ -327,3 +327,58 @@ def test_what_was_typed_is_in_the_file_of_the_project(
         time.sleep(0.1)
     else:
         raise AssertionError("not saved within 10 s")
+
+
+def _presses(screen: Any) -> int:
+    """How often the button was pressed, with the factor 2."""
+    screen.get_by_label("Factor [mm]").fill("2")
+    said = screen.wait_for_selector("text=/pressed [0-9]+ times with 2/").inner_text()
+    return int(said.split()[1])
+
+
+def test_a_click_on_a_button_that_was_just_replaced_is_none_that_is_lost(screen: Any) -> None:
+    """A slow browser: it has not drawn yet what a typed number has changed."""
+    before = _presses(screen)
+    screen.evaluate(
+        """async ([field, button]) => {
+            field.value = '7';
+            field.dispatchEvent(new Event('input', { bubbles: true }));
+            field.dispatchEvent(new Event('blur'));
+            await new Promise((later) => setTimeout(later, 0));
+            const start = performance.now();
+            while (performance.now() < start + 1000) {}
+            button.click();
+        }""",
+        [
+            screen.get_by_label("Factor [mm]").element_handle(),
+            screen.get_by_role("button", name="Press").element_handle(),
+        ],
+    )
+    screen.wait_for_selector(f"text=pressed {before + 1} times with 7")
+
+
+def test_a_button_that_is_replaced_while_it_is_pressed_is_clicked(
+    screen: Any, workbench: RunningWorkbench
+) -> None:
+    other = screen.context.new_page()
+    opened(other, f"{workbench.address}components")
+    before = _presses(screen)
+    button = screen.get_by_role("button", name="Press")
+    old = button.element_handle()
+    button.hover()
+    screen.mouse.down()
+    other.get_by_label("Factor [mm]").fill("3")
+    screen.wait_for_selector(f"text=pressed {before} times with 3")
+    screen.wait_for_function("(old) => !old.isConnected", arg=old)
+    screen.mouse.up()
+    screen.wait_for_selector(f"text=pressed {before + 1} times with 3")
+    # The keyboard has its place again too.
+    button.focus()
+    old = button.element_handle()
+    other.get_by_label("Factor [mm]").fill("4")
+    screen.wait_for_function("(old) => !old.isConnected", arg=old)
+    screen.keyboard.press("Enter")
+    screen.wait_for_selector(f"text=pressed {before + 2} times with 4")
+    # Once is once.
+    button.click()
+    screen.wait_for_selector(f"text=pressed {before + 3} times with 4")

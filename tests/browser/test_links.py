@@ -7,7 +7,7 @@ from typing import Any
 
 from pretravel.task.example_data import example_folder
 from tests.browser import screens
-from tests.browser.screens import tab
+from tests.browser.screens import settled, tab
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import RunningWorkbench, opened
 
@@ -99,13 +99,13 @@ def test_a_reference_that_was_taken_from_another_screen_follows_it(
     # What the user types here himself is his own.
     field.fill("24.98")
     field.blur()
-    page.wait_for_timeout(500)
+    page.wait_for_selector("text=Reference and tip are those", state="detached")
     opened(page, f"{workbench.address}engineer")
     page.get_by_label(REFERENCE).fill("24.9987")
     page.get_by_label(REFERENCE).blur()
     step(page, "Choose your control")
     opened(page, f"{workbench.address}metrologist")
-    page.wait_for_timeout(500)
+    settled(page)
     assert page.locator(".newer").count() == 0
 
 

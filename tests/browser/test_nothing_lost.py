@@ -172,7 +172,7 @@ def test_what_is_typed_without_a_connection_leaves_no_verdict_of_before(
     for place in (".screen-answer", ".screen-picture", ".q-tab-panels", ".next-step"):
         assert page.locator(place).evaluate(style) == ["none", "0.6"], place
     page.evaluate("window.socket.connect()")
-    step(page, "what stands in this field is no valid value")
+    step(page, "the value in this field is not valid")
 
 
 def test_sixty_files_come_as_one_request(page: Any, workbench: RunningWorkbench) -> None:

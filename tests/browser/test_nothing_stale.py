@@ -48,7 +48,7 @@ def test_a_number_that_is_none_makes_everything_pale_that_depends_on_it(
     _qualified(page, workbench)
     assert _pale(page) == set()
     page.get_by_label(REFERENCE).fill("24.99.87")
-    step(page, "Diameter of the reference: what stands in this field is no valid value")
+    step(page, "Diameter of the reference: the value in this field is not valid")
     assert _pale(page) == set(RESULTS)
     # What would act on the old result cannot be reached.
     assert page.locator(".main-download").evaluate("e => !!e.closest('[inert]')")
@@ -76,11 +76,11 @@ def test_an_invalid_setting_of_the_control_holds_its_files_alone(
     page.get_by_text("Settings of the control", exact=True).click()
     field = page.get_by_label("Largest deviation from the map")
     field.fill("much")
-    step(page, "no valid value")
+    step(page, "is not valid")
     assert _pale(page) == {".main-download", "text=The same on the command line and in Python"}
     # Another control has other fields: what stood in one that is gone holds nothing.
     choose_control(page, "Renishaw cycles (vector radii)")
-    page.wait_for_function("!document.querySelector('.next-step').innerText.includes('no valid')")
+    page.wait_for_function("!document.querySelector('.next-step').innerText.includes('not valid')")
 
 
 def test_cancel_brings_back_the_file_of_before(page: Any, workbench: RunningWorkbench) -> None:

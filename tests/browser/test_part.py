@@ -99,7 +99,10 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
         '[[feature]]\nkind = "cylinder"\nselect = "boss-*"\ntolerance = "14.01..14.02"\n'
     )
     tab(page, "Features")
+    page.get_by_label("Tolerance of the diameter", exact=True).wait_for()
     drop(page, "part", "drawing", drawing)
+    # What decides is in view: with a drawing there is no other tolerance on the page.
+    page.get_by_label("Tolerance of the diameter", exact=True).wait_for(state="detached")
     page.get_by_role("button", name="Measure", exact=True).click()
     page.wait_for_selector("text=1 outside the tolerance")
     assert serious_problems(page) == []

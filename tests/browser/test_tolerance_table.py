@@ -7,6 +7,7 @@ from typing import Any
 from pretravel.drawing.screen.work import example_map
 from pretravel.task.example_data import example_folder
 from tests.browser.screens import drop, settled
+from tests.browser.test_clicks import Person
 from tests.browser.workbench_server import RunningWorkbench, opened
 
 EXAMPLES = example_folder()
@@ -17,8 +18,8 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     name, content = example_map(EXAMPLES)
     (tmp_path / name).write_bytes(content)
     opened(page, workbench.address)
-    page.get_by_role("heading", name="Measure a part").click()
-    page.wait_for_selector("main h1:has-text('Measure a part')")
+    person = Person(page)
+    person.begin("Measure a part")
     drop(page, "part", "touches", EXAMPLES / "bracket_tip_centres.csv")
     drop(page, "part", "map", tmp_path / name)
     guide = page.locator(".next-step")
@@ -27,15 +28,16 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     guide.locator("text=press “Find the part”").wait_for()
     # Coordinates alone are no mistake: nothing is red before all is there.
     assert page.locator(".error-view").count() == 0
-    page.get_by_role("button", name="Find the part").click()
+    person.click(person.button("Find the part"))
     guide.locator("text=Fill the table").wait_for()
-    page.get_by_role("button", name="Fill from the model or the drawing").click()
+    person.click(person.button("Fill from the model or the drawing"))
     page.wait_for_selector(".tolerance-rows tbody tr")
-    page.get_by_role("button", name="Measure", exact=True).click()
+    person.click(person.button("Measure"))
     first = page.locator(".feature-rows tbody tr").first
     first.wait_for()
     settled(page)
     guide.locator("text=Type u of the machine").wait_for()
+    assert person.clicks <= 6
     # The verdict is above the tabs, in the words of the count.
     verdict = page.locator(".screen-status .verdict")
     assert "1 outside the tolerance (cylinder13: diameter)" in verdict.inner_text()
@@ -45,6 +47,6 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     row.locator("td.number:has-text('mm')").wait_for()  # its value stands beside what is typed
     page.screenshot(path=tmp_path / "table.png", full_page=True)
     page.get_by_label("limits of cylinder13").fill("13.9..14.1")
-    page.wait_for_timeout(1000)
+    page.wait_for_selector("text=The settings have changed since this result.")
     page.get_by_role("button", name="Measure", exact=True).click()
     page.wait_for_selector(".verdict:not(:has-text('cylinder13: diameter'))")

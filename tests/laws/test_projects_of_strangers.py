@@ -9,7 +9,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import MISSING
 from functools import cache
 from pathlib import Path
@@ -215,6 +215,19 @@ def test_no_other_text_of_a_project_is_a_path(name: str, dropped: dict[str, Path
         if setting.kind is str and not setting.choices:
             with _not_opened(secret, dropped["script.py"]):
                 _run(Inputs({**settings, setting.name: str(secret)}, secret_files))
+
+
+@every_screen
+def test_a_setting_of_another_type_is_refused_in_words(name: str) -> None:
+    """What JSON can hold, where a text or a number belongs: a text setting holds a text after."""
+    kind, form = task_named(name), form_of(task_named(name))
+    needed = {s.name: "x" for s in settings_of(kind) if s.default is MISSING}
+    for setting in form.settings:
+        for value in ([1], ["a"], [None], {"a": 1}, {}, True, 5, -1e308):
+            with suppress(PretravelError):
+                made = kind(**{**needed, **form.given({setting.name: value})})
+                if setting.kind is str and not setting.several and setting.field.parse is None:
+                    assert isinstance(getattr(made, setting.name) or "", str)
 
 
 def _run(inputs: Inputs) -> str:

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.frames import Placement
-from pretravel.drawing.alignment.alignment import TipCentres
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.measurement.compensation import embed
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part

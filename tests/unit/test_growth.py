@@ -13,7 +13,8 @@ import pytest
 from pretravel import Targets, Touches, apply, load_probe, qualify, simulate
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25
 from pretravel.base.frames import Placement
-from pretravel.drawing.alignment.alignment import TipCentres, align
+from pretravel.drawing.alignment.alignment_fit import align
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.surface.shapes import Plane
 from tests.support.example_maps import example_map
 from tests.support.touched_bracket import bracket, random_targets

@@ -18,7 +18,9 @@ from scipy.spatial.transform import Rotation
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement
-from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align, radius_alone
+from pretravel.drawing.alignment.alignment import Alignment, radius_alone
+from pretravel.drawing.alignment.alignment_fit import align
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.files.logs.cmm_listing import read_cmm_listing
 from pretravel.measurement.association import associate
 from pretravel.surface.cad.face import Face

@@ -81,7 +81,7 @@ def _build() -> None:
                 _result(row)
         if made_map() is not None and not SESSION.project.screen("part").files["map"]:
             with ui.element("li"):
-                text("span", "The map of the probe is there.", "file-name")
+                text("span", "A map of the probe is ready.", "file-name")
                 measure_with_map()
 
 

@@ -118,11 +118,11 @@ def newer_inputs(state: ScreenState) -> dict[str, Link]:
     return {
         name: link
         for name, link in state.links.items()
-        if _holds(state, name, link) and _source_now(state, link) not in ("", link.of_source)
+        if holds(state, name, link) and _source_now(state, link) not in ("", link.of_source)
     }
 
 
-def _holds(state: ScreenState, name: str, link: Link) -> bool:
+def holds(state: ScreenState, name: str, link: Link) -> bool:
     """Whether the screen still has what it took."""
     if link.kind == "reference":
         return digest_of(reference_of(state.settings)) == link.taken

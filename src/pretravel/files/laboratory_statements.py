@@ -233,7 +233,7 @@ def comparison_sentence(standard: str, statements: LaboratoryStatements | None) 
     ...     standards=ComparedStandards(iso_10360_5="edition 2020, A. Lee, 2026-03-02"),
     ... )
     >>> print(comparison_sentence("ISO 10360-5", stated))
-    North Ltd states that it compared what is used here of ISO 10360-5 with its text (edition \
+    North Ltd declares that it compared what is used here of ISO 10360-5 with its text (edition \
 2020, A. Lee, 2026-03-02).
     """
     name = standard.partition(",")[0]

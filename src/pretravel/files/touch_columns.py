@@ -110,7 +110,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     >>> file = SourceFile("a.txt", b"X [in];Y [in];Z [in]\n0,5;1,5;2\n")
     >>> found = read_touch_columns(file)
     >>> found.table.numbers("x_mm").tolist(), found.understood.split(",")[:3]
-    ([[12.7]], ["separator ';'", ' decimal comma', ' inch (stated in the file)'])
+    ([[12.7]], ["separator ';'", ' decimal comma', ' inch (given in the file)'])
     """
     options = options or ReadingOptions()
     text, roles = _kept_rows(file, options)

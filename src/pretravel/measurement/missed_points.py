@@ -55,11 +55,14 @@ class MissedPoints:
     unclear : float
         Where one point is far, and several could be it: the largest distance from the feature of
         all; else 0. [mm]
+    all_near : bool
+        Whether all points lie about the feature.
     """
 
     rows: tuple[int, ...] = ()
     off: tuple[float, ...] = ()
     unclear: float = 0.0
+    all_near: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,8 +110,10 @@ def missed_points(kind: str, points: FloatArray, axis: FloatArray | None = None)
     kept = np.ones(len(points), dtype=bool)
     every = _fitted(kind, points, axis)
     if every is not None and np.abs(_left_to_each(every)).max() <= _FAR:
-        return MissedPoints()
-    if axis is None and every is not None and kind in _WITH_AXIS:
+        return MissedPoints(all_near=True)
+    if axis is None and kind in _WITH_AXIS:
+        if every is None:  # as from points in one circle
+            return MissedPoints()
         axis = every.direction  # where the search starts
     for number in range(min(max(int(_MOST * len(points)), 1), _FEW)):
         rows = _suspects(kind, points, kept, axis)
@@ -175,7 +180,8 @@ def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
     for across in (2, 0, 1):  # bores and bosses along an axis of the machine, at any heights
         flat = points.copy()
         flat[:, across] = 0.0
-        trials.append(("circle", flat, np.eye(3)[across]))
+        if _circle_passes_most(np.delete(points, across, axis=1)):
+            trials.append(("circle", flat, np.eye(3)[across]))
     if not _shown("plane", points, None):
         trials = [("plane", points, None), *trials, ("sphere", points, None)]
     if any(_shown(kind, places, axis) for kind, places, axis in trials):
@@ -190,6 +196,34 @@ def _recognised(points: FloatArray) -> tuple[str, MissedPoints] | None:
         if fit.diameter is None or min(missed.off) > -_INSIDE * fit.diameter:
             return kind, missed
     return None
+
+
+def _circle_passes_most(points: FloatArray) -> bool:
+    """Whether a circle through three points of a plane passes all but those that may be missed.
+
+    Searches for circles in what is none, a grid of a flat face, take long.
+    """
+    count = len(points)
+    if count < 3:
+        return False
+    third = count // 3
+    spread = [(third, 2 * third), (third + 1, 2 * third + 1), (1, 2)]
+    others = [np.stack([np.roll(points, -k, axis=0) for k in each], axis=1) for each in spread]
+    first = np.tile(points, (len(spread), 1))
+    chords = np.concatenate(others) - first[:, None]
+    with np.errstate(all="ignore"):
+        a, b, c, d = chords.reshape(-1, 4).T
+        squares = 0.5 * np.sum(chords**2, axis=2)
+        centres = (
+            np.column_stack(
+                [d * squares[:, 0] - b * squares[:, 1], a * squares[:, 1] - c * squares[:, 0]]
+            )
+            / (a * d - b * c)[:, None]
+        )
+        places = np.linalg.norm(points - (first + centres)[:, None], axis=2)
+        radii = np.linalg.norm(centres, axis=1)
+        off = np.quantile(np.abs(places - radii[:, None]), 1.0 - _MOST, axis=1)
+    return bool(np.any(off <= _FAR))
 
 
 def _shown(kind: str, points: FloatArray, axis: FloatArray | None) -> bool:

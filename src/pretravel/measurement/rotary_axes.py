@@ -15,6 +15,7 @@ AXIS_LETTERS: Mapping[str, int] = {"A": 0, "B": 1, "C": 2}
 FEWEST_ANGLES = 3
 _FARTHEST = 0.2
 """Largest slope of a rotary axis against its axis of the machine: 11 degrees."""
+_STEPS = 60
 _SAME_SENSE = 4.0
 """By so many times the sum of squares must the other sense of rotation be worse."""
 
@@ -273,7 +274,10 @@ def _model(centers: FloatArray, turns: FloatArray, axis: int) -> tuple[_Model, F
         def off(values: FloatArray, model: _Model = model) -> FloatArray:
             return np.asarray((model.centers(values) - centers).ravel())
 
-        fit = least_squares(off, start, x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        # The right sense needs ten steps. The wrong one has a flat minimum, far from the centres.
+        fit = least_squares(
+            off, start, model.slopes, method="lm", xtol=1e-13, ftol=1e-13, max_nfev=_STEPS
+        )
         fits.append((float(2.0 * fit.cost), fit.x, model))
     fits.sort(key=lambda found: found[0])
     (best, values, model), (worse, _, _) = fits

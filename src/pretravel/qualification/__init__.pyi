@@ -47,10 +47,10 @@ from .quantisation import quantisation_step as quantisation_step
 from .quantisation import refuse_coarse as refuse_coarse
 from .quantisation import step_of_measured as step_of_measured
 from .quantisation import step_of_readings as step_of_readings
-from .reference_fit import Reference as Reference
 from .reference_fit import ReferenceFit as ReferenceFit
 from .reference_fit import Term as Term
 from .reference_fit import fit_references as fit_references
+from .references import Reference as Reference
 from .repeat_series import FEWEST_REPEATS as FEWEST_REPEATS
 from .repeat_series import RepeatSeries as RepeatSeries
 from .repeat_series import autocorrelation as autocorrelation

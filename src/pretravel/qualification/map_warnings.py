@@ -25,6 +25,9 @@ LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
 _FEWEST_COPIES = 5
 """Repeats from which copies are distinguished from chance."""
+_MOST_BY_CHANCE = 0.1
+"""Share of touches in steps of 0.01 µm, with a noise of 0.1 µm, that are rarely like the one before
+in all digits."""
 _COARSE = 0.1 * MICROMETRE
 
 
@@ -48,30 +51,55 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
     ]
 
 
-def copy_warnings(positions: FloatArray, groups: IntArray) -> list[str]:
-    """Repeats that are alike to the last digit: copies of one reading, which say nothing of noise.
+def copied_readings(positions: FloatArray, groups: IntArray, step: float = 0.0) -> int:
+    """Touches that are copies of others to the last digit, by a log that stored readings twice.
 
     Parameters
     ----------
     positions : (n, 3) float
-        In the axes of the machine. Coarse digits can be alike by chance: of readings in steps of
-        0.1 µm nothing is said. [mm]
+        In the axes of the machine. Coarse digits can be alike by chance: in steps of 0.1 µm none
+        is called a copy. [mm]
     groups : (n,) int
         Number of the direction of each touch.
+    step : float
+        Of the positions, as it was found. [mm]
+
+    Returns
+    -------
+    int
+        All repeats of each direction, where they are alike; else those that are alike with the
+        touch before, where they are more than chance explains.
     """
     count, directions = len(groups), int(groups.max()) + 1
-    if count - directions < _FEWEST_COPIES:
-        return []
     steps = positions / _COARSE
-    coarse = bool(np.all(np.abs(steps - np.round(steps)) < 1e-4))
+    coarse = step >= _COARSE or bool(np.all(np.abs(steps - np.round(steps)) < 1e-4))
+    if coarse or count - directions < _FEWEST_COPIES:
+        return 0
     first = np.unique(groups, return_index=True)[1]
-    if coarse or np.abs(positions - positions[first[groups]]).max() > 0.0:
+    if np.abs(positions - positions[first[groups]]).max() == 0.0:
+        return count - directions
+    copies = int(np.sum(np.all(positions[1:] == positions[:-1], axis=1)))
+    return copies if copies >= max(_FEWEST_COPIES, _MOST_BY_CHANCE * count) else 0
+
+
+def copy_warnings(copies: int, count: int) -> list[str]:
+    """Repeats that are alike to the last digit, which say nothing of noise.
+
+    Parameters
+    ----------
+    copies : int
+        By `copied_readings`.
+    count : int
+        Of all touches.
+    """
+    if not copies:
         return []
     return [
         (
-            f"the {count} touches are {directions} readings, each several times and alike to the "
-            "last digit: copies, not repeats. They say nothing of the noise, and u of the map is "
-            "too small as if they were independent. Give each reading once"
+            f"{copies} of the {count} touches are alike to the last digit with others of their "
+            f"direction: copies of {count - copies} readings, not repeats. They say nothing of the "
+            "noise, and u of the map is too small as if they were independent. Give each reading "
+            "once"
         )
     ]
 

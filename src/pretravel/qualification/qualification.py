@@ -148,6 +148,8 @@ class Qualification(ShownInNotebooks, WithPlot):
         What to know before the result is used.
     scores : tuple of KindScore
         Where kinds were compared, how each predicts left-out directions: the largest weight first.
+    copies : int
+        Touches that are alike with others of their direction to the last digit: no repeats.
     """
 
     pretravel_map: PretravelMap
@@ -173,6 +175,7 @@ class Qualification(ShownInNotebooks, WithPlot):
     fit: MapFit
     warnings: tuple[str, ...]
     scores: tuple[KindScore, ...] = ()
+    copies: int = 0
 
     @property
     def explained_share(self) -> float:

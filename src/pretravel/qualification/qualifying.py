@@ -47,6 +47,7 @@ from pretravel.qualification.delay import separated_delay, several_feeds, travel
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
+    copied_readings,
     copy_warnings,
     height_warnings,
     map_warnings,
@@ -316,6 +317,9 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     in_common = ready.effects.step_in_common
     of_center = axes @ centered.center_covariance @ axes.T + np.outer(later, later)
     of_center = frozen(of_center + in_common**2 * np.eye(3))
+    copies = copied_readings(
+        ready.touches.positions[ready.used], ready.observation.groups, ready.effects.step
+    )
     made = pretravel_map.provenance.with_center_covariance(rotation.T @ of_center @ rotation)
     pretravel_map = replace(pretravel_map, provenance=made)
     return Qualification(
@@ -342,9 +346,10 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
         effects=ready.effects,
         delay=ready.delay,
         fit=fit,
+        copies=copies,
         warnings=(
             *ready.warnings,
-            *copy_warnings(ready.touches.positions[ready.used], ready.observation.groups),
+            *copy_warnings(copies, int(np.sum(ready.used))),
             *repeat_warnings(repeatability, repeated=ready.observation.repeats.dof > 0.0),
             *kind.warnings(fit, repeatability.deviation),
             *map_warnings(pretravel_map, ready.observation),

@@ -51,7 +51,7 @@ _PRINTED = 5.5e-4
 """Of inches that were converted to millimetres with three decimals. [mm]"""
 _EXACT = 1e-7
 """Remainders below this are rounding of numbers, not of a latch. [mm]"""
-_PRINTED = 1e-4
+_OF_DIGIT = 1e-4
 """Of the last digit, within which a number has so many decimals."""
 _OF_SMALLEST = 0.01
 """Share of the smallest difference below which the last digit is finer than the step."""
@@ -125,7 +125,9 @@ def _step_of_numbers(positions: npt.ArrayLike) -> float:
     values = values[values > _EXACT]
     for step in _WRITTEN_STEPS if len(values) > 1 and np.size(positions) > 9 else ():
         inch = abs(step / INCH * 1e5 - round(step / INCH * 1e5)) < 1e-6
-        printed = _PRINTED if inch and step > _LARGEST_PHASED else _EXACT
+        log_chance = len(values) * math.log(2.0 * _PRINTED / step)
+        shown = step > _LARGEST_PHASED and log_chance < math.log(FALSE_STEP_LEVEL)
+        printed = _PRINTED if inch and shown else _EXACT
         if np.all(np.abs(values - step * np.round(values / step)) < printed):
             return float(step)
     return 0.0
@@ -223,7 +225,7 @@ def _last_digits(values: FloatArray, smallest: float) -> float:
     """
     for decimals in range(3, 10):
         scaled = values * 10.0**decimals
-        if np.all(np.abs(scaled - np.round(scaled)) < _PRINTED):
+        if np.all(np.abs(scaled - np.round(scaled)) < _OF_DIGIT):
             rounding = 1.5 * 10.0**-decimals
             return max(rounding, _EXACT) if rounding < _OF_SMALLEST * smallest else _EXACT
     return _EXACT

@@ -17,12 +17,8 @@ from pretravel.base import FloatArray, PretravelError
 from pretravel.maps import MachinePriors, QualificationSetup, SetupOptions
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualified, with_machine
-from pretravel.qualification.reference_fit import (
-    Reference,
-    ReferenceFit,
-    fit_references,
-    touches_on,
-)
+from pretravel.qualification.reference_fit import ReferenceFit, fit_references
+from pretravel.qualification.references import Reference, touches_on
 from pretravel.touches import Touches
 from pretravel.uncertainty import algebraic_sphere
 

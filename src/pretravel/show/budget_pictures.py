@@ -51,11 +51,11 @@ def budget_view(budget: Budget, title: str = "") -> View:
     )  # fmt: skip
     total_names = ("combined u", f"expanded U (k = {number_text(factor)})")
     chart = PlaneChart(
-        "Contributions to the uncertainty",
+        title or "Contributions to the uncertainty",
         Axis("u and U", "µm", 0.0, top),
         Axis("", categories=(*names, *total_names)),
         marks,
-        note="squares of the contributions add up to the square of u",
+        note="contributions: their squares add up to the square of u",
     )
     return View(title, (chart,))
 

@@ -320,7 +320,7 @@ class Setting(NamedTuple):
                 return None
             raise PretravelError(f"{self.plain_name} must be given", inputs=(self.plain_name,))
         if self.several:
-            single = isinstance(value, str | Path)
+            single = isinstance(value, str | Path) or not isinstance(value, Iterable)
             return tuple(self._one(each) for each in ((value,) if single else value))
         return self._one(value)
 
@@ -333,6 +333,8 @@ class Setting(NamedTuple):
             return Path(value)
         if self.kind in (float, int) and self.field.parse is None:
             return self._number(value)
+        if self.kind is str and self.field.parse is None and not isinstance(value, str | Path):
+            self._refuse(value, "it must be a text")
         return value
 
     def _number(self, value: Any) -> float:
@@ -599,7 +601,7 @@ def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str,
 
     >>> from pretravel.drawing.tasks.measure import Measure
     >>> unused(Measure, "nominal", {"drawing": "drawing.toml"})
-    ('not used with drawing: the file states it for each feature', ('drawing',))
+    ('not used with drawing: the file gives it for each feature', ('drawing',))
     >>> unused(Measure, "nominal", {})
     ('', ())
     """

@@ -119,7 +119,7 @@ def test_what_no_output_contains_is_warned_of(name: str, lab: Path, points: Path
 def test_a_table_of_results_is_told_apart_from_a_page(lab: Path, tmp_path: Path) -> None:
     out = tmp_path / "map.json"
     warned = both_outputs(*_command("qualify", out), "--lab", lab, "-o", out)[1]
-    assert "map.json does not contain what lab.toml states" in warned
+    assert "map.json does not contain what lab.toml gives" in warned
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -524,7 +524,7 @@ class TestWhatTheUserStates:
         quantity = DailyQuantity("level", "µm", np.array([0.0, 1.0, 2.0]), np.full(3, 0.1), 1e-3)
         found = drift_over_time(moments, [quantity], 1e-3)
         assert not found.last
-        assert "say nothing of a drift in days" in drift_verdict(found)
+        assert "a drift shows only over several days" in drift_verdict(found)
 
     def test_the_format_that_is_stated_is_taken(self, tmp_path: Path) -> None:
         table = "Actual X,Actual Y,Actual Z,nx,ny,nz\n0,0,3,0,0,1\n"

@@ -394,7 +394,7 @@ class TestWozniak:
         assert kind.warnings(replace(fit, noise=3e-3), 1e-3) == []
         assert kind.warnings(replace(fit, noise=2.9e-3), 1e-3) == []
         (said,) = kind.warnings(replace(fit, noise=3.1e-3), 1e-3)
-        assert "residuals of 3.1 µm, but touches repeat to 1.00 µm" in said
+        assert "are 3.1 µm, but touches repeat to 1.00 µm" in said
 
 
 def _close_to_the_pole(level: float, wave: float) -> Observation:

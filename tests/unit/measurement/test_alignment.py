@@ -16,13 +16,12 @@ from pretravel.drawing.alignment.alignment import (
     MOTIONS,
     Alignment,
     Datum,
-    TipCentres,
-    align,
-    placement_onto,
     points_in_part,
     radius_alone,
 )
+from pretravel.drawing.alignment.alignment_fit import align, placement_onto
 from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.drawing.features.extreme_association import associate_by
 from pretravel.measurement.compensation import embed
 from pretravel.surface.cad.part import Part

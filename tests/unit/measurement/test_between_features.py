@@ -194,3 +194,40 @@ def test_slots_have_the_distance_of_their_median_planes() -> None:
     assert found["angle"].value == pytest.approx(0.0, abs=1e-9)
     # The tip radius is common to both planes of a slot, and leaves its middle.
     assert found["distance"].parts["tip radius"] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("first", ["plane", "cylinder", "sphere"])
+def test_an_axis_and_a_centre_have_a_distance_from_a_plane(first: str) -> None:
+    """A plane of normal x; moved by its points and by those of the round feature."""
+    other = "cylinder" if first == "plane" else first
+    away = np.array([-30.0, 4.0, 1.0])
+    positions, normals = features()["plane"]
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    made = {"plane": (positions @ turn.T + away, normals @ turn.T), other: features()[other]}
+    order = ("plane", other) if first == "plane" else (other, "plane")
+    z = np.array([0.0, 0.0, 1.0])
+
+    def relation(kind: str = "", moved: FloatArray | None = None) -> Quantity:
+        found = []
+        for each in order:
+            place, normal = made[each]
+            by = 0.0 if moved is None or each != kind else moved[:, None] * normal
+            axis = None if each == "plane" else z
+            points = feature_points(place + by, normal, shared={"map 1": np.zeros(len(place))})
+            found.append(measure_feature(points, each, axis=axis))
+        return next(r.quantity for r in relations_between(found) if r.quantity.name == "distance")
+
+    step = 1e-3
+    weights = [
+        (relation(kind, moved).value - relation(kind, -moved).value) / (2.0 * step)
+        for kind in order for moved in step * np.eye(len(made[kind][0]))
+    ]  # fmt: skip
+    plain = relation()
+    assert plain.value == pytest.approx(_from_plane(made, other), abs=1e-6)
+    assert plain.u == pytest.approx(OWN * np.linalg.norm(weights), rel=1e-3)
+
+
+def _from_plane(made: dict[str, tuple[FloatArray, FloatArray]], other: str) -> float:
+    fit = associate(other, made[other][0], axis=None if other == "sphere" else np.eye(3)[2])
+    plane = associate("plane", made["plane"][0])
+    return abs(float(plane.direction @ (fit.point - plane.point)))

@@ -39,19 +39,19 @@ def test_displaced_faces_do_not_average_out() -> None:
 
 
 def test_of_many_faces_each_may_be_taken_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The placement takes 3 of 300 numbers of displaced faces: a percent of their variance."""
-    rng, face = np.random.default_rng(52), np.repeat(np.arange(300), 5)
-    places = rng.uniform(-1.0, 1.0, (1500, 2))
-    off = (5.0 * UM * rng.standard_normal(300))[face] + 0.3 * UM * rng.standard_normal(1500)
-    jacobian = np.column_stack([np.ones(1500), rng.standard_normal((1500, 2))])
+    """The placement takes 3 of 100 numbers of displaced faces: 3 percent of their variance."""
+    rng, face = np.random.default_rng(52), np.repeat(np.arange(100), 5)
+    places = rng.uniform(-1.0, 1.0, (500, 2))
+    off = (5.0 * UM * rng.standard_normal(100))[face] + 0.3 * UM * rng.standard_normal(500)
+    jacobian = np.column_stack([np.ones(500), rng.standard_normal((500, 2))])
     left = off - jacobian @ np.linalg.lstsq(jacobian, off, rcond=None)[0]
-    mean = jacobian.T / 1500.0
+    mean = jacobian.T / 500.0
     families, found = families_of_faces(face, (), places), []
-    for shapes in (10_000, 100):
+    for shapes in (10_000, 50):
         monkeypatch.setattr("pretravel.drawing.features.form_of_part._MANY_SHAPES", shapes)
-        form = form_of_part(left, jacobian, 1497.0 * (0.3 * UM) ** 2, families)
+        form = form_of_part(left, jacobian, 497.0 * (0.3 * UM) ** 2, families)
         found.append(np.diag(form.covariance(mean)))
-    assert found[1] == pytest.approx(found[0], rel=0.03)
+    assert found[1] == pytest.approx(found[0], rel=0.05)
 
 
 def test_roughness_averages_out() -> None:

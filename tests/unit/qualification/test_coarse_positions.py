@@ -10,8 +10,9 @@ from pretravel.base.errors import PretravelError
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
+from pretravel.qualification.quantisation import quantisation_step
 from pretravel.qualification.verification import verify
-from pretravel.tasks.qualify.summary import judgement
+from pretravel.tasks.qualify.summary import judgement, summary_figures
 from pretravel.touches import Touches
 
 PLACE = np.array([212.34471, -87.91233, -301.45612])
@@ -52,6 +53,8 @@ def test_a_step_of_ten_micrometres_is_in_u_and_said() -> None:
     assert made.effects.step == pytest.approx(0.01)
     assert any("in steps of 10 µm" in warning for warning in made.warnings)
     assert judgement(made).level != "good"
+    # Not the scatter of the probe, which nobody sees.
+    assert "with more digits" in str(summary_figures(made, (), True)[-1].value)
 
 
 @pytest.mark.parametrize("step", [0.0254, 0.1])
@@ -67,3 +70,12 @@ def test_equal_repeats_are_verified() -> None:
     once = _touched(five_point_pattern(), 1e-6, np.random.default_rng(3), 0.1)
     equal = Touches(np.repeat(once.positions, 3, axis=0), np.repeat(once.normals, 3, axis=0))
     assert np.isfinite(verify(equal, made.pretravel_map, 25.0).largest)
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 5])
+def test_inches_are_seen_in_millimetres_of_few_decimals(decimals: int) -> None:
+    """0.001 inch converted and printed with three decimals is no step of 0.001 mm."""
+    touched = _touched(sphere_pattern_25(), 1e-9, np.random.default_rng(51), 0.0).positions
+    inches = np.round(0.0254 * np.round(touched / 0.0254), decimals)
+    assert quantisation_step(inches) == pytest.approx(0.0254)
+    assert quantisation_step(np.round(touched, decimals)) == pytest.approx(10.0**-decimals)

@@ -25,7 +25,8 @@ from pretravel.measurement.point_errors import MACHINE_GEOMETRY, errors_of_point
 from pretravel.measurement.selection import points_at
 from pretravel.qualification.block_plan import plan_block
 from pretravel.qualification.qualifying import qualified, qualify_like, with_machine
-from pretravel.qualification.reference_fit import Reference, fit_references
+from pretravel.qualification.reference_fit import fit_references
+from pretravel.qualification.references import Reference
 from pretravel.qualification.round_references import qualified_beside_others
 from pretravel.qualification.verification import verify
 from pretravel.touches import Touches, moved

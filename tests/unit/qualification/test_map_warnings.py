@@ -16,6 +16,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport, some_directions
 from pretravel.qualification.map_warnings import (
+    copied_readings,
     copy_warnings,
     height_warnings,
     map_warnings,
@@ -179,17 +180,29 @@ def test_a_height_is_known_to_a_micrometre(u: float, ring: bool, pole: bool, sai
 
 
 @pytest.mark.parametrize(
-    ("digits", "noise", "rows", "said"),
-    [(7, 0.0, 3, True), (7, 1e-7, 3, False), (4, 0.0, 3, False), (7, 0.0, 1, False)],
+    ("digits", "noise", "rows", "copies"),
+    [(7, 0.0, 3, 50), (7, 1e-7, 3, 0), (4, 0.0, 3, 0), (7, 0.0, 1, 0)],
 )
 def test_copies_of_readings_are_no_repeats(
-    digits: int, noise: float, rows: int, said: bool
+    digits: int, noise: float, rows: int, copies: int
 ) -> None:
     """Each row of a log three times; digits of 0.1 µm can be alike by chance."""
     rng = np.random.default_rng(3)
     once = np.round(sphere_pattern_25() * 15.49 + rng.normal(0.0, 3e-4, (25, 3)), digits)
     groups = np.repeat(np.arange(25), rows)
     positions = once[groups] + noise * rng.standard_normal((len(groups), 3))
-    told = copy_warnings(positions, groups)
-    assert bool(told) == said
-    assert not said or "75 touches are 25 readings" in told[0]
+    assert copied_readings(positions, groups) == copies
+    told = copy_warnings(copies, len(groups))
+    assert not copies or "copies of 25 readings" in told[0]
+
+
+def test_copies_among_repeats_are_found() -> None:
+    """Each of three repeats stands there twice; in steps of 2.54 µm repeats are alike by chance."""
+    rng = np.random.default_rng(3)
+    normals = np.repeat(sphere_pattern_25(), 3, axis=0)
+    touched = normals * (15.49 + rng.normal(0.0, 3e-4, (75, 1)))
+    twice, groups = np.repeat(np.arange(75), 2), np.repeat(np.arange(25), 6)
+    assert copied_readings(np.round(touched, 6)[twice], groups) == 75
+    assert copied_readings(np.round(touched, 5), np.repeat(np.arange(25), 3)) == 0
+    inches = 0.00254 * np.round(touched / 0.00254)
+    assert copied_readings(inches[twice], groups, 0.00254) == 0

@@ -12,7 +12,8 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.maps.machine_terms import MachinePriors, displacements, last_moves
 from pretravel.qualification.block_plan import plan_block
-from pretravel.qualification.reference_fit import Reference, fit_references
+from pretravel.qualification.reference_fit import fit_references
+from pretravel.qualification.references import Reference
 from pretravel.touches import Touches
 
 FOUR = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

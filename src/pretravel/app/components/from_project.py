@@ -9,7 +9,7 @@ from nicegui import background_tasks, ui
 from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.components.newer import take_file, take_reference_of, take_result
 from pretravel.app.jobs import WORKS, Work
-from pretravel.app.links import OF_REFERENCE, reference_of
+from pretravel.app.links import OF_REFERENCE, holds, reference_of
 from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.recognised import kind_of
 from pretravel.app.screens import QUALIFYING, title_of_screen
@@ -157,11 +157,17 @@ def take_reference(state: ScreenState) -> None:
             if other is not state and other.settings.get("diameter") is not None:
                 take_reference_of(state, other)
                 break
-    live([state.listen], lambda: _say_reference(state), lambda: OF_REFERENCE in state.links)
+    live([state.listen], lambda: _say_reference(state), lambda: _has_reference_of(state))
+
+
+def _has_reference_of(state: ScreenState) -> str:
+    """The screen whose reference stands here; none once the user has typed another one."""
+    link = state.links.get(OF_REFERENCE)
+    return "" if link is None or not holds(state, OF_REFERENCE, link) else link.screen
 
 
 def _say_reference(state: ScreenState) -> None:
-    if OF_REFERENCE in state.links:
+    if _has_reference_of(state):
         title = title_of_screen(state.links[OF_REFERENCE].screen)
         note(f"Reference and tip are those that this project has ({title}). Another one? Change "
              "it.")  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import weakref
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -130,10 +132,42 @@ def warning(content: str) -> Element:
     return text("p", content, "warning-note")
 
 
+_ON_ITS_WAY = 3.0
+"""Time for which replaced controls still hear the click that a slow browser sent to them. [s]"""
+_replaced: weakref.WeakSet[Element] = weakref.WeakSet()
+"""What is not on the page any more, and follows no changes."""
+
+
+def rebuild(place: Element, build: Callable[[], object]) -> None:
+    """Build the content of a place again, without losing a click or typing that is on its way.
+
+    What stood there leaves the page at once, and is deleted a moment later: until the browser has
+    drawn what is new, a person clicks and types in what was there before. `workbench.js` does the
+    rest, for a control that is replaced between the press and the release of the mouse.
+    """
+    before = list(place.default_slot.children)
+    inner = [each for child in before for each in child.descendants(include_self=True)]
+    _replaced.update(inner)
+    place.default_slot.children.clear()
+    place.update()
+    with place:
+        build()
+    client = place.client
+
+    def delete() -> None:
+        if not client.is_deleted:
+            client.remove_elements(
+                [each for child in before for each in child.descendants(include_self=True)]
+            )
+
+    if before:
+        asyncio.get_running_loop().call_later(_ON_ITS_WAY, delete)
+
+
 def _is_gone(slot: Slot) -> bool:
-    """Whether the place was deleted: NiceGUI raises once nothing else holds it."""
+    """Whether the place was deleted or replaced: NiceGUI raises once nothing else holds it."""
     try:
-        return bool(slot.parent.is_deleted)
+        return bool(slot.parent.is_deleted) or slot.parent in _replaced
     except RuntimeError:
         return True
 
@@ -190,15 +224,13 @@ def live(
     place = ui.element("div").classes("live")
     last: list[object] = []
 
-    def rebuild() -> None:
+    def refresh() -> None:
         now = key()
         if last and last[0] == now:
             return
         last[:] = [now]
-        place.clear()
-        with place:
-            build()
+        rebuild(place, build)
 
-    rebuild()
-    here(subscribe, rebuild)
+    refresh()
+    here(subscribe, refresh)
     return place

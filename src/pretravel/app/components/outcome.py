@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from nicegui import ui
 from nicegui.element import Element
 
-from pretravel.app.components.layout import here, live, note, text, warning
+from pretravel.app.components.layout import here, live, note, rebuild, text, warning
 from pretravel.app.components.newer import newer_input
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import ScreenState
@@ -81,19 +81,24 @@ def work_status(
 
     def refresh() -> None:
         now = (
-            work.running, work.started, work.error, work.cancelled, work.stale, work.held,
-            work.ready(), work.lacking, tuple(work.newer.items()),
+            work.running, work.error, work.cancelled, work.stale, work.held,
+            work.ready(), work.lacking,
         )  # fmt: skip
         if not said or said[0] != now:
             said[:] = [now]
-            status.clear()
-            with status:
-                _show_status(work, missing)
+            rebuild(status, lambda: _show_status(work, missing))
 
     refresh()
     here([work.listen], refresh)
+    # They stay in the page while it computes, which it does as soon as it is opened.
+    live([work.listen], lambda: _newer(work), lambda: tuple(work.newer.items()))
     _answers(work, answer or state.settings.__setitem__)
     return work
+
+
+def _newer(work: Work) -> None:
+    for name in work.newer:
+        newer_input(work.state, name)
 
 
 def result_place(
@@ -123,14 +128,15 @@ def result_place(
         if shown and shown[0] is work.result:
             return
         shown[:] = [work.result]
-        place.clear()
-        with place:
-            if work.result is not None:
-                for said_by_library in work.warnings if says_warnings else ():
-                    warning(said_by_library)
-                show(work.result)
-            elif empty is not None:
-                empty()
+        rebuild(place, build)
+
+    def build() -> None:
+        if work.result is not None:
+            for said_by_library in work.warnings if says_warnings else ():
+                warning(said_by_library)
+            show(work.result)
+        elif empty is not None:
+            empty()
 
     refresh()
     here([work.listen], refresh)
@@ -158,8 +164,8 @@ def belonging_to(*works: Work) -> Iterator[None]:
 def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | None = None) -> None:
     """A place for buttons of a result, there with the first one, that stays while others come.
 
-    What `outcome` shows is recomputed for each result; a click on a button in it that has just been
-    replaced would be lost, as after a typed value: the click itself ends the typing.
+    What `outcome` shows is recomputed for each result, and a button in it moves while a person
+    presses it, as after a typed value: the click itself ends the typing.
 
     Parameters
     ----------
@@ -219,14 +225,15 @@ def _answers(work: Work, answer: Answer) -> None:
     place = ui.element("div").classes("work-answers")
     asked: list[str] = []
 
+    def ask() -> None:
+        for name in asked:
+            _question(name, answer)
+
     def refresh() -> None:
         names = [name for name in work.error_inputs if name in ANSWERS]
         if names and names != asked:
             asked[:] = names
-            place.clear()
-            with place:
-                for name in names:
-                    _question(name, answer)
+            rebuild(place, ask)
         # Hidden for the eye alone: NiceGUI drops a click on what it holds to be invisible.
         shown = bool(names and work.error) and work.ready() and not work.running
         place.classes(add="" if shown else "hidden", remove="hidden" if shown else "")
@@ -253,8 +260,6 @@ def _show_status(work: Work, missing: str) -> None:
         if work.lacking or missing:
             note(work.lacking or missing)
         return
-    for name in work.newer:
-        newer_input(work.state, name)
     if work.error:
         error_view(work.error)
         if work.result is not None:

@@ -110,6 +110,44 @@
     if (heading && !heading.closest(".data-table")) sort(heading);
   });
 
+  // A control that is replaced or moves while it is pressed: what the press ended, as the typing in a field, can
+  // change the page before the mouse is released, and the browser then makes no click of it. Where the pointer has
+  // not moved, the control is clicked, or the one that stands for it now. The same for the keyboard's place.
+  const CONTROL = "button, a[href], summary, input, textarea, [tabindex]";
+  const wordsOf = (control) => control.ariaLabel || control.innerText || control.textContent;
+  const nowOf = ({ control, words, tag }) => {
+    const stands = (one) => wordsOf(one) === words && one.checkVisibility() && !one.closest("[inert], [disabled]");
+    const alike = control.isConnected ? [control] : [...document.querySelectorAll(`main ${tag}`)];
+    const found = alike.filter(stands);
+    return found.length === 1 ? found[0] : null;
+  };
+  const remembered = (control) => ({ control, words: wordsOf(control), tag: control.tagName });
+  let pressed = null;
+  document.addEventListener("pointerdown", (event) => {
+    const control = event.isPrimary && event.button === 0 && event.target.closest?.("main button, main a[href]");
+    pressed = control ? { ...remembered(control), x: event.clientX, y: event.clientY } : null;
+  }, true);
+  document.addEventListener("pointerup", (event) => {
+    const before = pressed;
+    pressed = null;
+    if (!before || Math.hypot(event.clientX - before.x, event.clientY - before.y) > 8) return;
+    if (before.control.isConnected && before.control.contains(event.target)) return; // the browser makes the click
+    nowOf(before)?.click();
+  }, true);
+  let focused = null;
+  document.addEventListener("focusin", (event) => {
+    focused = event.target.matches?.(CONTROL) ? remembered(event.target) : null;
+  });
+  document.addEventListener("keydown", (event) => {
+    if (document.activeElement !== document.body || !focused || focused.control.isConnected) return;
+    const now = nowOf(focused);
+    now?.focus();
+    if (now?.matches("button, summary") && ["Enter", " "].includes(event.key)) {
+      event.preventDefault();
+      now.click();
+    }
+  }, true);
+
   async function copyText(button) {
     const content = button.dataset.copy;
     try {

@@ -20,6 +20,7 @@ from pretravel.app import (
     note,
     outcome,
     plot,
+    rebuild,
     slider_field,
     table_view,
     text,
@@ -51,9 +52,9 @@ def elements_view(state: ScreenState) -> None:
     state : ScreenState
     """
     note(
-        "The pictures of force and pretravel are of the model analytic: the stylus as a beam, the "
-        "seats as elastic contacts. Finite elements also bend the hub and the rods, and give the "
-        "stress. Both designs are computed; a new shape takes up to half a minute."
+        "The pictures of force and pretravel come from the analytic model: the stylus as a beam, "
+        "the seats as elastic contacts. Finite elements also bend the hub and the rods, and give "
+        "the stress. Both designs are computed; a new shape takes up to half a minute."
     )
     designs = WORKS.of(state, DESIGNS)
     work = outcome(
@@ -142,9 +143,7 @@ def _stress(state: ScreenState, result: FiniteElementDesigns) -> None:
         figure, listed = found
         picture.update_figure(figure)
         remark.set_text("")
-        figures.clear()
-        with figures:
-            key_figures(listed)
+        rebuild(figures, lambda: key_figures(listed))
 
     request = one_at_a_time(draw)
     request()

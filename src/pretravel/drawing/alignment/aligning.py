@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pretravel.base import Placement, PretravelError, typed_placement
-from pretravel.drawing.alignment.alignment import Alignment, Datum, TipCentres
-from pretravel.drawing.alignment.alignment import align as align_from
+from pretravel.drawing.alignment.alignment import Alignment, Datum
+from pretravel.drawing.alignment.alignment_fit import align as align_from
 from pretravel.drawing.alignment.alignment_search import found_placements
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.files import ReadingOptions, one_normal, read_readings
 from pretravel.maps import PretravelMap
 from pretravel.surface import Part

@@ -14,7 +14,9 @@ import numpy as np
 from scipy.special import fdtri
 
 from pretravel.base import FloatArray, IntArray, Placement, PretravelError, frozen
-from pretravel.drawing.alignment.alignment import Alignment, TipCentres, align
+from pretravel.drawing.alignment.alignment import Alignment
+from pretravel.drawing.alignment.alignment_fit import align
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.maps import PretravelMap
 from pretravel.surface import Part
 

@@ -73,7 +73,8 @@ def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelat
         Of all pairs of up to six features; of more features, of neighbours in their order. None of
         two features that share touches.
         Centres have a distance (across their axes, where these are parallel within 1°), and so
-        have planes, lines and slots that are parallel within 1°: of the point of the second. An
+        have planes, lines and slots that are parallel within 1°: of the point of the second. A
+        centre, or an axis that is parallel to it, has a distance from a plane. An
         angle is that between the directions that both features determine.
 
     Raises
@@ -203,7 +204,26 @@ def _distance(
     flat = [each.kind in _FLAT for each in (first, second)]
     if all(flat) and first.kind == second.kind:
         return _distance_of_parallels(a, b)
+    if "plane" in (first.kind, second.kind) and flat.count(True) == 1:
+        return _distance_from_plane(a, b) if flat[0] else _reversed(_distance_from_plane(b, a))
     return None if any(flat) else _distance_of_centres(a, b)
+
+
+def _reversed(found: _Derived | None) -> _Derived | None:
+    return None if found is None else _Derived(found.value, found.second, found.first)
+
+
+def _distance_from_plane(plane: Association, b: Association) -> _Derived | None:
+    """Of a centre, or of the middle of an axis that is parallel to the plane."""
+    assert plane.direction is not None
+    across = 0.0 if b.direction is None else abs(float(plane.direction @ b.direction))
+    if across > np.sin(_PARALLEL) or plane.direction_rows is None:
+        return None
+    apart = b.point - plane.point
+    value = float(plane.direction @ apart)
+    sign = 1.0 if value >= 0.0 else -1.0
+    by_plane = apart @ plane.direction_rows - plane.direction @ plane.point_rows
+    return _Derived(abs(value), sign * by_plane, sign * (plane.direction @ b.point_rows))
 
 
 def _distance_of_parallels(a: Association, b: Association) -> _Derived | None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,12 +15,23 @@ from pretravel.drawing.pmi.frames import (
     FORMS,
     DecidedAs,
     NotStatedError,
+    check_size,
     check_zone,
     decided_as,
 )
 from pretravel.drawing.pmi.items import DatumReference, Place, Pmi, PmiDatum, Size, Tolerance
 from pretravel.drawing.pmi.measures import ANGLE_UNIT
 from pretravel.drawing.pmi.model_faces import SURFACE_KINDS, ModelFace, surfaces_of
+from pretravel.drawing.pmi.nominal import (
+    angle_between,
+    distance_between,
+    is_short,
+    nominal_place,
+    opposite,
+    projected_ends,
+    triple,
+    two_planes,
+)
 from pretravel.drawing.tolerances.features_file import (
     Drawing,
     DrawnFeature,
@@ -35,13 +47,14 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     SYMMETRY,
     GeometricTolerance,
 )
-from pretravel.measurement import SHORTEST
 
 _SAME = 1e-3
 """Between a nominal value of the PMI and that of its faces. [mm or degrees]"""
-_WITHOUT_TOLERANCE = ("theoretical", "auxiliary")
-_DIAMETERS = {"diameter": 1.0, "spherical diameter": 1.0, "radius": 2.0, "spherical radius": 2.0}
-"""Sizes of round features, and how many of them a diameter is."""
+_CRITERIA = {
+    "least square": "gaussian", "maximum inscribed": "inscribed",
+    "minimum circumscribed": "circumscribed", "minimax": "minimum-zone",
+}  # fmt: skip
+"""Associations of a size (ISO 14405-1), by the beginning of their words."""
 
 
 @dataclass
@@ -63,18 +76,20 @@ class FeatureInWork:
     tolerance: str | None = None
     nominal: float | None = None
     form: float | None = None
+    association: str | None = None
     geometric: list[GeometricTolerance] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
     @property
     def drawn(self) -> DrawnFeature:
         """As in the file."""
-        point, direction = (None, None) if self.kind == BARE_SURFACE else _nominal_place(self.faces)
+        point, direction = (None, None) if self.kind == BARE_SURFACE else nominal_place(self.faces)
         return DrawnFeature(
             kind=self.kind,
             select="" if self.numbers else f"{_plain(self.label)}-*",
             faces=self.numbers,
             label=self.label,
+            association=self.association,
             axis=None if self.kind == "sphere" else direction,
             at=point,
             tolerance=self.tolerance,
@@ -150,7 +165,7 @@ def _not_decided(
     found = []
     for size in pmi.sizes:
         if size.number in left_out and (
-            size.fit or size.lower is not None or size.upper is not None
+            size.fit or size.unclear or size.lower is not None or size.upper is not None
         ):
             places = " to ".join(place_words(place, numbers) for place in size.places)
             sign = "°" if size.unit == ANGLE_UNIT else ""
@@ -247,7 +262,7 @@ class _Work:
         if key not in self.features:
             kind = kind or group[0].kind
             word = kind
-            if kind == "cylinder" and _is_short(group):
+            if kind == "cylinder" and is_short(group):
                 kind = "circle"  # too short to show its direction
             name = label or f"{word}{self.number(group[0])}".replace("#", "_")
             taken = {each.label for each in self.features.values()}
@@ -269,34 +284,26 @@ class _Work:
         groups = self.groups(datum.place)
         several = len(groups) > 1
         self.datums[datum.letter] = [
-            self.feature(group, label=f"{datum.letter}{k if several else ''}")
+            self.feature(group, label=_as_label(f"{datum.letter}{k if several else ''}"))
             for k, group in enumerate(groups, start=1)
         ]
         if datum.targets:
             raise NotStatedError("its targets are not given: the whole faces are its feature")
 
     def add_size(self, size: Size) -> None:
-        if size.nominal is None and size.lower is None and size.upper is None:
-            raise NotStatedError("the text has no value")
-        stated = set(size.notes) & set(_WITHOUT_TOLERANCE)
-        if stated:
-            raise NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
-        if size.fit and size.lower is None:
-            raise NotStatedError(f"give the limits of {size.fit} by ISO 286 as tolerance")
-        if size.lower is None and size.upper is None:
-            raise NotStatedError("the text has no limits")
-        groups = [self.groups(place) for place in size.places]
+        check_size(size)
+        groups = [self.groups(place) for place in self.of_edges(size)]
         if len(groups) == 2:
             self.add_distance(size, groups)
             return
         own = groups[0]
-        if _two_planes(own) and size.quantity not in _DIAMETERS:
-            if _opposite(own):
+        factor = _diameters_of(size, own)
+        if two_planes(own) and factor is None:
+            if opposite(own):
                 self.add_width(size, own)
             else:
                 self.add_distance(size, [[own[0]], [own[1]]])
             return
-        factor = _DIAMETERS.get(size.quantity)
         if factor is None or any(g[0].kind not in ("cylinder", "sphere") for g in own):
             kinds = ", ".join(dict.fromkeys(g[0].kind for g in own))
             raise NotStatedError(f"a {size.quantity} of a {kinds} is not decided here")
@@ -306,10 +313,31 @@ class _Work:
         for each in features:
             each.tolerance = size.limits(factor)
             each.nominal = None if size.nominal is None else round(factor * size.nominal, 9)
+            each.association = next(
+                (name for words, name in _CRITERIA.items()
+                 if any(note.startswith(words) for note in size.notes)), None
+            )  # fmt: skip
             each.remarks += [f"size: {note}" for note in size.notes]
             modelled = 2.0 * each.faces[0].radius
             if each.nominal is not None and abs(modelled - each.nominal) > _SAME:
                 each.remarks.append(f"the model has a diameter of {modelled:.10g} mm")
+
+    def of_edges(self, size: Size) -> tuple[Place, ...]:
+        """The places of a size; of a distance between edges the one pair of planes beside them."""
+        if len(size.places) != 2 or not any(place.beside for place in size.places):
+            return size.places
+        first, second = (
+            [self.faces[number] for number in place.beside or place.faces] for place in size.places
+        )
+        pairs = {
+            (a.number, b.number)
+            for a in first for b in second
+            if a.kind == b.kind == "plane" and size.nominal is not None
+            and abs((distance_between(a, b) or 0.0) - size.nominal) < _SAME
+        }  # fmt: skip
+        if len(pairs) != 1:
+            return size.places
+        return tuple(Place((number,)) for number in pairs.pop())
 
     def add_width(self, size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> None:
         each = self.feature((*groups[0], *groups[1]), "slot")
@@ -324,7 +352,11 @@ class _Work:
             raise NotStatedError("it is between groups of several surfaces")
         first, second = (each[0] for each in groups)
         quantity = "angle" if size.unit == ANGLE_UNIT else "distance"
-        here = _angle(first[0], second[0]) if quantity == "angle" else _apart(first[0], second[0])
+        here = (
+            angle_between(first[0], second[0])
+            if quantity == "angle"
+            else distance_between(first[0], second[0])
+        )
         nominal = size.nominal
         if here is None or nominal is None or abs(here - nominal) > _SAME:
             raise NotStatedError(
@@ -404,8 +436,8 @@ class _Work:
         self, found: DecidedAs, groups: list[tuple[ModelFace, ...]]
     ) -> list[tuple[ModelFace, ...]]:
         """The surfaces of the features of a tolerance: two opposite planes are one slot."""
-        if _two_planes(groups) and found.kind not in FORM_KINDS:
-            if found.kind not in (POSITION, SYMMETRY) or not _opposite(groups):
+        if two_planes(groups) and found.kind not in FORM_KINDS:
+            if found.kind not in (POSITION, SYMMETRY) or not opposite(groups):
                 raise NotStatedError("it can be of two planes, or of the plane between them")
             slot = self.feature((*groups[0], *groups[1]), "slot")
             return [slot.faces]
@@ -420,7 +452,7 @@ class _Work:
         if tolerance.projected is None:
             return None
         begins = [self.faces[number] for number in tolerance.projected_from.faces]
-        places = {_projected(each, begins, tolerance.projected) for each in features}
+        places = {projected_ends(each.faces, begins, tolerance.projected) for each in features}
         ends = places.pop()
         if ends is None or places:
             raise NotStatedError(
@@ -467,92 +499,30 @@ class _Work:
         )
 
 
-def _two_planes(groups: Sequence[Sequence[ModelFace]]) -> bool:
-    return len(groups) == 2 and all(each[0].kind == "plane" for each in groups)
+def _as_label(letter: str) -> str:
+    """A datum's letter without signs that have a meaning in frames: A-B, B(M)."""
+    return re.sub(r"[^\w.]", "_", letter)
 
 
-def _opposite(groups: Sequence[Sequence[ModelFace]]) -> bool:
-    """Whether two planes face one another or away from one another."""
-    a, b = (each[0].direction for each in groups)
-    return a is not None and b is not None and float(a @ b) < -1.0 + 1e-6
+def _diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float | None:
+    """How many of a size a diameter is: by its name, else by the diameter of the model."""
+    words = size.quantity.split()
+    if "diameter" in words:
+        return 1.0
+    if "radius" in words:
+        return 2.0
+    radii = {round(group[0].radius, 6) for group in groups}
+    kinds = {group[0].kind for group in groups}
+    if size.nominal is None or len(radii) != 1 or not kinds <= {"cylinder", "sphere"}:
+        return None
+    radius = radii.pop()
+    known = ((factor, 2.0 * radius / factor) for factor in (1.0, 2.0))
+    return next((factor for factor, own in known if abs(own - size.nominal) < _SAME), None)
 
 
 def _plain(label: str) -> str:
     """A label without wildcards."""
     return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in label)
-
-
-def _nominal_place(
-    faces: Sequence[ModelFace],
-) -> tuple[tuple[float, float, float] | None, tuple[float, float, float] | None]:
-    """The middle of a feature on its axis or plane, and its direction. [mm]"""
-    first = faces[0]
-    if first.point is None or first.direction is None:
-        return None, None
-    corners = np.concatenate([face.corners for face in faces])
-    if len(corners) == 0 or first.kind in ("sphere", "torus"):
-        middle = first.point
-    elif first.kind == "plane":  # or the two planes of a slot
-        places = [float(face.point @ first.direction) for face in faces if face.point is not None]
-        middle = corners.mean(axis=0)
-        between = 0.5 * (min(places) + max(places))
-        middle = middle + (between - middle @ first.direction) * first.direction
-    else:
-        heights = (corners - first.point) @ first.direction
-        middle = first.point + 0.5 * (heights.min() + heights.max()) * first.direction
-    return _triple(middle, 6), _triple(first.direction)
-
-
-def _is_short(faces: Sequence[ModelFace]) -> bool:
-    """Whether a cylinder is shorter than what shows its direction."""
-    corners = np.concatenate([face.corners for face in faces])
-    if faces[0].direction is None or not len(corners):
-        return False
-    return float(np.ptp(corners @ faces[0].direction)) < SHORTEST * faces[0].radius
-
-
-def _projected(
-    feature: FeatureInWork, begins: Sequence[ModelFace], length: float
-) -> tuple[float, float] | None:
-    """Ends of a projected zone on the axis of a feature, from its nominal point. [mm]"""
-    point, direction = (
-        None if each is None else np.array(each) for each in _nominal_place(feature.faces)
-    )
-    if point is None or direction is None or not begins:
-        return None
-    first = begins[0]
-    if first.kind != "plane" or first.point is None or first.direction is None:
-        return None
-    cosine = float(first.direction @ direction)
-    if abs(cosine) < 1.0 - 1e-6:
-        return None
-    start = float((first.point - point) @ direction)
-    return round(start, 6), round(start + math.copysign(length, cosine), 6)
-
-
-def _triple(values: Iterable[float], digits: int = 9) -> tuple[float, float, float]:
-    x, y, z = (round(float(value), digits) + 0.0 for value in values)
-    return x, y, z
-
-
-def _angle(a: ModelFace, b: ModelFace) -> float | None:
-    if a.direction is None or b.direction is None:
-        return None
-    return math.degrees(math.acos(min(1.0, abs(float(a.direction @ b.direction)))))
-
-
-def _apart(a: ModelFace, b: ModelFace) -> float | None:
-    """Of parallel planes, or of parallel axes. [mm]"""
-    if a.point is None or b.point is None or a.direction is None or b.direction is None:
-        return None
-    apart = b.point - a.point
-    if a.kind == b.kind == "sphere":
-        return float(np.linalg.norm(apart))
-    parallel = np.linalg.norm(np.cross(a.direction, b.direction)) < 1e-6
-    if not parallel or (a.kind == "plane") != (b.kind == "plane"):
-        return None
-    along = float(apart @ a.direction)
-    return abs(along) if a.kind == "plane" else math.sqrt(max(float(apart @ apart) - along**2, 0.0))
 
 
 def skeleton(
@@ -577,7 +547,7 @@ def skeleton(
     for own in work.features.values():
         first = own.faces[0]
         assert first.direction is not None
-        line = _triple(np.round(np.abs(first.direction), 6))
+        line = triple(np.round(np.abs(first.direction), 6))
         alike.setdefault((own.kind, own.nominal, first.inward, line), []).append(own.label)
     for names in alike.values():
         for name in names if len(names) > 1 else ():

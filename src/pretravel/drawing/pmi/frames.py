@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from pretravel.drawing.pmi.items import Tolerance
+from pretravel.drawing.pmi.items import Size, Tolerance
 from pretravel.drawing.tolerances.tolerance_frame import (
     CYLINDRICITY,
     FLATNESS,
@@ -25,7 +25,16 @@ FORMS = {"flatness": "plane", "cylindricity": "cylinder"}
 """The kind whose form a tolerance of form is."""
 _OF_LINES = ("line element", "each radial element", "each element", "any cross section")
 _MATERIAL = ("M", "L")
+_REMARKS = {"F": "in the free state (F)", "statistical tolerance": "statistical (ST)"}
 _TOGETHER = ("CZ", "all around")
+
+
+_WITHOUT_TOLERANCE = ("theoretical", "auxiliary")
+_OTHER_SIZES = (
+    "rank order", "circumference diameter", "area diameter", "volume diameter",
+    "defined by a sphere", "section", "any part of the feature",
+)  # fmt: skip
+"""Sizes of ISO 14405-1 that are no size of the whole feature."""
 
 
 class NotStatedError(Exception):
@@ -86,8 +95,8 @@ def decided_as(tolerance: Tolerance, kinds: Collection[str], standard: str) -> D
     for sign in left:
         if sign in _MATERIAL and not found.material:
             found.material = sign
-        elif sign == "F":
-            found.remarks.append("in the free state (F)")
+        elif sign in _REMARKS:
+            found.remarks.append(_REMARKS[sign])
         elif sign == "separate requirement":
             found.together = False
         elif sign in _OF_LINES:
@@ -162,3 +171,27 @@ def check_zone(found: DecidedAs, tolerance: Tolerance, of_axis: bool) -> None:
             f"the zone of an axis is decided as a cylinder, not '{tolerance.form}'"
         )
     found.instead_of.append("a zone between planes")
+
+
+def check_size(size: Size) -> None:
+    """Whether the text states a tolerance of a size that is decided.
+
+    Raises
+    ------
+    NotStatedError
+        It does not.
+    """
+    if size.nominal is None and size.lower is None and size.upper is None:
+        raise NotStatedError("the text has no value")
+    stated = set(size.notes) & set(_WITHOUT_TOLERANCE)
+    if stated:
+        raise NotStatedError(f"it has no tolerance: it is {', '.join(sorted(stated))}")
+    if size.unclear:
+        raise NotStatedError(size.unclear)
+    if size.fit and size.lower is None:
+        raise NotStatedError(f"give the limits of {size.fit} by ISO 286 as tolerance")
+    if size.lower is None and size.upper is None:
+        raise NotStatedError("the text has no limits")
+    other = [note for note in size.notes if any(word in note for word in _OTHER_SIZES)]
+    if other:
+        raise NotStatedError(f"a size as '{other[0]}' is not decided here")

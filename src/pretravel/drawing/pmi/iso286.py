@@ -1,4 +1,4 @@
-"""Limits of fits: ISO 286-1, classes D to H, JS, K, M, N and P of holes, d to p of shafts."""
+"""Limits of fits: ISO 286-1, classes D to H, JS, K, M, N, P, R and S of holes, d to s of shafts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from bisect import bisect_left
 _ENDS = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 80.0, 120.0, 180.0, 250.0, 315.0, 400.0, 500.0)
 """Largest nominal size of each range. [mm]"""
 _GRADES = {
+    4: (3, 4, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20),
     5: (4, 5, 6, 8, 9, 11, 13, 15, 18, 20, 23, 25, 27),
     6: (6, 8, 9, 11, 13, 16, 19, 22, 25, 29, 32, 36, 40),
     7: (10, 12, 15, 18, 21, 25, 30, 35, 40, 46, 52, 57, 63),
@@ -15,6 +16,9 @@ _GRADES = {
     9: (25, 30, 36, 43, 52, 62, 74, 87, 100, 115, 130, 140, 155),
     10: (40, 48, 58, 70, 84, 100, 120, 140, 160, 185, 210, 230, 250),
     11: (60, 75, 90, 110, 130, 160, 190, 220, 250, 290, 320, 360, 400),
+    12: (100, 120, 150, 180, 210, 250, 300, 350, 400, 460, 520, 570, 630),
+    13: (140, 180, 220, 270, 330, 390, 460, 540, 630, 720, 810, 890, 970),
+    14: (250, 300, 360, 430, 520, 620, 740, 870, 1000, 1150, 1300, 1400, 1550),
 }
 """Widths by grade: ISO 286-1:2010, table 1. [µm]"""
 _DISTANCES = {
@@ -32,9 +36,35 @@ _BEYOND = {
     "p": (6, 12, 15, 18, 22, 26, 32, 37, 43, 50, 56, 62, 68),
 }
 """The same of classes whose shafts are larger than the nominal size: tables 3 and 5. [µm]"""
+_NARROW_ENDS = (3.0, 6.0, 10.0, 18.0, 30.0, 50.0, 65.0, 80.0, 100.0, 120.0, 140.0, 160.0, 180.0,
+                200.0, 225.0, 250.0, 280.0, 315.0, 355.0, 400.0, 450.0, 500.0)  # fmt: skip
+_NARROW = {
+    "r": (10, 15, 19, 23, 28, 34, 41, 43, 51, 54, 63, 65, 68, 77, 80, 84, 94, 98, 108, 114, 126,
+          132),
+    "s": (14, 19, 23, 28, 35, 43, 53, 59, 71, 79, 92, 100, 108, 122, 130, 140, 158, 170, 190, 208,
+          232, 252),
+}  # fmt: skip
+"""The same of classes whose ranges are narrower from 50 mm on: table 5. [µm]"""
 _K_GRADES = (4, 5, 6, 7)
 """Grades in which k is larger than the nominal size; in others its lower limit is zero."""
 _CLASS = re.compile(r"([A-Za-z]{1,2})\s*(\d{1,2})")
+
+
+def class_of_fit(form: str, zone: str, grade: str) -> str:
+    """The class that the three attributes of LIMITS_AND_FITS state, in the ways of CAD programs.
+
+    >>> class_of_fit("H", "hole", "7"), class_of_fit("", "g", "IT6"), class_of_fit("H7", "", "")
+    ('H7', 'g6', 'H7')
+    >>> class_of_fit("h", "hole", "7"), class_of_fit("G", "shaft", "6")
+    ('H7', 'g6')
+    """
+    number = grade.strip().upper().removeprefix("IT").strip()
+    of = zone.strip().lower()
+    plain = form.strip(), ("" if of in ("hole", "shaft") else zone.strip())
+    for fit in (word for letters in plain if letters for word in (letters, f"{letters}{number}")):
+        if _CLASS.fullmatch(fit):
+            return {"hole": fit.upper(), "shaft": fit.lower()}.get(of, fit)
+    return f"{form.strip()}{number}"
 
 
 def limits_of_fit(nominal: float, fit: str) -> tuple[float, float] | None:
@@ -70,27 +100,35 @@ def limits_of_fit(nominal: float, fit: str) -> tuple[float, float] | None:
     elif letter.lower() in _DISTANCES:
         away = _DISTANCES[letter.lower()][row]
         low, high = (away, away + width) if letter.isupper() else (-away - width, -away)
-    elif letter in _BEYOND:
-        low = 0.0 if letter == "k" and grade not in _K_GRADES else _BEYOND[letter][row]
+    elif (lower := _lower_of_shaft(letter.lower(), nominal)) is None:
+        return None
+    elif letter.islower():
+        low = 0.0 if letter == "k" and grade not in _K_GRADES else lower
         high = low + width
-    elif letter.lower() in _BEYOND:
-        upper = _upper_of_hole(letter, grade, row)
+    else:
+        upper = _upper_of_hole(letter, grade, row, lower)
         if upper is None:
             return None
         low, high = upper - width, upper
-    else:
-        return None
     return round(nominal + 1e-3 * low, 9), round(nominal + 1e-3 * high, 9)
 
 
-def _upper_of_hole(letter: str, grade: int, row: int) -> float | None:
-    """The upper deviation of holes K to P: that of the shaft, less the step between the grades.
+def _lower_of_shaft(letter: str, nominal: float) -> float | None:
+    """The lower deviation of shafts k to s; None: no such class. [µm]"""
+    if letter in _BEYOND:
+        return _BEYOND[letter][bisect_left(_ENDS, nominal)]
+    found = _NARROW.get(letter)
+    return None if found is None else found[bisect_left(_NARROW_ENDS, nominal)]
+
+
+def _upper_of_hole(letter: str, grade: int, row: int, lower: float) -> float | None:
+    """The upper deviation of holes K to S: that of the shaft, less the step between the grades.
 
     None: a grade in which the standard has another rule or none. [µm]
     """
-    if grade - 1 not in _GRADES or row == 0 or grade > (7 if letter == "P" else 8):
+    if grade - 1 not in _GRADES or row == 0 or grade > (7 if letter in "PRS" else 8):
         return None
     if (letter, grade, row) == ("M", 6, _ENDS.index(315.0)):
         return -9.0  # table 3 has it as an exception to the rule
     step = _GRADES[grade][row] - _GRADES[grade - 1][row]
-    return float(step - _BEYOND[letter.lower()][row])
+    return float(step - lower)

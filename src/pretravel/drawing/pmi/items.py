@@ -23,6 +23,8 @@ class Place:
         Whether it is the faces between two.
     whole : bool
         Whether it is the whole part.
+    beside : tuple of int
+        Of edges alone: the faces beside them.
     """
 
     faces: tuple[int, ...] = ()
@@ -30,6 +32,7 @@ class Place:
     around: bool = False
     between: bool = False
     whole: bool = False
+    beside: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,8 @@ class Size:
         Class of ISO 286: ``H7``.
     notes : tuple of str
         ``theoretical``, ``auxiliary`` and others.
+    unclear : str
+        Why its tolerance has no limits, where the text states a tolerance.
     """
 
     number: int
@@ -105,6 +110,7 @@ class Size:
     upper: float | None = None
     fit: str = ""
     notes: tuple[str, ...] = ()
+    unclear: str = ""
 
     def limits(self, factor: float = 1.0) -> str:
         """As the file of features states them: ``11.98..12.02``, ``20..``."""
@@ -223,6 +229,8 @@ class Pmi:
     unread : tuple of Unread
     standard : str
         ASME or ISO, where the text names the standard of the drawing.
+    annotations : int
+        Number of drawn annotations, which people read.
     """
 
     datums: tuple[PmiDatum, ...]
@@ -230,3 +238,4 @@ class Pmi:
     tolerances: tuple[Tolerance, ...]
     unread: tuple[Unread, ...]
     standard: str = ""
+    annotations: int = 0

@@ -27,11 +27,14 @@ class StatedMeasure(NamedTuple):
         ``mm`` or ``°``.
     name : str
         Of the item: ``nominal value``, ``upper limit``, ``target width``.
+    end : str
+        maximum or minimum, where it is said to be one.
     """
 
     value: float
     unit: str
     name: str = ""
+    end: str = ""
 
 
 def unit_factor(part21: Part21, unit: Any, depth: int = 0) -> tuple[float, str] | None:
@@ -84,6 +87,30 @@ def measure_of(part21: Part21, instance: Instance) -> StatedMeasure | None:
     if found is None:
         return None
     return StatedMeasure(round(_number(values[0]) * found[0], _DIGITS), found[1], name)
+
+
+def measure_in_context(part21: Part21, instance: Instance, context: Any) -> StatedMeasure | None:
+    """The same; a value without a unit has that of the context of its representation.
+
+    Parameters
+    ----------
+    part21 : Part21
+    instance : Instance
+    context : TextReference
+    """
+    if instance.names != {"VALUE_REPRESENTATION_ITEM"}:
+        return measure_of(part21, instance)
+    name, value = instance.values()[:2]
+    kind = value.name if isinstance(value, TextRecord) else ""
+    wanted = ANGLE_UNIT if "ANGLE" in kind else LENGTH_UNIT if "LENGTH" in kind else ""
+    for record in part21[context].records:
+        if record.name == "GLOBAL_UNIT_ASSIGNED_CONTEXT":
+            for unit in record.values[0]:
+                factor = unit_factor(part21, unit)
+                if factor is not None and factor[1] == wanted:
+                    number = round(_number(value) * factor[0], _DIGITS)
+                    return StatedMeasure(number, wanted, str(name or ""))
+    return None
 
 
 def _number(value: Any) -> float:

@@ -14,8 +14,8 @@ from pretravel.drawing.pmi.part21 import Instance, Part21, TextReference, Word
 from pretravel.surface import Part
 
 FACE_ENTITIES = ("ADVANCED_FACE", "FACE_SURFACE")
-_SHELLS = ("CLOSED_SHELL", "OPEN_SHELL")
-_SOLIDS = ("MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "SHELL_BASED_SURFACE_MODEL")
+SHELL_ENTITIES = ("CLOSED_SHELL", "OPEN_SHELL")
+SOLID_ENTITIES = ("MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "SHELL_BASED_SURFACE_MODEL")
 SURFACE_KINDS = {
     "PLANE": "plane",
     "CYLINDRICAL_SURFACE": "cylinder",
@@ -68,7 +68,7 @@ def length_factor(part21: Part21) -> float:
         It is not stated, or two geometries of the file have different ones.
     """
     found = set()
-    for solid in part21.named(*_SOLIDS):
+    for solid in part21.named(*SOLID_ENTITIES):
         for each in part21.instances.values():
             if not any(name.endswith("SHAPE_REPRESENTATION") for name in each.names):
                 continue
@@ -95,14 +95,14 @@ def _lengths(part21: Part21, context: Any) -> Iterable[float]:
 def model_faces(part21: Part21) -> dict[int, ModelFace]:
     """All faces of the text by the numbers of their instances, in the order of their shells."""
     factor = length_factor(part21)
-    ordered = [item.number for shell in part21.named(*_SHELLS) for item in shell.values()[1]]
+    ordered = [item.number for shell in part21.named(*SHELL_ENTITIES) for item in shell.values()[1]]
     rest = [each.number for each in part21.named(*FACE_ENTITIES)]
     numbers = [number for number in dict.fromkeys([*ordered, *rest]) if number in set(rest)]
     return {number: _face(part21, part21[number], factor) for number in numbers}
 
 
 def _face(part21: Part21, face: Instance, factor: float) -> ModelFace:
-    _, bounds, surface, sense = face.values("FACE", "FACE_SURFACE", "ADVANCED_FACE")[:4]
+    _, bounds, surface, sense = face_values(face)
     corners = factor * np.array(list(_corners(part21, bounds)), dtype=np.float64).reshape(-1, 3)
     own = part21[surface]
     name = next(iter(own.names & set(SURFACE_KINDS)), "")
@@ -119,6 +119,20 @@ def _face(part21: Part21, face: Instance, factor: float) -> ModelFace:
     return ModelFace(
         face.number, SURFACE_KINDS[name], corners, place, direction, radius, not with_surface
     )
+
+
+def face_values(face: Instance) -> tuple[Any, ...]:
+    """Name, bounds, surface and sense of a face."""
+    return face.values("REPRESENTATION_ITEM", "FACE", "FACE_SURFACE", "ADVANCED_FACE")[:4]
+
+
+def edges_of_face(part21: Part21, face: Instance) -> Iterable[int]:
+    """Numbers of the edges of a face."""
+    for bound in face_values(face)[1]:
+        loop = part21[part21[bound].values()[1]]
+        if loop.names == {"EDGE_LOOP"}:
+            for oriented in loop.values()[1]:
+                yield part21[oriented].values()[3].number
 
 
 def _corners(part21: Part21, bounds: Any) -> Iterable[tuple[float, ...]]:

@@ -14,6 +14,7 @@ from pretravel.base import InputError
 _COMMENT = re.compile(r"'[^']*(?:'|\Z)|/\*.*?\*/", re.DOTALL)
 _INSTANCE = re.compile(r"#(\d{1,18})\s*=\s*((?:[^;']++|'[^']*+')*+);")
 _NAMES = re.compile(r"'[^']*'|(?<![.\w])([A-Z][A-Z0-9_]*)\s*\(")
+_REFERENCES = re.compile(r"'[^']*'|#(\d+)")
 _TOKEN = re.compile(
     r"\s*(?:(?P<text>'(?:[^']|'')*')|#(?P<reference>\d+)|\.(?P<word>[A-Z0-9_]+)\.|"
     r"(?P<number>[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)|(?P<name>[A-Z!][A-Z0-9_]*)|"
@@ -74,9 +75,12 @@ class Instance:
 
     @cached_property
     def names(self) -> frozenset[str]:
-        """Of its entities."""
+        """Of its entities, also where its values cannot be read."""
         if self.text.startswith("("):
-            return frozenset(each.name for each in self.records)
+            try:
+                return frozenset(each.name for each in self.records)
+            except InputError:
+                return frozenset(each[1] for each in _NAMES.finditer(self.text) if each[1])
         return frozenset({self.text.partition("(")[0].strip()})
 
     def values(self, *names: str) -> tuple[Any, ...]:
@@ -102,18 +106,8 @@ class Instance:
 
     @property
     def references(self) -> list[int]:
-        """Numbers of all instances that it refers to."""
-        return list(_references(record.values for record in self.records))
-
-
-def _references(values: Any) -> Iterator[int]:
-    for value in values:
-        if isinstance(value, TextReference):
-            yield value.number
-        elif isinstance(value, TextRecord):
-            yield from _references(value.values)
-        elif isinstance(value, tuple) and not isinstance(value, Word):
-            yield from _references(value)
+        """Numbers of all instances that it refers to, also where its values cannot be read."""
+        return [int(each[1]) for each in _REFERENCES.finditer(self.text) if each[1]]
 
 
 class _Values:
@@ -170,8 +164,8 @@ class _Values:
 
 
 def _tokens(instance: Instance) -> Iterator[tuple[str, str]]:
-    text, at = instance.text, 0
-    while text[at:].strip():
+    text, at = instance.text.rstrip(), 0
+    while at < len(text):
         found = _TOKEN.match(text, at)
         if found is None:
             raise InputError(f"#{instance.number}: '{text[at : at + 20].strip()}' is no value")

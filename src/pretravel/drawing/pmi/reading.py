@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import Any
 
 from pretravel.base import PretravelError
-from pretravel.drawing.pmi.iso286 import limits_of_fit
+from pretravel.drawing.pmi.iso286 import class_of_fit, limits_of_fit
 from pretravel.drawing.pmi.items import (
     DatumReference,
     DatumTarget,
@@ -19,9 +18,16 @@ from pretravel.drawing.pmi.items import (
     Tolerance,
     Unread,
 )
-from pretravel.drawing.pmi.measures import ANGLE_UNIT, LENGTH_UNIT, StatedMeasure, measure_of
-from pretravel.drawing.pmi.model_faces import FACE_ENTITIES, length_factor
+from pretravel.drawing.pmi.measures import (
+    ANGLE_UNIT,
+    LENGTH_UNIT,
+    StatedMeasure,
+    measure_in_context,
+    measure_of,
+)
+from pretravel.drawing.pmi.model_faces import length_factor
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
+from pretravel.drawing.pmi.places import LOCATIONS, OF_PMI, SIZES, ShapeAspects, numbers_in
 
 TOLERANCE_ENTITIES = {
     "POSITION": "position", "SURFACE_PROFILE": "profile", "LINE_PROFILE": "line profile",
@@ -40,17 +46,12 @@ SIGNS = {
 }  # fmt: skip
 """Modifiers as on a drawing; regardless of feature size is none."""
 _NO_MODIFIER = "REGARDLESS_OF_FEATURE_SIZE"
-_OF_PMI = re.compile(
-    r"(?!DIMENSIONAL_EXPONENTS|UNCERTAINTY_)\w*(?:TOLERANCE|DATUM|DIMENSION|LIMITS_AND_FITS|"
-    r"ANGULAR_SIZE|ANGULAR_LOCATION|PROJECTED_ZONE|RUNOUT_ZONE|NON_UNIFORM_ZONE)\w*$"
-)
-"""Entities of PMI: each instance of them is read, or listed."""
-_LOCATIONS = ("DIMENSIONAL_LOCATION", "ANGULAR_LOCATION", "DIRECTED_DIMENSIONAL_LOCATION",
-              "DIMENSIONAL_LOCATION_WITH_PATH")  # fmt: skip
-_SIZES = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE", "DIMENSIONAL_SIZE_WITH_DATUM_FEATURE",
-          "DIMENSIONAL_SIZE_WITH_PATH")  # fmt: skip
 _TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
-_SETS = {"SET_REPRESENTATION_ITEM", "LIST_REPRESENTATION_ITEM", "COMPOUND_REPRESENTATION_ITEM"}
+_UPPER = ("upper limit", "upper bound", "upper limit value", "maximum value")
+_LOWER = ("lower limit", "lower bound", "lower limit value", "minimum value")
+_ANNOTATIONS = ("ANNOTATION_OCCURRENCE", "DRAUGHTING_ANNOTATION_OCCURRENCE", "DRAUGHTING_CALLOUT",
+                "TESSELLATED_ANNOTATION_OCCURRENCE", "ANNOTATION_CURVE_OCCURRENCE")  # fmt: skip
+_MALFORMED = (PretravelError, ValueError, TypeError, IndexError, AttributeError)
 
 
 def read_pmi(part21: Part21) -> Pmi:
@@ -66,11 +67,18 @@ def read_pmi(part21: Part21) -> Pmi:
         An instance of PMI that is not understood is listed by its text.
     """
     reading = _Reading(part21)
-    datums = reading.each(reading.datum, part21.named("DATUM", "COMMON_DATUM"))
-    sizes = reading.each(reading.size, part21.named(*_SIZES, *_LOCATIONS))
+    datums = reading.each(reading.datum, reading.single_datums())
+    sizes = reading.each(reading.size, part21.named(*SIZES, *LOCATIONS))
     found = [each for each in part21.instances.values() if _is_tolerance(each)]
     tolerances = reading.each(reading.tolerance, found)
-    return Pmi(tuple(datums), tuple(sizes), tuple(tolerances), reading.unread(), _standard(part21))
+    return Pmi(
+        tuple(datums),
+        tuple(sizes),
+        tuple(tolerances),
+        reading.unread(),
+        _standard(part21),
+        len(part21.named(*_ANNOTATIONS)),
+    )
 
 
 def _standard(part21: Part21) -> str:
@@ -101,38 +109,31 @@ class _Reading:
         self.part21 = part21
         self.used: set[int] = set()
         self.failed: dict[int, str] = {}
-        self.below: dict[int, list[Instance]] = defaultdict(list)
-        self.above: dict[int, list[Instance]] = defaultdict(list)
-        self.geometry: dict[int, list[int]] = defaultdict(list)
+        self.places = ShapeAspects(part21, self.used)
+        self.place, self.above, self.below = self.places.place, self.places.above, self.places.below
         self.composite = self.composites()
+        self.zones: dict[int, list[Instance]] = defaultdict(list)
+        self.of_zones: dict[int, list[Instance]] = defaultdict(list)
         for each in part21.instances.values():
-            names = each.names
-            if any(name.endswith("SHAPE_ASPECT_DERIVING_RELATIONSHIP")
-                   or name == "SHAPE_ASPECT_RELATIONSHIP"
-                   or name == "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP"
-                   for name in names) and not names & set(_LOCATIONS):  # fmt: skip
-                above, below = each.values("SHAPE_ASPECT_RELATIONSHIP")[2:4]
-                self.below[above.number].append(part21[below])
-                self.above[below.number].append(part21[above])
-                if "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP" in names:
-                    self.used.add(each.number)
-            elif "GEOMETRIC_ITEM_SPECIFIC_USAGE" in names or (
-                names == {"ITEM_IDENTIFIED_REPRESENTATION_USAGE"}
-            ):
-                values = each.values(
-                    "ITEM_IDENTIFIED_REPRESENTATION_USAGE", "GEOMETRIC_ITEM_SPECIFIC_USAGE"
-                )
-                if isinstance(values[2], TextReference):
-                    self.geometry[values[2].number] += _numbers(values[4])
+            if any("TOLERANCE_ZONE" in name and "FORM" not in name and "DEFINITION" not in name
+                   for name in each.names):  # fmt: skip
+                for number in numbers_in(each.values("SHAPE_ASPECT", "TOLERANCE_ZONE")[4:5]):
+                    self.zones[number].append(each)
+            elif any("ZONE_DEFINITION" in name for name in each.names):
+                for number in numbers_in(each.values("TOLERANCE_ZONE_DEFINITION")[:1]):
+                    self.of_zones[number].append(each)
 
     def composites(self) -> dict[int, int]:
         """The upper segment of each lower segment of a composite frame."""
         found = {}
         for each in self.part21.named("GEOMETRIC_TOLERANCE_RELATIONSHIP"):
-            name, words, upper, lower = each.values()[:4]
-            if "composite" in f"{name or ''} {words or ''}".lower():
-                found[lower.number] = upper.number
-                self.used.add(each.number)
+            try:
+                name, words, upper, lower = each.values("GEOMETRIC_TOLERANCE_RELATIONSHIP")[:4]
+                if "composite" in f"{name or ''} {words or ''}".lower():
+                    found[lower.number] = upper.number
+                    self.used.add(each.number)
+            except _MALFORMED as error:
+                self.failed[each.number] = str(error)
         return found
 
     def each(self, read: Any, instances: Iterable[Instance]) -> list[Any]:
@@ -143,8 +144,8 @@ class _Reading:
             try:
                 found.append(read(instance))
                 self.used.add(instance.number)
-            except (PretravelError, ValueError, TypeError, IndexError, AttributeError) as error:
-                self.used = before
+            except _MALFORMED as error:
+                self.used.intersection_update(before)
                 self.failed[instance.number] = str(error)
         return found
 
@@ -154,55 +155,49 @@ class _Reading:
             each
             for each in self.part21.instances.values()
             if each.number not in self.used
-            if each.number in self.failed or any(_OF_PMI.match(name) for name in each.names)
+            if each.number in self.failed or any(OF_PMI.match(name) for name in each.names)
         ]
+        below = {number for each in left for number in each.references}
         return tuple(
             Unread(
                 each.number,
                 _short(each.text),
                 self.failed.get(each.number, ""),
-                _is_tolerance(each)
-                or bool(each.names & {*_SIZES, *_LOCATIONS, "GEOMETRIC_TOLERANCE_RELATIONSHIP"}),
+                self.states_a_tolerance(each) and each.number not in below,
             )
             for each in left
         )
 
-    # Places
-
-    def place(self, aspect: Any) -> Place:
-        """The faces of a shape aspect, of what it consists of and of what it is derived from."""
-        faces: dict[int, None] = {}
-        others: dict[str, None] = {}
-        start = self.part21[aspect]
-        waiting, seen = [start], set[int]()
-        while waiting:
-            own = waiting.pop(0)
-            if own.number in seen:
-                continue
-            seen.add(own.number)
-            if any(_OF_PMI.match(name) for name in own.names) and "DATUM" not in own.names:
-                self.used.add(own.number)
-            for number in self.geometry[own.number]:
-                item = self.part21[number]
-                if item.names & _SETS:
-                    self.geometry[own.number].extend(item.references)
-                elif item.names & set(FACE_ENTITIES):
-                    faces[number] = None
-                else:
-                    others[f"#{number} {' '.join(sorted(item.names))}"] = None
-            waiting += [each for each in self.below[own.number] if "DATUM" not in each.names]
-        return Place(
-            tuple(faces),
-            tuple(others),
-            "ALL_AROUND_SHAPE_ASPECT" in start.names,
-            "BETWEEN_SHAPE_ASPECT" in start.names,
-            "PRODUCT_DEFINITION_SHAPE" in start.names,
-        )
+    def states_a_tolerance(self, each: Instance) -> bool:
+        """Whether it is a tolerance, a size, or refers to limits: the answer has a line for it."""
+        if _is_tolerance(each) or each.names & {*SIZES, *LOCATIONS}:
+            return True
+        below = (self.part21.instances.get(number) for number in each.references)
+        return any(
+            ("TOLERANCE" in name and "ZONE" not in name) or name == "LIMITS_AND_FITS"
+            for one in (each, *below) if one is not None and one.number not in self.used
+            for name in one.names
+        )  # fmt: skip
 
     # Datums
 
+    def single_datums(self) -> list[Instance]:
+        """The datums without those that are made of others (A-B of AP203 and AP214)."""
+        found = self.part21.named("DATUM", "COMMON_DATUM")
+        return [each for each in found if not self.parts_of_datum(each)]
+
+    def parts_of_datum(self, datum: Instance) -> list[Instance]:
+        """The datums of a common datum, in the order of its letters."""
+        if "COMMON_DATUM" not in datum.names:
+            return []
+        self.used.add(datum.number)
+        related = [*self.below[datum.number], *self.above[datum.number]]
+        found = {each.number: each for each in related if each.names & {"DATUM", "COMMON_DATUM"}}
+        own = _identification(datum)
+        return sorted(found.values(), key=lambda each: own.find(_identification(each)))
+
     def datum(self, instance: Instance) -> PmiDatum:
-        letter = instance.values("SHAPE_ASPECT", "DATUM")[4]
+        letter = _identification(instance)
         faces: dict[int, None] = {}
         others: dict[str, None] = {}
         targets = []
@@ -237,7 +232,7 @@ class _Reading:
         own = {
             each.number
             for each in self.part21.named("PROPERTY_DEFINITION")
-            if target.number in _numbers(each.values("PROPERTY_DEFINITION")[2:3])
+            if target.number in numbers_in(each.values("PROPERTY_DEFINITION")[2:3])
         }
         sizes: list[StatedMeasure] = []
         at = None
@@ -257,24 +252,32 @@ class _Reading:
                     sizes.append(measure)
         return sizes, at
 
-    def datum_references(self, systems: Any) -> tuple[DatumReference, ...]:
-        """The compartments of datum systems; of AP203 and AP214 references by precedence."""
-        found: list[tuple[float, DatumReference]] = []
+    def datum_references(self, systems: Any) -> tuple[tuple[DatumReference, ...], list[str]]:
+        """The compartments of a datum system, and further systems in words.
+
+        Of AP203 and AP214 references by precedence.
+        """
+        by_precedence: list[tuple[float, DatumReference]] = []
+        found: list[tuple[DatumReference, ...]] = []
         for system in systems:
             instance = self.part21[system]
             self.used.add(instance.number)
             if "DATUM_SYSTEM" in instance.names:
                 parts = instance.values("SHAPE_ASPECT", "DATUM_SYSTEM")[4]
-                found += [(k, self.compartment(each)) for k, each in enumerate(parts)]
+                found.append(tuple(self.compartment(each) for each in parts))
             elif instance.names & {"DATUM_REFERENCE", "REFERENCED_MODIFIED_DATUM"}:
                 order, datum, *more = instance.values(
                     "DATUM_REFERENCE", "REFERENCED_MODIFIED_DATUM"
                 )
                 signs = tuple(sign for each in more if (sign := _sign(each)))
-                found.append((order, DatumReference((self.letter(datum),), signs)))
+                by_precedence.append((order, DatumReference(self.letters(datum), signs)))
             else:
                 raise PretravelError(f"#{instance.number} is no datum system")
-        return tuple(each for _, each in sorted(found, key=lambda pair: pair[0]))
+        if by_precedence:
+            ordered = sorted(by_precedence, key=lambda pair: pair[0])
+            found.insert(0, tuple(each for _, each in ordered))
+        more = [f"and to {'|'.join(each.text for each in parts)}" for parts in found[1:]]
+        return (found[0] if found else ()), more
 
     def compartment(self, reference: Any) -> DatumReference:
         instance = self.part21[reference]
@@ -297,10 +300,12 @@ class _Reading:
         if own.names & {"DATUM_REFERENCE_ELEMENT", "DATUM_REFERENCE_COMPARTMENT"}:
             inside = self.compartment(base)
             return DatumReference(inside.letters, (*inside.modifiers, *signs))
-        return DatumReference((self.letter(base),), signs)
+        return DatumReference(self.letters(base), signs)
 
-    def letter(self, datum: Any) -> str:
-        return str(self.part21[datum].values("SHAPE_ASPECT", "DATUM")[4])
+    def letters(self, datum: Any) -> tuple[str, ...]:
+        instance = self.part21[datum]
+        parts = self.parts_of_datum(instance)
+        return tuple(map(_identification, parts)) or (_identification(instance),)
 
     def datum_modifier(self, value: Any) -> str:
         if isinstance(value, TextReference):
@@ -319,40 +324,46 @@ class _Reading:
     # Sizes
 
     def size(self, instance: Instance) -> Size:
-        if instance.names & set(_SIZES):
+        if instance.names & set(SIZES):
             aspect, name = instance.values("DIMENSIONAL_SIZE")[:2]
-            places: tuple[Place, ...] = (self.place(aspect),)
+            place = self.place(aspect)
+            places: tuple[Place, ...] = (self.places.round_faces(place),)
         else:
             name, _, first, second = instance.values("SHAPE_ASPECT_RELATIONSHIP")[:4]
             places = (self.place(first), self.place(second))
         measures, notes = self.values_of(instance)
-        named = {measure.name: measure for measure in measures}
-        nominal = named.get("nominal value")
-        plain = [each for each in measures if "limit" not in each.name]
+        nominal = _named(measures, "nominal value")
+        lower, upper = _named(measures, *_LOWER), _named(measures, *_UPPER)
+        plain = [each for each in measures if each not in (lower, upper)]
         if nominal is None and plain:
             nominal = plain[0]
-        lower, upper = named.get("lower limit"), named.get("upper limit")
-        deviations, fit = self.deviations(instance, nominal)
+        for each in plain:  # 5 MAX, R2 MIN; a pair of both is the limits
+            if each.end == "maximum" and upper is None:
+                upper = each
+            elif each.end == "minimum" and lower is None:
+                lower = each
+        if lower is not None and upper is not None and nominal in (lower, upper):
+            nominal = None
+        if lower is not None and upper is not None:
+            notes = [note for note in notes if note not in ("maximum", "minimum")]
+        deviations, fit, unclear = self.deviations(instance, nominal)
         angle = any("ANGULAR" in each for each in instance.names)
         unit = next((each.unit for each in (nominal, lower, upper) if each is not None),
                     ANGLE_UNIT if angle else LENGTH_UNIT)  # fmt: skip
-        if lower is None and upper is None and deviations == (None, None) and nominal is not None:
-            # One limit alone: 5 MAX, R2 MIN.
-            lower = nominal if "minimum" in notes else None
-            upper = nominal if "maximum" in notes else None
-        known = {id(each) for each in (nominal, lower, upper)}
         notes += [f"{each.name} {each.value:.10g} {each.unit}" for each in measures
-                  if id(each) not in known]  # fmt: skip
+                  if each not in (nominal, lower, upper)]  # fmt: skip
+        stated = lower is not None and (upper is not None or deviations == (None, None))
         return Size(
             instance.number,
-            str(name or "size"),
+            " ".join(str(name or "size").lower().split()),
             unit,
             places,
             None if nominal is None else nominal.value,
-            lower.value if lower else deviations[0],
-            upper.value if upper else deviations[1],
+            lower.value if lower and (stated or deviations[0] is None) else deviations[0],
+            upper.value if upper and (stated or deviations[1] is None) else deviations[1],
             fit,
             tuple(notes),
+            unclear,
         )
 
     def values_of(self, dimension: Instance) -> tuple[list[StatedMeasure], list[str]]:
@@ -363,7 +374,8 @@ class _Reading:
             if own.number != dimension.number:
                 continue
             self.used |= {each.number, representation.number}
-            waiting = list(self.part21[representation].values("REPRESENTATION")[1])
+            _, items, context = self.part21[representation].values("REPRESENTATION")[:3]
+            waiting = list(items)
             while waiting:
                 item = self.part21[waiting.pop(0)]
                 if "DESCRIPTIVE_REPRESENTATION_ITEM" in item.names:
@@ -371,46 +383,50 @@ class _Reading:
                         "REPRESENTATION_ITEM", "DESCRIPTIVE_REPRESENTATION_ITEM")[1]))  # fmt: skip
                 elif "COMPOUND_REPRESENTATION_ITEM" in item.names:
                     waiting += [TextReference(number) for number in item.references]
-                elif (measure := measure_of(self.part21, item)) is not None:
-                    measures.append(measure)
-                    notes += self.qualifiers(item)
+                elif (measure := measure_in_context(self.part21, item, context)) is not None:
+                    ends = self.qualifiers(item)
+                    end = next((one for one in ends if one in ("maximum", "minimum")), "")
+                    measures.append(measure._replace(end=end))
+                    notes += ends
                 else:
                     notes.append(f"#{item.number} {_short(item.text)}")
         return measures, notes
 
     def qualifiers(self, item: Instance) -> list[str]:
         """maximum, minimum, average: how a value is meant."""
-        found = []
-        for record in item.records:
-            if record.name == "QUALIFIED_REPRESENTATION_ITEM":
-                for each in record.values[0]:
-                    own = self.part21[each]
-                    if own.names == {"TYPE_QUALIFIER"} and own.values()[0] != "designed":
-                        found.append(str(own.values()[0]))
-        return found
+        own = [each for record in item.records if record.name == "QUALIFIED_REPRESENTATION_ITEM"
+               for each in record.values[-1]]  # fmt: skip
+        for each in self.part21.named("MEASURE_QUALIFICATION"):
+            measure, qualifiers = each.values()[2:4]
+            own += qualifiers if measure.number == item.number else ()
+        types = [self.part21[each] for each in own]
+        words = [str(each.values()[0]) for each in types if each.names == {"TYPE_QUALIFIER"}]
+        return [word for word in dict.fromkeys(words) if word != "designed"]
 
     def deviations(
         self, dimension: Instance, nominal: StatedMeasure | None
-    ) -> tuple[tuple[float | None, float | None], str]:
-        """Limits by the nominal value and its deviations; the class of a fit."""
-        for each in self.part21.named("PLUS_MINUS_TOLERANCE"):
-            range_, own = each.values()[:2]
-            if own.number != dimension.number:
-                continue
-            span = self.part21[range_]
-            if span.names == {"LIMITS_AND_FITS"}:
-                self.used |= {each.number, span.number}
-                form, _, grade, *_ = span.values()
-                fit = f"{form or ''}{str(grade or '').removeprefix('IT')}"
-                found = None if nominal is None else limits_of_fit(nominal.value, fit)
-                return found or (None, None), fit
-            low, high = (measure_of(self.part21, self.part21[end]) for end in span.values()[:2])
-            if low is None or high is None or nominal is None:
-                raise PretravelError("a deviation without a value")
-            self.used |= {each.number, span.number}
-            ends = sorted((nominal.value + low.value, nominal.value + high.value))
-            return (round(ends[0], 9), round(ends[1], 9)), ""
-        return (None, None), ""
+    ) -> tuple[tuple[float | None, float | None], str, str]:
+        """Limits by the nominal value and its deviations; the class of a fit; why none."""
+        own = [each for each in self.part21.named("PLUS_MINUS_TOLERANCE")
+               if each.values()[1].number == dimension.number]  # fmt: skip
+        if not own:
+            return (None, None), "", ""
+        spans = [self.part21[each.values()[0]] for each in own]
+        self.used |= {each.number for each in (*own, *spans)}
+        if len({span.text for span in spans}) > 1:
+            return (None, None), "", "the text has several pairs of deviations"
+        span = spans[0]
+        if span.names == {"LIMITS_AND_FITS"}:
+            fit = class_of_fit(*(str(each or "") for each in span.values()[:3]))
+            found = None if nominal is None else limits_of_fit(nominal.value, fit)
+            return found or (None, None), fit, ""
+        low, high = (measure_of(self.part21, self.part21[end]) for end in span.values()[:2])
+        if low is None or high is None or nominal is None:
+            raise PretravelError("a deviation without a value")
+        if low.value == high.value:
+            return (None, None), "", f"both deviations are {low.value:+.10g} {low.unit}"
+        ends = sorted((nominal.value + low.value, nominal.value + high.value))
+        return (round(ends[0], 9), round(ends[1], 9)), "", ""
 
     # Tolerances
 
@@ -425,17 +441,18 @@ class _Reading:
         zone = None if magnitude is None else measure_of(self.part21, self.part21[magnitude])
         form, projected, notes, end = self.zone(instance)
         signs, displacement, more = self.added(own)
+        datums, further = self.datum_references((values[4] or ()) if len(values) > 4 else ())
         return Tolerance(
             number=instance.number,
             kind=kinds[0],
             zone=None if zone is None else zone.value,
             place=self.place(aspect),
-            datums=self.datum_references(values[4] or ()) if len(values) > 4 else (),
+            datums=datums,
             modifiers=tuple(signs),
             form=form,
             projected=projected,
             displacement=displacement,
-            notes=(*more, *notes),
+            notes=(*further, *more, *notes),
             composite=self.composite.get(instance.number),
             projected_from=end,
         )
@@ -472,28 +489,33 @@ class _Reading:
     def zone(self, tolerance: Instance) -> tuple[str, float | None, list[str], Place]:
         """Form of the zone, length of a projected one, what else is stated of it, its beginning."""
         form, projected, notes, end = "", None, [], Place()
-        for each in self.part21.instances.values():
-            if not any(name.endswith("TOLERANCE_ZONE") or name.startswith("TOLERANCE_ZONE_WITH")
-                       for name in each.names):  # fmt: skip
-                continue
-            values = each.values("SHAPE_ASPECT", "TOLERANCE_ZONE")
-            if tolerance.number not in _numbers(values[4:5]):
-                continue
-            shape = self.part21[values[5]]
-            form = str(shape.values()[0])
+        for each in self.zones[tolerance.number]:
+            shape = self.part21[each.values("SHAPE_ASPECT", "TOLERANCE_ZONE")[5]]
+            form = str(shape.values()[0] or "").strip().lower()
             self.used |= {each.number, shape.number}
             if each.names - {"TOLERANCE_ZONE", "SHAPE_ASPECT"}:
                 notes.append(f"#{each.number} {_short(each.text)}")
-            for more in self.part21.named("PROJECTED_ZONE_DEFINITION"):
-                own = more.values("TOLERANCE_ZONE_DEFINITION", "PROJECTED_ZONE_DEFINITION")
-                if own[0].number == each.number:
+            for more in self.of_zones[each.number]:
+                self.used.add(more.number)
+                if more.names <= {"TOLERANCE_ZONE_DEFINITION", "PROJECTED_ZONE_DEFINITION"}:
+                    own = more.values("TOLERANCE_ZONE_DEFINITION", "PROJECTED_ZONE_DEFINITION")
                     projected = self.length(own[3])
                     end = self.place(own[2])
-                    self.used.add(more.number)
+                else:
+                    self.used.update(more.references[1:])
+                    notes.append(f"#{more.number} {_short(more.text)}")
         return form, projected, notes, end
 
 
 _KNOWN = {"GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE"}
+
+
+def _identification(datum: Instance) -> str:
+    return str(datum.values("SHAPE_ASPECT", "DATUM", "COMMON_DATUM")[4]).strip()
+
+
+def _named(measures: Iterable[StatedMeasure], *names: str) -> StatedMeasure | None:
+    return next((each for each in measures if each.name.strip().lower() in names), None)
 
 
 def _sign(value: Any) -> str:
@@ -502,17 +524,6 @@ def _sign(value: Any) -> str:
     if isinstance(value, TextRecord) and value.values:
         name = value.values[0].name
     return "" if name == _NO_MODIFIER else SIGNS.get(name, name.lower().replace("_", " "))
-
-
-def _numbers(values: Any) -> list[int]:
-    """Numbers of the instances in a value or in a list of them."""
-    if isinstance(values, TextReference):
-        return [values.number]
-    if isinstance(values, TextRecord):
-        return _numbers(values.values)
-    if isinstance(values, tuple) and not isinstance(values, Word):
-        return [number for each in values for number in _numbers(each)]
-    return []
 
 
 def _short(text: str) -> str:

@@ -94,6 +94,8 @@ def _target_lines(datum: PmiDatum, numbers: dict[int, int]) -> Iterator[ItemLine
 
 
 def _faces(place: Place, numbers: dict[int, int]) -> str:
+    if place.whole:
+        return "all"
     own = [str(numbers.get(number, f"#{number}")) for number in place.faces]
     return ", ".join([*own, *place.others]) or "none"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import partial
 
 from nicegui import ui
@@ -53,9 +52,14 @@ _MORE = tuple(name for name in FEATURE_FORM.names if name not in _USUAL)
 _FEATURE, _SELECT, _EACH = map(FEATURE_FORM.stored_name, ("feature", "select", "by_prefix"))
 
 
-def features_tab(state: ScreenState, result: PartResult) -> None:
+def features_depend_on(result: PartResult) -> object:
+    """What makes other fields of the tab: else they stay while the points are computed again."""
+    return result.compensated.points.labels, result.part is None, result.face is None
+
+
+def features_tab(state: ScreenState, points: Work) -> None:
     """What is measured, the button, and the rows of results."""
-    labels = result.compensated.points.labels
+    labels = points.result.compensated.points.labels
     groups = groups_of(labels)
 
     def by_label_at_first() -> None:
@@ -69,22 +73,22 @@ def features_tab(state: ScreenState, result: PartResult) -> None:
         endings=(".toml", ".qif", ".dmi"),
         hint="A table [[feature]] for each, as for pretravel measure --drawing; or a plan",
     )  # fmt: skip
-    tolerance_table(state, result, lambda: WORKS.of(state, FEATURES))
+    tolerance_table(state, points, lambda: WORKS.of(state, FEATURES))
 
     def fields() -> None:
         if rows_in(state):
             with ui.element("div").classes("field-grid"):
                 described_fields(state, FEATURE_FORM, _OF_TABLE)
             return
-        if groups:
-            live([state.listen], lambda: _chips(state, groups), lambda: _chosen(state, groups))
+        if groups and not state.files["drawing"]:
+            _chips(state, groups)
         with ui.element("div").classes("field-grid"):
             described_fields(state, FEATURE_FORM, _USUAL)
         with folded("More settings"):
             described_fields(state, FEATURE_FORM, _MORE)
             note(f"Labels of the points: {', '.join(labels[:8])} …")
 
-    live([state.listen], fields, lambda: bool(rows_in(state)))
+    live([state.listen], fields, lambda: (bool(rows_in(state)), state.files["drawing"]))
     built: list[bool] = []
 
     def show(result: PartFeatures) -> None:
@@ -109,21 +113,27 @@ def _chosen(state: ScreenState, groups: dict[str, tuple[int, str]]) -> tuple[str
 
 
 def _chips(state: ScreenState, groups: dict[str, tuple[int, str]]) -> None:
-    chosen = _chosen(state, groups)
+    """A button for each group; they stay while they are pressed one after the other."""
 
-    def toggle(name: str) -> Callable[[], None]:
-        def change() -> None:
-            now = [one for one in groups if (one in chosen) != (one == name)]
-            state.settings[_EACH] = bool(now)
-            state.settings[_SELECT] = " ".join(groups[one][1] for one in now)
+    def toggle(name: str) -> None:
+        chosen = _chosen(state, groups)
+        now = [one for one in groups if (one in chosen) != (one == name)]
+        state.settings[_EACH] = bool(now)
+        state.settings[_SELECT] = " ".join(groups[one][1] for one in now)
 
-        return change
-
+    chips = {}
     with ui.element("div").classes("chips").props('role="group" aria-label="What is measured"'):
         for name, (count, _) in groups.items():
-            chip = ui.button(f"{name} · {count}", on_click=toggle(name)).props("no-caps outline")
+            chips[name] = ui.button(f"{name} · {count}", on_click=partial(toggle, name))
+            chips[name].props("no-caps outline").classes("chip")
+
+    def show() -> None:
+        chosen = _chosen(state, groups)
+        for name, chip in chips.items():
             chip.props["aria-pressed"] = "true" if name in chosen else "false"
-            chip.classes("chip")
+
+    show()
+    here([state.listen], show)
 
 
 def features_verdict(result: PartFeatures) -> None:

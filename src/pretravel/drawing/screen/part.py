@@ -40,7 +40,7 @@ from pretravel.app import (
     work_status,
 )
 from pretravel.base import MICROMETRE
-from pretravel.drawing.screen.features import features_tab, features_verdict
+from pretravel.drawing.screen.features import features_depend_on, features_tab, features_verdict
 from pretravel.drawing.screen.next_of_part import guide_of_part
 from pretravel.drawing.screen.work import (
     ALIGN_FORM,
@@ -83,7 +83,8 @@ def show(state: ScreenState) -> None:
             empty=lambda: empty_state("view_in_ar", "The points on the part, before and after"),
         )  # fmt: skip
     with places.tab("Features"):
-        result_place(work, partial(features_tab, state), empty=no_result)
+        result_place(work, lambda _: None, empty=no_result)
+        kept(work, lambda: features_tab(state, work), features_depend_on)
     with places.tab("One point"):
         result_place(work, partial(_one_point, state), empty=no_result, says_warnings=False)
     with places.tab("Compensation"):

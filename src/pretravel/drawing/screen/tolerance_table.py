@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from nicegui import ui
 
-from pretravel.app import ScreenState, Work, live, note, sign_and_word, text
+from pretravel.app import ScreenState, Work, here, live, note, rebuild, sign_and_word, text
 from pretravel.base import PretravelError
 from pretravel.drawing.screen.rows import (
     CHARACTERISTICS,
@@ -17,7 +17,7 @@ from pretravel.drawing.screen.rows import (
     rows_of_faces,
     stored,
 )
-from pretravel.drawing.screen.work import TOLERANCES, PartFeatures, PartResult, filled_rows
+from pretravel.drawing.screen.work import TOLERANCES, PartResult, filled_rows
 from pretravel.drawing.tasks.measure.lines import ToleranceLine
 from pretravel.show import Judgement
 
@@ -30,38 +30,35 @@ def rows_in(state: ScreenState) -> list[ToleranceRow]:
     return restored(str(state.settings.get(TOLERANCES) or ""))
 
 
-def tolerance_table(state: ScreenState, result: PartResult, measured: Callable[[], Work]) -> None:
+def tolerance_table(state: ScreenState, points: Work, measured: Callable[[], Work]) -> None:
     """The buttons that fill the table, and the table.
 
     Parameters
     ----------
     state : ScreenState
-    result : PartResult
+    points : Work
+        The compensation.
     measured : callable
         Gives the work whose newest result stands beside the rows.
     """
-    _fill_buttons(state, result)
+    _fill_buttons(state, points)
 
     def show() -> None:
         rows = rows_in(state)
         if rows:
-            _table(state, rows, measured().result)
+            _table(state, rows, measured())
         else:
             note(
                 "Fill the table from the model or the drawing, or take a row for each touched "
                 "face; then type the limits."
             )
 
-    live([state.listen, measured().listen], show, lambda: _shape(state, measured()))
+    live([state.listen], show, lambda: [row.feature for row in rows_in(state)])
 
 
-def _shape(state: ScreenState, work: Work) -> object:
-    """What makes the table be rebuilt: other rows or other results, no typing in a field."""
-    rows = rows_in(state)
-    return ([(row.feature, row.characteristic) for row in rows], id(work.result))
+def _fill_buttons(state: ScreenState, points: Work) -> None:
+    result: PartResult = points.result
 
-
-def _fill_buttons(state: ScreenState, result: PartResult) -> None:
     def put(rows: Sequence[ToleranceRow]) -> None:
         state.settings[TOLERANCES] = stored(rows)
 
@@ -73,6 +70,7 @@ def _fill_buttons(state: ScreenState, result: PartResult) -> None:
             ui.notify(str(error), type="warning", multi_line=True, close_button="Close")
 
     def by_faces() -> None:
+        result: PartResult = points.result
         assert result.part is not None
         assert result.face is not None
         touched = {result.part.faces[index].number for index in result.face.tolist()}
@@ -91,9 +89,9 @@ def _fill_buttons(state: ScreenState, result: PartResult) -> None:
         clear.props("no-caps flat")
 
 
-def _table(state: ScreenState, rows: list[ToleranceRow], found: PartFeatures | None) -> None:
-    lines = [] if found is None else list(found.features.lines)
-    kinds = {row.feature: str(row.stated.get("kind", "")) for row in rows if row.stated}
+def _table(state: ScreenState, rows: list[ToleranceRow], work: Work) -> None:
+    """A line for each row; its fields stay while the results beside them come."""
+    lines: list[_Line] = []
     with ui.element("div").classes("table-frame").props(
         'tabindex="0" role="region" aria-label="Tolerances to edit"'
     ), ui.element("table").classes("tolerance-rows"):  # fmt: skip
@@ -102,8 +100,26 @@ def _table(state: ScreenState, rows: list[ToleranceRow], found: PartFeatures | N
                 text("th", heading).props('scope="col"')
         with ui.element("tbody"):
             for place, row in enumerate(rows):
-                line = _line_of(row, kinds.get(row.feature, ""), lines)
-                _row(state, place, row, line)
+                with ui.element("tr"):
+                    lines.append(_Line(state, place, row))
+
+    shown: list[object] = []
+
+    def show() -> None:
+        now, found = rows_in(state), work.result
+        for line, row in zip(lines, now, strict=False):
+            line.show_row(row)
+        key = (id(found), [row.characteristic for row in now])
+        if shown == [key]:
+            return
+        shown[:] = [key]
+        results = [] if found is None else found.features.lines
+        kinds = {row.feature: str(row.stated.get("kind", "")) for row in now if row.stated}
+        for line, row in zip(lines, now, strict=False):
+            line.show_result(_line_of(row, kinds.get(row.feature, ""), results))
+
+    show()
+    here([state.listen, work.listen], show)
 
 
 def _line_of(row: ToleranceRow, kind: str, lines: Sequence[ToleranceLine]) -> ToleranceLine | None:
@@ -114,39 +130,70 @@ def _line_of(row: ToleranceRow, kind: str, lines: Sequence[ToleranceLine]) -> To
     return next((one for one in own if one.characteristic == called), None)
 
 
-def _row(state: ScreenState, place: int, row: ToleranceRow, line: ToleranceLine | None) -> None:
-    def change(name: Literal["characteristic", "limits", "datums"]) -> Callable[[Any], None]:
+_Typed: TypeAlias = Literal["characteristic", "limits", "datums"]
+_BOXES: tuple[tuple[_Typed, str], ...] = (("limits", "11.95..12.05 or 0.02"), ("datums", "A|B|C"))
+
+
+class _Line:
+    """A line of the table: what a person types, and the result."""
+
+    def __init__(self, state: ScreenState, place: int, row: ToleranceRow) -> None:
+        self._state, self._place, self._feature = state, place, row.feature
+        self._fields: dict[_Typed, Any] = {}
+        text("th", row.feature).props('scope="row"')
+        with ui.element("td"):
+            box: Any = ui.select(
+                {word: _WORDS.get(word, word) for word in CHARACTERISTICS},
+                value=row.characteristic, on_change=self._change("characteristic"),
+            ).props(f'dense borderless aria-label="Characteristic of {row.feature}"')  # fmt: skip
+            self._fields["characteristic"] = box
+        for name, hint in _BOXES:
+            with ui.element("td"):
+                typed = getattr(row, name)
+                box = ui.input(value=typed, placeholder=hint, on_change=self._change(name))
+                box.props(f'dense debounce="600" aria-label="{name} of {row.feature}"')
+                self._fields[name] = box
+        self._numbers = [text("td", "", "number") for _ in range(3)]
+        self._verdict = ui.element("td").classes("row-verdict")
+        with ui.element("td"):
+            more = ui.button(icon="add", on_click=self._another).props("flat dense")
+            more.props(f'aria-label="Another tolerance of {row.feature}"')
+
+    def show_row(self, row: ToleranceRow) -> None:
+        """Show what another tab has typed."""
+        for name, field in self._fields.items():
+            if str(field.value or "") != getattr(row, name):
+                field.set_value(getattr(row, name))
+
+    def show_result(self, line: ToleranceLine | None) -> None:
+        """Show the newest result."""
+        words = ("", "", "") if line is None else (line.value_text, line.u_text, line.k_text)
+        for cell, content in zip(self._numbers, words, strict=True):
+            cell.text = content
+        rebuild(self._verdict, lambda: self._judge(line))
+
+    @staticmethod
+    def _judge(line: ToleranceLine | None) -> None:
+        if line is not None:
+            with ui.element("span").classes(f"row-judgement {line.level}"):
+                sign_and_word(Judgement(line.level, line.words), "span")
+
+    def _change(self, name: _Typed) -> Callable[[Any], None]:
         def to(event: Any) -> None:
-            rows = rows_in(state)
-            rows[place] = rows[place].with_typed(name, str(event.value or ""))
-            state.settings[TOLERANCES] = stored(rows)
+            rows, typed = rows_in(self._state), str(event.value or "")
+            if self._is_there(rows) and getattr(rows[self._place], name) != typed:
+                rows[self._place] = rows[self._place].with_typed(name, typed)
+                self._state.settings[TOLERANCES] = stored(rows)
 
         return to
 
-    def another() -> None:
-        rows = rows_in(state)
-        rows.insert(place + 1, ToleranceRow(row.feature, "position"))
-        state.settings[TOLERANCES] = stored(rows)
+    def _is_there(self, rows: Sequence[ToleranceRow]) -> bool:
+        """Whether the row is where it was: others can have come before it."""
+        place = self._place
+        return place < len(rows) and rows[place].feature == self._feature
 
-    with ui.element("tr"):
-        text("th", row.feature).props('scope="row"')
-        with ui.element("td"):
-            ui.select(
-                {word: _WORDS.get(word, word) for word in CHARACTERISTICS},
-                value=row.characteristic, on_change=change("characteristic"),
-            ).props(f'dense borderless aria-label="Characteristic of {row.feature}"')  # fmt: skip
-        boxes: tuple[tuple[Literal["limits", "datums"], str], ...]
-        boxes = (("limits", "11.95..12.05 or 0.02"), ("datums", "A|B|C"))
-        for name, hint in boxes:
-            with ui.element("td"):
-                box = ui.input(value=getattr(row, name), placeholder=hint, on_change=change(name))
-                box.props(f'dense debounce="600" aria-label="{name} of {row.feature}"')
-        for words in ("", "", "") if line is None else (line.value_text, line.u_text, line.k_text):
-            text("td", words, "number")
-        with ui.element("td").classes("row-verdict"):
-            if line is not None:
-                with ui.element("span").classes(f"row-judgement {line.level}"):
-                    sign_and_word(Judgement(line.level, line.words), "span")
-        with ui.element("td"):
-            more = ui.button(icon="add", on_click=another).props("flat dense")
-            more.props(f'aria-label="Another tolerance of {row.feature}"')
+    def _another(self) -> None:
+        rows = rows_in(self._state)
+        if self._is_there(rows):
+            rows.insert(self._place + 1, ToleranceRow(self._feature, "position"))
+            self._state.settings[TOLERANCES] = stored(rows)

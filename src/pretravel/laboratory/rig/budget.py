@@ -248,7 +248,7 @@ def budget_doubts(components: Sequence[LengthComponent]) -> tuple[str, ...]:
     """What in the budget of a rig states hardly any uncertainty, as sentences.
 
     >>> budget_doubts((LengthComponent("laser", "B", 0.05e-6), LengthComponent("ruler", "B")))[0]
-    "the budget states no uncertainty for 'ruler': 0 or empty"
+    "the budget has no uncertainty for 'ruler': 0 or empty"
     >>> budget_doubts(REN_BUDGET)
     ()
     """

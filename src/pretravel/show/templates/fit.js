@@ -43,8 +43,12 @@ const fitted = (figure, width, height) => {
   layout.title = { ...layout.title, text: title, pad: { t: 22 } };
   const top = title ? 30 + 15 * LINE * lines(title) : 30;
 
-  // A legend of one row, or in columns of the width of its longest name.
-  const names = data.filter((trace) => trace.showlegend).map((trace) => 13 * LETTER * long(trace.name ?? "") + 44);
+  // A legend of one row, or in columns of the width of its longest name; beside a scene names have two lines.
+  const widest = (name) => Math.max(...name.split("<br>").map(long));
+  const inLegend = data.filter((trace) => trace.showlegend);
+  if (layout.scene && inLegend.length > 3)
+    for (const trace of inLegend) trace.name = inLines((trace.name ?? "").replaceAll("<br>", " "), 150, 13);
+  const names = inLegend.map((trace) => 13 * LETTER * widest(trace.name ?? "") + 44);
   const across = Math.max(1, Math.floor((0.95 * width) / Math.max(...names, 1)));
   const oneRow = names.reduce((sum, each) => sum + each, 0) <= 0.95 * width;
   const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
@@ -62,14 +66,16 @@ const fitted = (figure, width, height) => {
   }
   let margin = { ...layout.margin, t: top };
   if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) };
-  else if (layout.polar) margin = { l: 48, r: bars.length ? BAR + 40 : 48, t: top + 18, b: 30 + legend };
+  else if (layout.polar) margin = { l: width < 420 ? 34 : 48, r: bars.length ? BAR + (width < 420 ? 26 : 40) : width < 420 ? 34 : 48, t: top + 18, b: 30 + legend };
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;
-    const below = xaxis?.visible === false ? 0 : 26 + 13 * LINE * withTitle(xaxis, wide);
+    const more = xaxis?.ticktext ? 12 * LINE * (linesBelow(xaxis, wide) - 1) : 0;
+    const below = xaxis?.visible === false ? 0 : 26 + more + 13 * LINE * withTitle(xaxis, wide);
     margin = { ...margin, r: right, b: below + 12 + legend + (layout.sliders ? 60 : 0) };
     if (yaxis?.ticktext) named(yaxis, height - margin.t - margin.b);
     if (yaxis?.visible !== false) withTitle(yaxis, height - margin.t - margin.b - 16);
+    margin.r = Math.max(right, besideBars(xaxis, yaxis));
   }
   layout.margin = margin;
   for (const bar of bars) Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
@@ -77,6 +83,29 @@ const fitted = (figure, width, height) => {
   const camera = layout.scene?.camera;
   if (camera) layout.scene.camera = seen(layout.scene, camera, width - margin.l - right - beside, height - margin.t - margin.b);
   return { ...figure, layout };
+
+  // The margin that numbers beside bars need: those of the longest bars go beyond the axis.
+  function besideBars(xaxis, yaxis) {
+    const [low, high] = xaxis?.range ?? [];
+    if (!(high > low) || xaxis.type === "log" || !yaxis?.ticktext) return 0;
+    const size = yaxis.tickfont?.size ?? 13;
+    const names = 20 + Math.max(...yaxis.ticktext.map((text) => Math.max(...text.split("<br>").map(long)))) * LETTER * size;
+    const needed = data.filter((trace) => trace.textposition === "middle right").flatMap((trace) =>
+      Array.from(trace.x ?? [], (x, n) => {
+        const share = (x - low) / (high - low);
+        const text = Array.isArray(trace.text) ? trace.text[n] : trace.text;
+        return share < 0.3 ? 0 : (12 + 13 * LETTER * long(`${text ?? ""}`) - (1 - share) * (width - names)) / share;
+      }));
+    return Math.max(0, ...needed);
+  }
+
+  // Names below an axis: in lines of the width of their places; the most lines of one.
+  function linesBelow(axis, wide) {
+    const place = wide / axis.ticktext.length - 6;
+    axis.ticktext = axis.ticktext.map((text) => inLines(text, place, 12));
+    axis.tickfont = { ...axis.tickfont, size: 12 };
+    return Math.max(1, ...axis.ticktext.map(lines));
+  }
 
   // Names beside an axis: in as many lines as their places have room for, else wider, and smaller.
   function named(axis, high) {

@@ -122,6 +122,18 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
     )  # fmt: skip
 
 
+def _time_span(days: float) -> str:
+    """A time in words.
+
+    >>> _time_span(0.0002), _time_span(0.01), _time_span(0.2)
+    ('one minute', '14 minutes', '4.8 hours')
+    """
+    minutes = days * 24 * 60
+    if minutes < 1.5:
+        return "one minute"
+    return f"{minutes:.0f} minutes" if minutes < 90 else f"{days * 24:.2g} hours"
+
+
 def drift_verdict(drift: DriftOverTime) -> str:
     """What a process engineer asks first: does it drift, and when is the probe due again.
 
@@ -137,7 +149,7 @@ def drift_verdict(drift: DriftOverTime) -> str:
     after = f"since the jump or new map of {_date(since)}: " if drift.starts[-1] else ""
     span = float(drift.times[-1] - drift.times[drift.starts[-1]])
     if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
-        return f"{after}all within {span * 24:.2g} hours, which say nothing of a drift in days"
+        return f"{after}all within {_time_span(span)}: a drift shows only over several days"
     if not drift.last:
         return f"{after}too few days to distinguish drift from scatter (3 are needed)"
     limit = value_text(drift.limit / MICROMETRE, "µm")

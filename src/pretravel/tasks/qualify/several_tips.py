@@ -24,8 +24,8 @@ TIP_ENDINGS = (".json", *PAGES)
 _TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
 
 
-def _with_diameters(tips: tuple[StatedTip, ...]) -> bool:
-    return any("=" in tip for tip in tips)
+def _with_diameters(tips: object) -> bool:
+    return any("=" in str(tip) for tip in (tips if isinstance(tips, list | tuple) else (tips,)))
 
 
 STAR = When("tip", is_so=_with_diameters, what="several tips, --tip NAME=DIAMETER")

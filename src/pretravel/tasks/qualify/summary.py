@@ -54,8 +54,8 @@ def judgement(result: Qualification) -> Judgement:
     ----------
     result : Qualification
     """
-    repeated = result.fit.observation.repeats.dof > 0.0 and not _is_hidden(result)
-    return _GRADES[_grade(result)] if repeated else _NO_REPEATS
+    repeated = result.fit.observation.repeats.dof > 0.0 and not result.copies
+    return _GRADES[_grade(result)] if repeated and not _is_hidden(result) else _NO_REPEATS
 
 
 def verdict(result: Qualification, point: Budget) -> str:
@@ -76,8 +76,13 @@ def verdict(result: Qualification, point: Budget) -> str:
     if _is_hidden(result):
         return (
             "Whether the probe is good is not known, because the positions are in steps of "
-            f"{value_text(result.effects.step / MICROMETRE, 'µm')}, and touches differ by less: "
+            f"{result.effects.step / MICROMETRE:.4g} µm, and touches differ by less: "
             f"write them with more digits. {known[0].upper()}{known[1:]}"
+        )
+    if result.copies:
+        return (
+            f"Whether the probe is good is not known, because {result.copies} touches are copies "
+            f"of others to the last digit: give each reading once. {known[0].upper()}{known[1:]}"
         )
     if result.fit.observation.repeats.dof > 0.0:
         return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
@@ -147,6 +152,8 @@ def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
     pretravel_map, observation = result.pretravel_map, result.fit.observation
     if result.outliers:
         return "see the outliers: touch there again, or exclude these touches for good"
+    if result.effects.step >= COARSE_STEP:
+        return "write the positions with more digits, then touch and qualify again"
     if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:
         return f"touch {_USUAL_DIRECTIONS} directions, three times each, for a smaller u"
     if pretravel_map.single_touch > POOR_PROBE:

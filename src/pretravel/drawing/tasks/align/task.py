@@ -27,7 +27,8 @@ from pretravel.task import (
 
 if TYPE_CHECKING:
     from pretravel.base import Placement
-    from pretravel.drawing.alignment.alignment import Alignment, Datum, TipCentres
+    from pretravel.drawing.alignment.alignment import Alignment, Datum
+    from pretravel.drawing.alignment.tip_centres import TipCentres
     from pretravel.files import FileReadings
     from pretravel.maps import PretravelMap
     from pretravel.show import Document
@@ -194,7 +195,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
             Several placements explain the touches, or none does.
         """
         from pretravel.drawing.alignment.aligning import only_placement
-        from pretravel.drawing.alignment.alignment import TipCentres, align
+        from pretravel.drawing.alignment.alignment_fit import align
+        from pretravel.drawing.alignment.tip_centres import TipCentres
         from pretravel.measurement import with_step_of_touches
 
         pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
@@ -221,7 +223,7 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     def _start(self, tips: TipCentres) -> Placement | None:
         """The start that is stated, or that of the targets; None where there is none."""
         from pretravel.base import parse_placement
-        from pretravel.drawing.alignment.alignment import placement_onto
+        from pretravel.drawing.alignment.alignment_fit import placement_onto
         from pretravel.files import read_placement
 
         if self.start is not None:

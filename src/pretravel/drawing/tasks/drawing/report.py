@@ -20,8 +20,8 @@ def drawing_document(model: ModelDrawing) -> Document:
         features = model.drawn.features
         return Document(
             title=name,
-            verdict=f"{name} has no semantic PMI (AP242); {len(features)} of its features can "
-            "carry a size",
+            verdict=f"{name} has no semantic PMI (AP242){_drawn(model.pmi.annotations)}; "
+            f"{len(features)} of its features can carry a size",
             tables=(_skeleton_table(model),) if features else (),
             pictures=pictures,
         )
@@ -76,6 +76,16 @@ def _skeleton_table(model: ModelDrawing) -> Table:
                 ],
             ),
         )
+    )
+
+
+def _drawn(annotations: int) -> str:
+    """What to do where the tolerances are drawn, and not stated."""
+    if not annotations:
+        return ""
+    return (
+        f" but {_count(annotations, 'annotation')} for people to read: export it with semantic "
+        "PMI (representation, not presentation alone)"
     )
 
 

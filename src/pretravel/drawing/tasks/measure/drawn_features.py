@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -14,6 +12,7 @@ from pretravel.base import DEGREE, MICROMETRE, PretravelError
 from pretravel.drawing.features.between_features import relations_between
 from pretravel.drawing.features.conformity import size_conformity
 from pretravel.drawing.features.measured_feature import FORM_NAMES
+from pretravel.drawing.tasks.measure.settings_of_features import StatedSettings
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry, nominal_of_part
 from pretravel.drawing.tolerances.tolerance_frame import (
@@ -22,7 +21,6 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     PlacedFeature,
 )
 from pretravel.drawing.tolerances.tolerances import (
-    FeatureTolerances,
     InspectedFeature,
     OpenTolerance,
     Together,
@@ -30,26 +28,6 @@ from pretravel.drawing.tolerances.tolerances import (
 )
 from pretravel.measurement import SIZE_NAMES
 from pretravel.surface import Part
-
-
-class StatedSettings(Protocol):
-    """What a drawing needs of the settings of a feature, or of the whole run."""
-
-    @property
-    def drawing(self) -> Path | None: ...
-    @property
-    def probability(self) -> float: ...
-    @property
-    def u_machine_um(self) -> float: ...
-    @property
-    def at(self) -> tuple[float, float, float] | None: ...
-    @property
-    def axis(self) -> tuple[float, float, float] | None: ...
-    def tolerances(self) -> FeatureTolerances:
-        """Of the feature."""
-
-    def limits_of(self, text: str, nominal: float | None) -> tuple[float, float]:
-        """The limits that a tolerance states."""
 
 
 @dataclass

@@ -20,7 +20,8 @@ def without_missed(
     ----------
     points : Points
     kinds : sequence of str
-        What the feature can be; the first that has far points says which.
+        What the feature can be; the first that has far points says which, and none where one of
+        them has all points.
     axis : (3,) float or None
         As of `associate`.
 
@@ -38,6 +39,8 @@ e (-2.512 mm)'])
             return points, [_unclear(len(points), kind, found.unclear)]
         if found.rows:
             return _named(points, kind, found)
+        if found.all_near:
+            break
     return points, []
 
 

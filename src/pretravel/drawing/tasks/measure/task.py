@@ -6,9 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
-from pretravel.base import MICROMETRE, TIP_BALL, ConvergenceError, PretravelError
+from pretravel.base import TIP_BALL, PretravelError
+from pretravel.drawing.tasks.measure.settings_of_features import (
+    BY_LABEL,
+    Criterion,
+    FormCriterion,
+)
 from pretravel.task import (
     ANSWER,
     PAGES,
@@ -29,7 +34,6 @@ from pretravel.task import (
 
 if TYPE_CHECKING:
     from pretravel.drawing.features.between_features import FeatureRelation
-    from pretravel.drawing.features.measured_feature import MeasuredFeature
     from pretravel.drawing.tasks.measure.lines import ToleranceLine
     from pretravel.drawing.tolerances.features_file import Drawing
     from pretravel.drawing.tolerances.tolerances import (
@@ -43,20 +47,10 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 
-_SMALLEST_TIP = 0.5
-"""A diameter of surface points is closer to its nominal. [mm]"""
-BY_LABEL = "by-label"
-"""Instead of a feature: that which the label of the points begins with, as in bore1-1, plane2-1."""
-
-
 def _features() -> list[str]:
     from pretravel.measurement import ASSOCIATIONS
 
     return [*ASSOCIATIONS, BY_LABEL]
-
-
-Criterion: TypeAlias = Literal["gaussian", "minimum-zone", "inscribed", "circumscribed", "tangent"]
-FormCriterion: TypeAlias = Literal["minimum-zone", "gaussian"]
 
 
 class Measure(LaboratoryReport):
@@ -480,6 +474,13 @@ class Measure(LaboratoryReport):
             A feature that its points do not determine, with its label; a nominal position for
             several features.
         """
+        from pretravel.drawing.tasks.measure.features_of_points import (
+            inspected,
+            kinds_of,
+            nominals_of,
+            refuse_one_place_for_many,
+            with_names_of_features,
+        )
         from pretravel.drawing.tasks.measure.missed import without_missed
         from pretravel.measurement import points_of_features
 
@@ -494,15 +495,15 @@ class Measure(LaboratoryReport):
             by_label = task.feature == BY_LABEL
             chosen = points_of_features(points, task.select, by_prefix=task.by_prefix or by_label)
             if by_label:
-                chosen, left_out = _with_names_of_features(chosen)
-            _refuse_one_place_for_many(task, list(chosen))
-            inspected = []
+                chosen, left_out = with_names_of_features(chosen)
+            refuse_one_place_for_many(task, list(chosen))
+            of_task = []
             for label, mine in chosen.items():
-                kept, said = without_missed(mine, _kinds(label, task), task.axis)
-                inspected.append(_measured(label, kept, task))
+                kept, said = without_missed(mine, kinds_of(label, task), task.axis)
+                of_task.append(inspected(label, kept, task))
                 misses += said
-            nominals |= _nominals(inspected, task)
-            found += inspected
+            nominals |= nominals_of(of_task, task)
+            found += of_task
         result = replace(_result(self, tuple(found), ()), left_out=(*left_out, *misses))
         return replace(result, nominals=nominals)
 
@@ -511,6 +512,11 @@ class Measure(LaboratoryReport):
     ) -> MeasuredFeatures:
         """The features of a drawing; those whose faces were not touched are named."""
         from pretravel.drawing.tasks.measure.drawn_features import DrawnFeatures
+        from pretravel.drawing.tasks.measure.features_of_points import (
+            inspected,
+            kinds_of,
+            nominals_of,
+        )
         from pretravel.drawing.tasks.measure.missed import without_missed
         from pretravel.measurement import points_of_features, points_on_faces
 
@@ -528,17 +534,17 @@ class Measure(LaboratoryReport):
             if not len(mine):
                 drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
                 continue
-            kept, far = without_missed(mine, _kinds(row.name, task), task.axis)
+            kept, far = without_missed(mine, kinds_of(row.name, task), task.axis)
             try:
-                drawn.found[row.name] = _measured(row.name, kept, task)
+                drawn.found[row.name] = inspected(row.name, kept, task)
             except PretravelError as error:
                 if not row.faces:
                     raise
                 drawn.reasons[row.name] = str(error).removeprefix(f"{row.name}: ")
                 continue
             said += far
-            nominals |= _nominals([drawn.found[row.name]], task)
-        inspected, together = drawn.decide()
+            nominals |= nominals_of([drawn.found[row.name]], task)
+        features, together = drawn.decide()
         nominals |= {
             (", ".join(row.features), row.quantity): row.nominal
             for row in drawing.between if row.nominal is not None
@@ -547,35 +553,13 @@ class Measure(LaboratoryReport):
             f"{row.name} is not measured: {drawn.reasons[row.name]}"
             for row in drawing.feature if row.name in drawn.reasons and not row.has_tolerances
         ]  # fmt: skip
-        result = _result(self, inspected, together, tuple(drawn.open))
+        result = _result(self, features, together, tuple(drawn.open))
         left_out = (*wanted.left_out, *said)
         return replace(result, left_out=left_out, nominals=nominals, part=part)
 
 
-def _kinds(label: str, task: Measure) -> tuple[str, ...]:
-    """The feature of points with a label; a bore or boss may be touched at several heights."""
-    from pretravel.measurement import named_feature
-
-    if task.feature != BY_LABEL:
-        return (str(task.feature),)
-    kind = str(named_feature(label))
-    return (kind, "cylinder") if kind in ("bore", "boss") else (kind,)
-
-
 def _faces_words(faces: Sequence[int]) -> str:
     return f"face{'s' * (len(faces) > 1)} {', '.join(map(str, faces))}"
-
-
-def _nominals(found: Sequence[InspectedFeature], task: Measure) -> dict[tuple[str, str], float]:
-    """The nominal sizes and coordinates that a task states, by feature and quantity."""
-    stated = {}
-    for each in found:
-        label = each.feature.label
-        if task.nominal is not None:
-            stated[label, each.feature.size_name] = task.nominal
-        if task.at is not None:
-            stated |= {(label, axis): at for axis, at in zip("xyz", task.at, strict=True)}
-    return stated
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
@@ -777,78 +761,6 @@ def _result(
     )
 
 
-def _with_names_of_features(chosen: Mapping[str, Points]) -> tuple[dict[str, Points], list[str]]:
-    """The groups whose labels name a feature, and what is said of the others."""
-    from pretravel.measurement import named_feature
-
-    named = {label: mine for label, mine in chosen.items() if named_feature(label)}
-    if not named:
-        raise PretravelError(
-            f"no label begins with a feature: {', '.join(chosen)}. Give the feature, or choose "
-            "points by their labels",
-            inputs=("feature", "select"),
-        )
-    others = [label for label in chosen if label not in named]
-    said = [f"not measured, because the labels name no feature: {', '.join(others)}"]
-    return named, said if others else []
-
-
-def _refuse_one_place_for_many(task: Measure, names: Sequence[str]) -> None:
-    if task.at is not None and len(names) > 1:
-        raise PretravelError(
-            f"a nominal position is that of one feature, and there are {len(names)}: "
-            f"{', '.join(names)}. Measure them one at a time",
-            inputs=("at", "select"),
-        )
-
-
-def _measured(label: str, points: Points, task: Measure) -> InspectedFeature:
-    """One feature, inspected."""
-    from pretravel.drawing.features.measured_feature import BARE_SURFACE
-    from pretravel.drawing.tolerances.tolerances import inspect_feature
-
-    try:
-        if task.feature != BY_LABEL:
-            feature = _feature(label, points, task.feature or BARE_SURFACE, task)
-            return inspect_feature(feature, task.tolerances())
-        feature = _feature_of_label(label, points, task)
-        tolerances = task.tolerances()
-        if feature.size_name not in [each.name for each in feature.quantities]:
-            tolerances = replace(tolerances, size=None)  # a plane among bores has no size
-        return inspect_feature(feature, tolerances)
-    except PretravelError as error:
-        if not label:
-            raise _with_choice(error, len(points)) from None
-        raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
-
-
-def _feature(label: str, points: Points, kind: str, task: Measure) -> MeasuredFeature:
-    from pretravel.drawing.features.measured_feature import measure_feature
-
-    made = measure_feature(
-        _surface_points(points, kind, task.tip_diameter),
-        kind,
-        axis=task.axis,
-        at=task.at,
-        u_machine=task.u_machine_um * MICROMETRE,
-        label=label,
-        association=task.association,
-    )
-    if task.tip_diameter is None and not points.state_uncertainty:
-        _refuse_tip_centres(made, task)
-    return made
-
-
-def _surface_points(points: Points, kind: str, tip_diameter: float | None) -> Points:
-    """Tip centres of a bore, boss or sphere moved to its surface; other points as they are."""
-    from pretravel.measurement import normals_of_feature
-
-    if tip_diameter is None:
-        return points
-    normals = normals_of_feature(kind, points.positions, None)
-    return replace(points, positions=points.positions - 0.5 * tip_diameter * normals)
-
-
 def _taken_for(tip_diameter: float | None) -> str:
     """What points of another origin were taken for."""
     if tip_diameter is None:
@@ -859,45 +771,4 @@ def _taken_for(tip_diameter: float | None) -> str:
     return (
         f"the points were taken as tip centres: the radius of the tip, {0.5 * tip_diameter:g} mm, "
         "was subtracted, and no pretravel"
-    )
-
-
-def _refuse_tip_centres(made: MeasuredFeature, task: Measure) -> None:
-    """Refuse a diameter that is off its nominal by the size of a tip."""
-    limits = task.tolerances().size
-    size = task.nominal
-    if size is None and limits is not None and math.isfinite(limits[0] + limits[1]):
-        size = 0.5 * (limits[0] + limits[1])
-    found = next((q.value for q in made.quantities if q.name == made.size_name), None)
-    if size is None or found is None or abs(found - size) < _SMALLEST_TIP:
-        return
-    raise PretravelError(
-        f"the {made.size_name} {found:.4f} mm is {abs(found - size):.3f} mm from its nominal "
-        f"{size:g} mm, as of tip centres of a tip of that size: give the tip's diameter. Or is "
-        "the nominal another?",
-        inputs=("tip_diameter", "nominal"),
-    )
-
-
-def _feature_of_label(label: str, points: Points, task: Measure) -> MeasuredFeature:
-    """The feature that the label names; a bore or boss at several heights is a cylinder."""
-    from pretravel.measurement import named_feature
-
-    kind = str(named_feature(label))
-    try:
-        return _feature(label, points, kind, task)
-    except PretravelError as error:
-        if kind not in ("bore", "boss") or error.inputs != ("axis",):
-            raise
-        return _feature(label, points, "cylinder", task)
-
-
-def _with_choice(error: PretravelError, count: int) -> PretravelError:
-    """The fault of a feature of all points: those of other features may be among them."""
-    if not (isinstance(error, ConvergenceError) or error.inputs == ("axis",)):
-        return error
-    return PretravelError(
-        f"{error}. All {count} points of the file were taken: choose those of one feature by "
-        "their labels, if there are others",
-        inputs=(*error.inputs, "select"),
     )

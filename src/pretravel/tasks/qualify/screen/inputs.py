@@ -17,6 +17,7 @@ from pretravel.app import (
     download_button,
     folded,
     folded_until_opened,
+    here,
     live,
     note,
     outcome,
@@ -56,27 +57,33 @@ def understood(state: ScreenState) -> None:
         lambda result: _show_look(state, result),
         answer=partial(answer_about_file, state),
     )
-    live([state.listen], lambda: _about_file(state), lambda: _answers_key(state))
-
-
-def _answers_key(state: ScreenState) -> object:
-    files = state.files["touches"]
-    return files and (files[0].digest, [_settings_of(state)[name] for name in ANSWERS])
+    live([state.listen], lambda: _about_file(state), lambda: state.files["touches"])
 
 
 def _about_file(state: ScreenState) -> None:
     """Unit and decimal sign as they are understood: an answer can be taken back."""
     if not state.files["touches"]:
         return
-    stated = _settings_of(state)
+    fields = {}
     with ui.element("div").classes("field-row about-file"):
         for name, label in (("units", "Unit of the file"), ("decimal", "Decimal sign")):
             options: dict[Any, str] = {None: "as the file shows it", **ANSWERS[name][1]}
-            field = ui.select(options, label=label, value=stated[name])
+            field = ui.select(options, label=label, value=_settings_of(state)[name])
             field.props('outlined dense behavior="menu"').classes("field")
-            field.on_value_change(
-                lambda event, name=name: answer_about_file(state, name, event.value)
-            )
+            field.on_value_change(lambda event, name=name: _answered(state, name, event.value))
+            fields[name] = field
+
+    def follow() -> None:
+        if state.files["touches"]:
+            for name, field in fields.items():
+                field.set_value(_settings_of(state)[name])
+
+    here([state.listen], follow)
+
+
+def _answered(state: ScreenState, name: str, value: Any) -> None:
+    if value != _settings_of(state)[name]:
+        answer_about_file(state, name, value)
 
 
 def _show_look(state: ScreenState, result: LookResult) -> None:

@@ -68,7 +68,12 @@ def touches_table(state: ScreenState) -> None:
     def key() -> object:
         return None if fit.result is None else (fit.result.names, rows_shown(fit.result))
 
-    live([fit.listen], lambda: _left_out(state, fit.result), lambda: fit.result)
+    def left_out() -> object:
+        touches = None if fit.result is None else fit.result.touches.left_out
+        return None if touches is None else (int(touches.sum()), len(touches))
+
+    # Of one height: the rows below do not move while they are ticked.
+    live([fit.listen], lambda: _left_out(state, fit.result), left_out).classes("left-out")
     live([fit.listen], build, key)
 
 

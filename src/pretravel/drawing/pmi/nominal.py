@@ -1,0 +1,103 @@
+"""Nominal places of features, and what is between them, by the faces of the text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from pretravel.drawing.pmi.model_faces import ModelFace
+from pretravel.measurement import SHORTEST
+
+
+def two_planes(groups: Sequence[Sequence[ModelFace]]) -> bool:
+    """Whether these are two surfaces, both plane."""
+    return len(groups) == 2 and all(each[0].kind == "plane" for each in groups)
+
+
+def opposite(groups: Sequence[Sequence[ModelFace]]) -> bool:
+    """Whether two planes face one another or away from one another."""
+    a, b = (each[0].direction for each in groups)
+    return a is not None and b is not None and float(a @ b) < -1.0 + 1e-6
+
+
+def nominal_place(
+    faces: Sequence[ModelFace],
+) -> tuple[tuple[float, float, float] | None, tuple[float, float, float] | None]:
+    """The middle of a feature on its axis or plane, and its direction. [mm]"""
+    first = faces[0]
+    if first.point is None or first.direction is None:
+        return None, None
+    corners = np.concatenate([face.corners for face in faces])
+    if len(corners) == 0 or first.kind in ("sphere", "torus"):
+        middle = first.point
+    elif first.kind == "plane":  # or the two planes of a slot
+        places = [float(face.point @ first.direction) for face in faces if face.point is not None]
+        middle = corners.mean(axis=0)
+        between = 0.5 * (min(places) + max(places))
+        middle = middle + (between - middle @ first.direction) * first.direction
+    else:
+        heights = (corners - first.point) @ first.direction
+        middle = first.point + 0.5 * (heights.min() + heights.max()) * first.direction
+    return triple(middle, 6), triple(first.direction)
+
+
+def is_short(faces: Sequence[ModelFace]) -> bool:
+    """Whether a cylinder is shorter than what shows its direction."""
+    corners = np.concatenate([face.corners for face in faces])
+    if faces[0].direction is None or not len(corners):
+        return False
+    return float(np.ptp(corners @ faces[0].direction)) < SHORTEST * faces[0].radius
+
+
+def projected_ends(
+    faces: Sequence[ModelFace], begins: Sequence[ModelFace], length: float
+) -> tuple[float, float] | None:
+    """Ends of a projected zone on the axis of a feature, from its nominal point. [mm]"""
+    point, direction = (None if each is None else np.array(each) for each in nominal_place(faces))
+    if point is None or direction is None or not begins:
+        return None
+    first = begins[0]
+    if first.kind != "plane" or first.point is None or first.direction is None:
+        return None
+    cosine = float(first.direction @ direction)
+    if abs(cosine) < 1.0 - 1e-6:
+        return None
+    start = float((first.point - point) @ direction)
+    return round(start, 6), round(start + math.copysign(length, cosine), 6)
+
+
+def triple(values: Iterable[float], digits: int = 9) -> tuple[float, float, float]:
+    """Three numbers without noise beyond some digits."""
+    x, y, z = (round(float(value), digits) + 0.0 for value in values)
+    return x, y, z
+
+
+def angle_between(a: ModelFace, b: ModelFace) -> float | None:
+    """The acute angle of two normals or axes. [degrees]"""
+    if a.direction is None or b.direction is None:
+        return None
+    return math.degrees(math.acos(min(1.0, abs(float(a.direction @ b.direction)))))
+
+
+def distance_between(a: ModelFace, b: ModelFace) -> float | None:
+    """Of parallel planes, of parallel axes, of a centre or a parallel axis from a plane. [mm]"""
+    if a.point is None or b.point is None or a.direction is None or b.direction is None:
+        return None
+    apart = b.point - a.point
+    if a.kind == b.kind == "sphere":
+        return float(np.linalg.norm(apart))
+    if (a.kind == "plane") != (b.kind == "plane"):
+        flat, other = (a, b) if a.kind == "plane" else (b, a)
+        away = flat.direction
+        assert away is not None
+        assert other.direction is not None
+        if other.kind != "sphere" and abs(float(away @ other.direction)) > 1e-6:
+            return None
+        return abs(float(apart @ away))
+    parallel = np.linalg.norm(np.cross(a.direction, b.direction)) < 1e-6
+    if not parallel:
+        return None
+    along = float(apart @ a.direction)
+    return abs(along) if a.kind == "plane" else math.sqrt(max(float(apart @ apart) - along**2, 0.0))

@@ -1,0 +1,145 @@
+"""Points of one label as a feature, inspected by what a task asks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from pretravel.base import MICROMETRE, ConvergenceError, PretravelError
+from pretravel.drawing.features.measured_feature import (
+    BARE_SURFACE,
+    MeasuredFeature,
+    measure_feature,
+)
+from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL, StatedSettings
+from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_feature
+from pretravel.measurement import Points, named_feature, normals_of_feature
+
+_SMALLEST_TIP = 0.5
+"""A diameter of surface points is closer to its nominal. [mm]"""
+
+
+def kinds_of(label: str, task: StatedSettings) -> tuple[str, ...]:
+    """The feature of points with a label; a bore or boss may be touched at several heights."""
+    if task.feature != BY_LABEL:
+        return (str(task.feature),)
+    kind = str(named_feature(label))
+    return (kind, "cylinder") if kind in ("bore", "boss") else (kind,)
+
+
+def with_names_of_features(chosen: Mapping[str, Points]) -> tuple[dict[str, Points], list[str]]:
+    """The groups whose labels name a feature, and what is said of the others."""
+    named = {label: mine for label, mine in chosen.items() if named_feature(label)}
+    if not named:
+        raise PretravelError(
+            f"no label begins with a feature: {', '.join(chosen)}. Give the feature, or choose "
+            "points by their labels",
+            inputs=("feature", "select"),
+        )
+    others = [label for label in chosen if label not in named]
+    said = [f"not measured, because the labels name no feature: {', '.join(others)}"]
+    return named, said if others else []
+
+
+def refuse_one_place_for_many(task: StatedSettings, names: Sequence[str]) -> None:
+    """Refuse a nominal position that would be that of several features."""
+    if task.at is not None and len(names) > 1:
+        raise PretravelError(
+            f"a nominal position is that of one feature, and there are {len(names)}: "
+            f"{', '.join(names)}. Measure them one at a time",
+            inputs=("at", "select"),
+        )
+
+
+def nominals_of(
+    found: Sequence[InspectedFeature], task: StatedSettings
+) -> dict[tuple[str, str], float]:
+    """The nominal sizes and coordinates that a task states, by feature and quantity."""
+    stated = {}
+    for each in found:
+        label = each.feature.label
+        if task.nominal is not None:
+            stated[label, each.feature.size_name] = task.nominal
+        if task.at is not None:
+            stated |= {(label, axis): at for axis, at in zip("xyz", task.at, strict=True)}
+    return stated
+
+
+def inspected(label: str, points: Points, task: StatedSettings) -> InspectedFeature:
+    """One feature, inspected."""
+    try:
+        if task.feature != BY_LABEL:
+            feature = _feature(label, points, task.feature or BARE_SURFACE, task)
+            return inspect_feature(feature, task.tolerances())
+        feature = _feature_of_label(label, points, task)
+        tolerances = task.tolerances()
+        if feature.size_name not in [each.name for each in feature.quantities]:
+            tolerances = replace(tolerances, size=None)  # a plane among bores has no size
+        return inspect_feature(feature, tolerances)
+    except PretravelError as error:
+        if not label:
+            raise _with_choice(error, len(points)) from None
+        raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
+
+
+def _feature(label: str, points: Points, kind: str, task: StatedSettings) -> MeasuredFeature:
+    made = measure_feature(
+        _surface_points(points, kind, task.tip_diameter),
+        kind,
+        axis=task.axis,
+        at=task.at,
+        u_machine=task.u_machine_um * MICROMETRE,
+        label=label,
+        association=task.association,
+    )
+    if task.tip_diameter is None and not points.state_uncertainty:
+        _refuse_tip_centres(made, task)
+    return made
+
+
+def _surface_points(points: Points, kind: str, tip_diameter: float | None) -> Points:
+    """Tip centres of a bore, boss or sphere moved to its surface; other points as they are."""
+    if tip_diameter is None:
+        return points
+    normals = normals_of_feature(kind, points.positions, None)
+    return replace(points, positions=points.positions - 0.5 * tip_diameter * normals)
+
+
+def _refuse_tip_centres(made: MeasuredFeature, task: StatedSettings) -> None:
+    """Refuse a diameter that is off its nominal by the size of a tip."""
+    limits = task.tolerances().size
+    size = task.nominal
+    if size is None and limits is not None and math.isfinite(limits[0] + limits[1]):
+        size = 0.5 * (limits[0] + limits[1])
+    found = next((q.value for q in made.quantities if q.name == made.size_name), None)
+    if size is None or found is None or abs(found - size) < _SMALLEST_TIP:
+        return
+    raise PretravelError(
+        f"the {made.size_name} {found:.4f} mm is {abs(found - size):.3f} mm from its nominal "
+        f"{size:g} mm, as of tip centres of a tip of that size: give the tip's diameter. Or is "
+        "the nominal another?",
+        inputs=("tip_diameter", "nominal"),
+    )
+
+
+def _feature_of_label(label: str, points: Points, task: StatedSettings) -> MeasuredFeature:
+    """The feature that the label names; a bore or boss at several heights is a cylinder."""
+    kind = str(named_feature(label))
+    try:
+        return _feature(label, points, kind, task)
+    except PretravelError as error:
+        if kind not in ("bore", "boss") or error.inputs != ("axis",):
+            raise
+        return _feature(label, points, "cylinder", task)
+
+
+def _with_choice(error: PretravelError, count: int) -> PretravelError:
+    """The fault of a feature of all points: those of other features may be among them."""
+    if not (isinstance(error, ConvergenceError) or error.inputs == ("axis",)):
+        return error
+    return PretravelError(
+        f"{error}. All {count} points of the file were taken: choose those of one feature by "
+        "their labels, if there are others",
+        inputs=(*error.inputs, "select"),
+    )
