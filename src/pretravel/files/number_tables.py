@@ -33,7 +33,7 @@ _KEPT = ("path", "header_line", "decimal", "scales", "titles", "unread")
 
 @dataclass(frozen=True)
 class NumberTable(CsvTable):
-    """A table whose columns are numbers already, beside the labels.
+    """A table whose columns are numbers already, in addition to the labels.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ class DayTerms:
         About the axis. [rad]
     form, u_form : float
         Root mean square of what the others leave, beyond the noise; negative where it is smaller
-        than the noise lets expect. [mm]
+        than the noise would produce. [mm]
     delay, u_delay : float
         Signal delay, of touches at several feeds. [s]
     feed : float

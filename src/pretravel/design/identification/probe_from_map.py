@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
 LARGEST_RELATIVE_U = 0.3
-"""Relative (angles: in rad) standard uncertainty above which a number is undetermined."""
+"""Relative (for angles in rad) standard uncertainty above which a number is undetermined."""
 MISFIT = 2.0
 """Ratio of the residuals to the map's uncertainty above which they are a misfit."""
 _CODE_SCALE, _SHIFT_SCALE = 0.1, 1e-3
@@ -55,7 +55,7 @@ class Identification:
     relative_uncertainty : (k,) float
         Relative for lengths and forces, in rad for angles.
     residuals : (n,) float
-        Touches (of a map without them: the map) less model, after the shift of the reference. [mm]
+        Touches, or the map where it has none, less model, after the shift of the reference. [mm]
     directions : (n, 3) float
         In the machine frame.
     shift : (3,) float

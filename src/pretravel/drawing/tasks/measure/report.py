@@ -116,7 +116,7 @@ def features_document(
     statements : LaboratoryStatements or None
         Of a laboratory that may have compared the rule of decisions with its standard.
     warnings : sequence of str
-        Beside those that follow from the features.
+        In addition to those that follow from the features.
 
     Returns
     -------
@@ -810,7 +810,7 @@ TRIALS = "By Monte Carlo"
 
 
 def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -> Table:
-    """Quantities by Monte Carlo beside their analytic uncertainty.
+    """Quantities by Monte Carlo and their analytic uncertainty.
 
     Parameters
     ----------
