@@ -142,14 +142,14 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     if not result.setup.ring and axial is not None and result.pretravel_map.kind == "harmonic":
         assumed.append(
             f"{axial / MICROMETRE:g} µm of pretravel along the probe's axis (its u is in u of the "
-            "centre); give it if your probe has another"
+            "centre)"
         )
     if result.setup.u_diameter is None:
         assumed.append(
-            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "
-            "the default; give u of the certificate"
+            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter"
         )
-    return (KeyFigure("assumed", ". ".join(assumed)),) if assumed else ()
+    words = " and ".join(assumed)
+    return (KeyFigure("assumed", f"{words}; give what you know"),) if assumed else ()
 
 
 def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:
