@@ -62,7 +62,7 @@ def test_a_map_made_here_measures_a_part_without_a_download(
     page.get_by_role("button", name="Take bore_touches.csv from this project").click()
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector(".document")
-    assert "touches" in page.inner_text(".document")
+    assert "45 points; U of a point" in page.inner_text(".document")
 
 
 def test_an_address_of_no_task_shows_all_of_them(page: Any, workbench: RunningWorkbench) -> None:
