@@ -11,7 +11,7 @@ from pretravel.show import number_text, signed_decimals
 from pretravel.tasks.qualify.screen.settings import EngineerSettings, file_mark
 from pretravel.tasks.qualify.screen.work import FIT, FitResult
 
-FEW_ROWS, MOST_ROWS = 20, 150
+FEW_ROWS, MOST_ROWS = 10, 150
 """Of the table at first, and of all; of more touches those with the largest residuals."""
 
 
