@@ -112,7 +112,7 @@ class Command(TyperCommand):
 
     def _refuse_twice(self, args: list[str]) -> None:
         """Refuse an option that takes one value and is given twice: the last would win."""
-        words = [word.partition("=")[0] for word in args if word.startswith("-")]
+        words = [_option_of(word) for word in args if word.startswith("-")]
         for parameter in self.params:
             if not isinstance(parameter, TyperOption) or parameter.multiple or parameter.is_flag:
                 continue
@@ -170,6 +170,11 @@ def typed_name(parameter: Any) -> str:
     if longest.startswith("-"):
         return longest
     return str(parameter.metavar or longest).upper()
+
+
+def _option_of(word: str) -> str:
+    """The option of a word, without a value that stands in the same word: -oa.csv, --tip=A."""
+    return word.partition("=")[0] if word.startswith("--") else word[:2]
 
 
 def _reason(error: typer.BadParameter) -> str:
