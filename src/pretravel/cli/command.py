@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -58,6 +59,7 @@ class Command(TyperCommand):
             typer.echo(self.get_help(ctx))
             ctx.exit()
         self._refuse_twice(args)
+        self._refuse_underscores(args)
         try:
             rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
@@ -109,6 +111,19 @@ class Command(TyperCommand):
         if now != option:
             typer.echo(f"Warning: {option} is deprecated: it is called {now} now", err=True)
         return f"{now}{sign}{value}"
+
+    def _refuse_underscores(self, args: list[str]) -> None:
+        """Refuse 1_0, which Python reads as 10, where a number is typed."""
+        numbers = {
+            option: parameter
+            for parameter in self.params
+            if parameter.type_descriptor.annotation in (float, int)
+            for option in parameter.opts
+        }
+        joined = [tuple(word.split("=", 1)) for word in args if "=" in word]
+        for option, value in (*pairwise(args), *joined):
+            if option in numbers and "_" in value:
+                raise PretravelError(f"{typed_name(numbers[option])} {value}: it must be a number")
 
     def _refuse_twice(self, args: list[str]) -> None:
         """Refuse an option that takes one value and is given twice: the last would win."""
