@@ -177,8 +177,8 @@ def sign_and_word(judgement: Judgement, tag: str) -> None:
 
 
 def _has_details(document: Document) -> bool:
-    parts = (*document.figures, *document.tables)
-    return bool(document.sections) or any(part.detail for part in parts)
+    figures = any(figure.detail for figure in document.figures)
+    return bool(document.sections) or figures or any(table.detail for table in document.tables)
 
 
 def _details(document: Document, *, opened: bool = False) -> None:
