@@ -3,7 +3,7 @@
 ``python -m docs.example_folders`` makes ``examples/tutorials/`` again from the pages, which stay
 the one place of the commands.
 ``cp $EXAMPLES/… NAME`` and ``cat > NAME <<'END'`` of a page become files
-of the folder; other ``$EXAMPLES/NAME`` become ``NAME``, a file or folder beside ``run.sh``.
+of the folder; other ``$EXAMPLES/NAME`` become ``NAME``, a file or folder next to ``run.sh``.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ A page contains a comment ``<!-- generated: NAME ARGUMENT -->``; it is replaced 
 is new in the code is thus in the site without a change of a page. Where a second comment, `END`,
 follows, the Markdown between the two is in the repository too, for those who read the page there:
 ``python -m docs.generated_reference`` renews it. What the code does not say, such
-as the meaning of a column, is beside the pages in TOML, and what is missing there stops the build.
+as the meaning of a column, is next to the pages in TOML, and what is missing there stops the build.
 """
 
 from __future__ import annotations
@@ -335,7 +335,7 @@ def csv_files() -> list[dict[str, Any]]:
 
 @dataclass
 class Published:
-    """A numbered equation, table or figure of a paper, our number beside it, and its tests."""
+    """A numbered equation, table or figure of a paper, our number, and its tests."""
 
     paper: str
     item: str
@@ -492,7 +492,7 @@ def public_names() -> dict[str, str]:
 
 
 def gallery(_: str) -> str:
-    """Each script with its picture, and its number beside the published one."""
+    """Each script with its picture, and its number next to the published one."""
     folder = HERE / "gallery"
     numbers = tomllib.loads((folder / "numbers.toml").read_text("utf-8"))
     scripts = sorted(folder.glob("plot_*.py"), key=lambda path: ("_fig_" not in path.stem, path))

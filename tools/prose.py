@@ -58,9 +58,13 @@ def texts_of_python(source: str) -> str:
 
 
 def checks(vocabulary: dict[str, dict[str, str]]) -> tuple[Check, ...]:
-    """One check for all words that only we would use."""
+    """Checks of words that only we would use, and of forms of sentences that are read twice."""
     words = PreferredForms(items=vocabulary["words"], padding=Padding.WORDS_IN_TEXT)
-    return (Check(words, path="vocabulary", message="'{1}': {0}"),)
+    forms = PreferredForms(items=vocabulary["forms"], padding=Padding.SAFE_JOIN)
+    return (
+        Check(words, path="vocabulary", message="'{1}': {0}"),
+        Check(forms, path="vocabulary.forms", message="'{1}': {0}"),
+    )
 
 
 def findings(path: Path, config: Config) -> Iterator[str]:

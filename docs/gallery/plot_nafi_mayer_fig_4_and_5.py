@@ -44,7 +44,7 @@ def stated(result: Separation) -> float:
 
 def draw(result: Separation) -> Figure:
     """The plot of errors and variances over the directions."""
-    title = "Separation of machine and probe (bars: two standard uncertainties)"
+    title = "Separation of machine and probe (bars are two standard uncertainties)"
     return drawn_figure(separation_view(result, title))
 
 

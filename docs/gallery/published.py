@@ -15,7 +15,7 @@ from pretravel.show.style import save
 ROOT = Path(__file__).parents[2]
 PICTURES = ROOT / "docs" / "pictures"
 NUMBERS = Path(__file__).parent / "numbers.toml"
-"""The number of each script when it was run last; the site shows it beside the published one."""
+"""The number of each script when it was run last; the site shows it next to the published one."""
 
 
 @dataclass(frozen=True)

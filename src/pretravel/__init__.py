@@ -9,8 +9,8 @@ from __future__ import annotations
 import sys
 
 if getattr(sys, "argv", [])[:1] == ["-m"] and not sys.flags.safe_path:
-    # python -m pretravel: a typing.py or shutil.py beside a part file must not be imported. A
-    # program in the current folder that imports pretravel has the modules beside it.
+    # python -m pretravel: a typing.py or shutil.py next to a part file must not be imported. A
+    # program in the current folder that imports pretravel has the modules next to it.
     _started = sys.orig_argv[-len(sys.argv)].partition(".")[0]  # "pretravel" or "-mpretravel"
     if _started == "pretravel" or (_started[:1] == "-" and _started.endswith("mpretravel")):
         del sys.path[0]

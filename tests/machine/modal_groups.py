@@ -13,7 +13,7 @@ from pathlib import Path
 PAGE = Path(__file__).parent.parent.parent / "docs" / "how-to" / "linuxcnc-faults.md"
 HEADER = Path("/usr/include/linuxcnc/interp_internal.hh")
 _LINE = "| group | words | what programs and cycles do |\n| --- | --- | --- |"
-BACK = "set by the program, and given back after a stop"
+BACK = "set by the program, and restored after a stop"
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ GROUPS = (
     ModalGroup(
         "GM_MOTION",
         "G0 G1 G2 G3 G33 G38.n G73 G76 G80 to G89",
-        "each of our moves states its own; it is not given back: state the next one",
+        "each of our moves contains its own; it is not restored: write it in the next block",
     ),
     ModalGroup(
         "GM_SET_PLANE", "G17 G18 G19 G17.1 G18.1 G19.1", f"{BACK}; a normal end (M2) selects G17"
@@ -46,18 +46,18 @@ GROUPS = (
         "G93 G94 G95, with F",
         f"{BACK}, F too; a normal end (M2) selects G94; cycles stop where it is not G94",
     ),
-    ModalGroup("GM_LENGTH_UNITS", "G20 G21", "set by programs, used by cycles, and given back"),
+    ModalGroup("GM_LENGTH_UNITS", "G20 G21", "set by programs, used by cycles, and restored"),
     ModalGroup("GM_CUTTER_COMP", "G40 G41 G42 G41.1 G42.1", "checked: stops where one is active"),
     ModalGroup(
         "GM_TOOL_LENGTH_OFFSET",
         "G43 G43.1 G43.2 G49",
-        "checked against the probe, and given back",
+        "checked against the probe, and restored",
     ),
     ModalGroup("GM_RETRACT_MODE", "G98 G99", "cannot matter: no canned cycles"),
     ModalGroup(
         "GM_COORD_SYSTEM",
         "G54 to G59.3",
-        "set by programs, used by cycles, and given back after a stop, on the screens too; a "
+        "set by programs, used by cycles, and restored after a stop, on the screens too; a "
         "normal end (M2) selects G54",
     ),
     ModalGroup(
@@ -86,7 +86,7 @@ GROUPS = (
     ModalGroup(
         "M group 9",
         "M48 M49 M50 M51 M52 M53",
-        "feed override and adaptive feed are off during a touch, and given back; a feed stop (M53) "
+        "feed override and adaptive feed are off during a touch, and restored; a feed stop (M53) "
         "may stop a touch and let it go on",
     ),
     ModalGroup("M group 10", "M100 to M199", "not used"),

@@ -69,7 +69,7 @@ them back with a click. Fill a screen with an example by `ScreenState.fill` (`ex
 then the user's own files and settings come back, too (`own_data_back`).
 
 **Links.** What a screen takes of another one, a file, the map or the reference, is a copy with a
-`project.Link` beside it in ``state.links`` (`from_project`, `take_reference`, `follow_map`). When
+`project.Link` next to it in ``state.links`` (`from_project`, `take_reference`, `follow_map`). When
 the source would be another one now (`links.newer_inputs` compares digests of inputs), every work
 that uses the copy is outdated, its results are pale and cannot be taken, and `work_status` offers
 the newer one; the start page says so.

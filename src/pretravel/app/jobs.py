@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 LARGE = 2_000_000
 """Bytes of files above which work is done in a process of its own: it can be ended, and its memory
-is given back."""
+is free again."""
 _PAUSE = 0.15
 """Time from the last change of a setting, which may go on, to the start of automatic work. [s]"""
 _UNTIL_AHEAD = 0.3
@@ -194,7 +194,7 @@ class Work:
 
     @property
     def lacking(self) -> str:
-        """What it needs beside its files, once these are there."""
+        """What it needs in addition to its files, once these are there."""
         files = all(self.state.files[purpose] for purpose in self.job.needs)
         return self.job.lacks(self.state) if files else ""
 

@@ -1,7 +1,7 @@
 """Links of a project: an input of a screen that another screen has or makes.
 
-A screen keeps a copy of what it takes, so that its result stays what it is. The link beside the
-copy states of what it is a copy: as soon as the other screen has or would make something else,
+A screen keeps a copy of what it takes, so that its result stays what it is. The link next to
+the copy says of what it is a copy: as soon as the other screen has or would make something else,
 whatever depends on the copy is old (`Work.newer`), until the user takes the new one or keeps his.
 """
 

@@ -94,7 +94,7 @@ SCREENS = (
         "Design",
         "Design a probe",
         "Stylus, preload, materials and seats in; force, pretravel and stress over all "
-        "directions out, two designs beside each other.",
+        "directions out, two designs next to each other.",
         "architecture",
         "pretravel.design.screen.designer:show",
     ),

@@ -56,7 +56,7 @@ def page_frame(title: str, current: str = "") -> Iterator[None]:
     client = ui.context.client
     main = client.content.parent_slot.parent if client.content.parent_slot else client.content
     main.props["tabindex"] = -1
-    with client.layout:  # beside main, not in it
+    with client.layout:  # next to main, not in it
         skip = text("a", "Skip to the content", "skip")
         skip.props["href"] = f"#{main.html_id}"
         with ui.element("header").classes("top") as header:

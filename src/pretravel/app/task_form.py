@@ -108,7 +108,7 @@ class TaskForm:
     def used(
         self, stored: Mapping[str, Any], files: Mapping[str, Any] = NO_FILES
     ) -> tuple[str, ...]:
-        """The settings that the task uses beside the others, by their names in the task.
+        """The settings that the task uses together with the others, by their names in the task.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class TaskForm:
     ) -> dict[str, Any]:
         """What was stated, by the names in the task; of what must be stated and was not, None.
 
-        What the task does not use beside the others has no field, and is not given.
+        What the task does not use together with the others has no field, and is not given.
 
         Parameters
         ----------

@@ -88,7 +88,7 @@ class RowError(PretravelError):
     row : int
         From 0.
     in_file : str
-        The message beside a file and its line, which name the row.
+        The message in addition to a file and its line, which name the row.
 
     >>> error = RowError("normals: row 2 is zero", 1, in_file="the normal is zero")
     >>> error.row, error.in_file

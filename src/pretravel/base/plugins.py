@@ -117,7 +117,7 @@ class Plugins(Mapping[str, _T], Generic[_T]):
     def usable(self) -> dict[str, _T]:
         """The objects by name, without plug-ins that cannot be used.
 
-        Who asks for such a plug-in by its name is told why; others need not know of it.
+        A request for such a plug-in by its name raises with the reason; others need not know of it.
         """
         found = {}
         for name in self:

@@ -37,7 +37,7 @@ _being_written: set[Path] = set()
 
 @contextmanager
 def whole_file(path: str | Path) -> Iterator[Path]:
-    """A temporary path beside `path` that replaces `path` at the end, when no error occurred.
+    """A temporary path next to `path` that replaces `path` at the end, when no error occurred.
 
     An interrupted run or a full disk leaves the old file, or no file. Of a link, the file that it
     points to is replaced. A device or a pipe is never replaced: the content is written to it at
@@ -285,7 +285,7 @@ def one_process_at_a_time(path: str | Path) -> Iterator[bool]:
     Parameters
     ----------
     path : str or Path
-        Of the file; its folder need not exist. The file ``path.lock`` stays beside it.
+        Of the file; its folder need not exist. The file ``path.lock`` stays next to it.
 
     Yields
     ------

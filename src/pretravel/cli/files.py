@@ -20,9 +20,9 @@ def check_files(
     Parameters
     ----------
     outputs : pairs of path and endings
-        Paths that will be written (None: no such output), and the endings that they may have.
+        Paths that will be written (None for no output), and the endings that they may have.
     inputs : paths
-        Files that are read; none of them may be overwritten (None: no such input).
+        Files that are read; none of them may be overwritten (None for no input).
     programs : bool
         The outputs are programs of machines, as for `refuse_other_kinds`.
 

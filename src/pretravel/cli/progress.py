@@ -108,7 +108,7 @@ def working(what: str) -> Iterator[None]:
     clock = WorkClock(time.monotonic(), what)
 
     class Line:
-        """The line beside the spinner, as it is when it is drawn."""
+        """The line next to the spinner, as it is when it is drawn."""
 
         def __rich__(self) -> Text:
             return Text(clock.text(time.monotonic()), no_wrap=True, overflow="ellipsis")

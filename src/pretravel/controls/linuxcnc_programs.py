@@ -47,7 +47,7 @@ def linuxcnc_program(
     ----------
     program : ProbingProgram
     log : str
-        Name of the log file, which the control writes beside the INI file of the machine.
+        Name of the log file, which the control writes next to the INI file of the machine.
     compensated : PretravelMap, optional
         Also log surface points, with the subroutines of `linuxcnc_subroutines` of this map.
     allow_misses : bool

@@ -24,7 +24,7 @@ def map_dataset(
     ----------
     pretravel_map : PretravelMap
     table : mapping of str to (n,) values, optional
-        A prediction's columns, kept beside the map along ``direction``.
+        A prediction's columns, kept in addition to the map along ``direction``.
 
     Returns
     -------

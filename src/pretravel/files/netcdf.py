@@ -27,7 +27,7 @@ LARGEST_CONTENT = 256_000_000
 
 A few bytes can declare an array of any size. What is stored as it is cannot exceed its file."""
 _SECONDS, _BYTES_A_SECOND = 30.0, 5e6
-"""Time that reading may take, beside a time for each byte; it usually takes a quarter second."""
+"""Time that reading may take, plus a time for each byte; it usually takes a quarter second."""
 
 
 @dataclass(frozen=True, eq=False)

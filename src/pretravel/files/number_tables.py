@@ -25,7 +25,7 @@ LABEL = "label"
 _HEAD_ROWS = 2_000
 _HEAD_BYTES = 400_000
 _FEWEST_BYTES = 1_000_000
-"""Of a file below which each row is read by itself: that is as quick as the import of pyarrow."""
+"""Of a file below which each row is read separately: that is as quick as the import of pyarrow."""
 _NUMERALS = b"0123456789+-.eE \r\n"
 _KEPT = ("path", "header_line", "decimal", "scales", "titles", "unread")
 """What each part has of the head."""
@@ -33,7 +33,7 @@ _KEPT = ("path", "header_line", "decimal", "scales", "titles", "unread")
 
 @dataclass(frozen=True)
 class NumberTable(CsvTable):
-    """A table whose columns are numbers already, beside the labels.
+    """A table whose columns are numbers already, in addition to the labels.
 
     Attributes
     ----------

@@ -314,7 +314,7 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
         raise InputError(
             "the file contains positions, but not the targets that were touched there; give the "
             "plan that was run and the tip's diameter, or the normal that all touches have "
-            "(heights: 0,0,1)",
+            "(0,0,1 for heights)",
             path=found.path,
             inputs=("plan", "tip_diameter", "normal"),
         )

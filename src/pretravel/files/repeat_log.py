@@ -196,7 +196,7 @@ def _without_count(lines: list[tuple[int, str]]) -> list[tuple[int, str]]:
 
 
 def _one_coordinate(file: SourceFile, options: ReadingOptions) -> RepeatLog | None:
-    """A table with one of the three coordinates, beside a running number or differences."""
+    """A table with one of the three coordinates, in addition to a running number or differences."""
     table = read_touch_columns(file, replace(options, look_only=True)).table
     there = [axis for axis in _AXES if table.has(f"{axis}_mm")]
     if len(there) != 1:

@@ -18,7 +18,7 @@ from pretravel.files.readings import read_readings
 from pretravel.touches import WORD_COLUMNS, Touches, copied_rows_warnings, with_spindle, without
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
-"""Endings of text files that can have touches, beside those of the formats."""
+"""Endings of text files that can have touches, in addition to those of the formats."""
 _NO_TOUCHES = (".nc", ".json")
 _SHOWN = 10
 """Most names of files that a sentence shows."""

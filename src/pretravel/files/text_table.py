@@ -635,7 +635,7 @@ def suggested_columns(rows: Sequence[tuple[int, Sequence[str]]]) -> str:
     Returns
     -------
     str
-        The first three columns beside each other whose numbers have decimals and differ.
+        The first three columns next to each other whose numbers have decimals and differ.
 
     >>> suggested_columns([(1, ["7", "face", "1.5", "2.5", "3.0"]), (2, ["8", "", "1", "2", "3"])])
     'x=3,y=4,z=5'

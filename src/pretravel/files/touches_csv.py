@@ -114,9 +114,9 @@ def read_table_of_touches(
         if not (given or round_one or options.look_only):
             raise file.error(
                 "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
-                "plan that was run, or the normal that all touches have (heights: 0,0,1), or give "
-                "which columns are the normals. To compensate, a nominal surface or the kind of "
-                "feature (bore, boss, sphere) gives them, too",
+                "plan that was run, or the normal that all touches have (0,0,1 for heights), or "
+                "give which columns are the normals. To compensate, a nominal surface or the kind "
+                "of feature (bore, boss, sphere) gives them, too",
                 table.header_line or table.lines[0],
                 inputs=("plan", "normal", "columns", "nominal", "feature"),
             )

@@ -239,7 +239,7 @@ _LOBES = 0.35
 """Lobes of three rods, over pretravel across the axis: the mean is 1.2 to 1.5 times the least."""
 _FIRST_HARMONIC = 0.05
 """First harmonic across the axis, over pretravel across the axis: rods 2° out and a spring 2 % of
-the radius of the seats beside the axis make 0.04."""
+the radius of the seats off the axis make 0.04."""
 
 
 def usual_shift_covariance(observation: Observation, left: float = 1.0) -> FloatArray:
@@ -259,7 +259,7 @@ def usual_shift_covariance(observation: Observation, left: float = 1.0) -> Float
     Notes
     -----
     Pretravel is usually A sin²θ + L sin³θ cos 3(φ - φ0) and a small first harmonic across the axis,
-    beside a constant. The least-squares sphere takes a part of each for a shift. A follows from
+    and a constant. The least-squares sphere takes a part of each for a shift. A follows from
     the level of that sphere and from pretravel along the axis, which is small.
 
     >>> from pretravel.base.directions import fibonacci_cap
@@ -339,11 +339,11 @@ def _by_level(observation: Observation, across: FloatArray) -> float:
 
 _USUAL_NOISE = 0.3 * MICROMETRE
 _USUAL_NOISE_DOF = 2.0
-"""How many residuals the usual noise of a touch stands for, beside few of its own."""
+"""How many residuals the usual noise of a touch stands for, together with few of its own."""
 
 
 def with_usual_noise(variance: float, dof: float, observation: Observation) -> float:
-    """A variance of few residuals, which can be small by chance, beside what a touch usually has.
+    """A variance of few residuals, which can be small by chance, and what a touch usually has.
 
     Parameters
     ----------

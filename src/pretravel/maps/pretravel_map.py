@@ -92,7 +92,7 @@ class PretravelMap(ShownInNotebooks, WithPlot, WithDataset):
     delay_effect : (k,) float, optional
         Change of the coefficients for a delay longer by one standard uncertainty: map and delay
         come from the same touches, and their errors cancel at the feeds of these touches. It adds
-        to the uncertainties beside `covariance`. [mm]
+        to the uncertainties in addition to `covariance`. [mm]
     provenance : Provenance
         How the map was made.
     touched : TouchedMeans, optional

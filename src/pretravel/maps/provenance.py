@@ -63,7 +63,7 @@ class Origin(Enum):
 
 
 class SetupOptions(TypedDict, total=False):
-    """Fields of `QualificationSetup` beside the diameter, as keywords of `qualify`."""
+    """Fields of `QualificationSetup` in addition to the diameter, as keywords of `qualify`."""
 
     tip_diameter: float | None
     ring: bool

@@ -1,4 +1,4 @@
-"""What was observed where a reference was touched: kept beside the map that was fitted to it."""
+"""What was observed where a reference was touched: it is kept with the map."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def gross_points(
     u: FloatArray,
     where: Callable[[int], str],
 ) -> tuple[GrossPoint, ...]:
-    """Points that are far from the nominal, beside all others and beside their neighbours.
+    """Points far from the nominal, compared with all others and with their neighbours.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Reversal: the same touches at 0° and 180° of the spindle; what their mean is rid of.
 
-The probe turns with the spindle. With the tip beside the spindle's axis by e, and a pretravel
+The probe turns with the spindle. With the tip off the spindle's axis by e, and a pretravel
 d(n) that is fixed to the probe, a touch along -n on a wall reads ``s + r - d(n) - n·e`` at 0° and
 ``s + r - d(-n) + n·e`` at 180°. Half of the sum has no run-out e, and of d the even part about the
 axis only: its mean and its lobes of order two, four, …. Half of the difference has the rest: the
@@ -49,7 +49,7 @@ class ReversedPairs:
         Of the lobes of `ORDERS`, and their standard uncertainty; not numbers where too few
         directions were touched, and of a lobe that they do not distinguish from one before. [mm]
     runout : (2,) float
-        Along x and y, together with the lobe of order one of the pretravel: a tip beside the axis
+        Along x and y, together with the lobe of order one of the pretravel: a tip off the axis
         and such a lobe are the same. [mm]
     noise : float
         Standard deviation of a single touch. [mm]

@@ -428,7 +428,7 @@ class Probe:
 
     @property
     def uneven(self) -> bool:
-        """Whether rods or seats differ from each other, or the spring acts beside the axis."""
+        """Whether rods or seats differ from each other, or the spring acts off the axis."""
         return any(
             (*self.tripod.radius_deviations, self.seats.right_less_left, *self.spring_offset)
         )

@@ -135,7 +135,7 @@ def predict(
     Trigger
         A contact that opens adds the share ``opening`` to those of the model. With friction at
         the seats: of the third of three equal touches, and with two shares,
-        ``body`` and ``seats``, beside ``tip_on_part``.
+        ``body`` and ``seats``, in addition to ``tip_on_part``.
 
     Raises
     ------

@@ -47,7 +47,7 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class TouchesAndMap:
-    """Mean touches of each of g directions beside the map.
+    """Mean touches of each of g directions, less the map.
 
     Attributes
     ----------
@@ -381,7 +381,7 @@ def _test_of_form(
 
 
 def separable_columns(x: FloatArray, axes: int) -> list[int]:
-    """Columns beside the centre's that the directions separate: size, then amplitude, then turn.
+    """Further columns that the directions separate: size, then amplitude, then turn.
 
     A flat map has no amplitude and no turn; few directions do not determine them.
 

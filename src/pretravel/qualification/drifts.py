@@ -57,7 +57,7 @@ class DailyQuantity:
 
     @property
     def own_u(self) -> FloatArray:
-        """What is taken as the uncertainty of each day, beside scatter that the days show."""
+        """The uncertainty of each day, in addition to the scatter that the days show."""
         if self.known_u:
             return self.u
         small = 1e-3 * float(np.nanmedian(self.u)) if np.isfinite(self.u).any() else math.nan
@@ -138,7 +138,7 @@ class DriftOverTime:
 
     @property
     def earliest_if_walking(self) -> float:
-        """The first early date of any quantity if they walk at random beside their trends; the
+        """The first early date of any quantity if they walk at random about their trends; the
         first early date where the values exclude it. [days]
         """
         return min((one.due.early_if_walking for one in self.last if one.due), default=math.inf)

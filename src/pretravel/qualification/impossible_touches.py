@@ -99,7 +99,7 @@ def refuse_wrong_normals(touches: Touches, contact: FloatArray, what: str) -> No
         raise PretravelError(
             f"{source}the normals point the wrong way: they must point out of the {what}'s "
             "material, towards the tip"
-            + (" (in a ring: towards its axis)" if what == "ring" else "")
+            + (" (towards the axis of a ring)" if what == "ring" else "")
             + ". Directions of travel point so: give the columns of the normals with the opposite "
             "sign (nx=-I,ny=-J,nz=-K)" + ("" if what == "ring" else "; or is this a ring gauge?"),
             inputs=("columns",) if what == "ring" else ("columns", "ring"),

@@ -59,7 +59,7 @@ def compare_kinds(
     Directions that are left out are compared with the map of the others, about their centre. Of
     many directions, those at the edge of the pattern, which the others do not surround, are not
     used: maps refuse to extrapolate. The weights are those whose mixture gives the left-out
-    directions the largest probability (stacking: Yao, Vehtari, Simpson & Gelman 2018), with
+    directions the largest probability (stacking, Yao, Vehtari, Simpson & Gelman 2018), with
     `KindOfMap.weight_in_advance` touches in favour of each kind.
     """
     ready = replace(ready, observation=ready.observation.drawn(MOST_COMPARED))

@@ -188,7 +188,7 @@ def gross_errors(
     step: float = 0.0,
     fixed_scatter: float = 0.0,
 ) -> tuple[tuple[Outlier, ...], HarmonicMapFit]:
-    """Touches that cannot be right, beside their repeats or beside the other directions.
+    """Touches that contradict their repeats or the other directions.
 
     Parameters
     ----------

@@ -159,7 +159,7 @@ def update_map(
     Notes
     -----
     A map is linear, so the update is that of Bayes in closed form: prior are the coefficients
-    with their covariance and that of the drift; the position of the reference has none. Beside the
+    with their covariance and that of the drift; the position of the reference has none. Besides the
     drift that is assumed there are larger changes (`possible_drifts`); the result is the average
     over them, each with its probability after the touches, so that u contains their uncertainty.
     A turn about the axis by more than some degrees is not linear in the map: where something
@@ -208,7 +208,7 @@ def update_map(
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """Unknowns beside the centre: coefficients and, where the map contains one, the delay."""
+    """Unknowns without the centre: coefficients and, where the map contains one, the delay."""
 
     prior: DriftedMap
     roots: dict[str, FloatArray]

@@ -27,7 +27,7 @@ LARGE_TURN = "the turn about the axis"
 """What has changed, among `possible_drifts`."""
 _TURN = 0.2 * DEGREE
 _DEFAULT_WEIGHT = 3.0
-"""Verifications that the default drift is worth beside those of a history."""
+"""Verifications that the default drift is worth in addition to those of a history."""
 _NULL = 1e-11
 """Share of the largest variance below which a combination of coefficients is fixed."""
 
@@ -76,7 +76,7 @@ class ProbeDrift:
 
 
 def possible_drifts(drift: ProbeDrift) -> dict[str, tuple[float, ProbeDrift]]:
-    """The drift that is assumed, and larger changes beside it, with their probabilities.
+    """The drift that is assumed, and larger changes next to it, with their probabilities.
 
     Parameters
     ----------

@@ -143,7 +143,7 @@ class Qualification(ShownInNotebooks, WithPlot):
     delay : SignalDelay or None
         Where several feeds separated it; `observed` and the map are then those at rest.
     fit : MapFit
-        What the kind of map states of its fit beside the map.
+        What the kind of map states of its fit in addition to the map.
     warnings : tuple of str
         What to know before the result is used.
     scores : tuple of KindScore

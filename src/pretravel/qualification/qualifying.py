@@ -82,8 +82,9 @@ def qualify(  # noqa: PLR0913  # the setup by its keywords
     ``|P - c| = R + r - pretravel`` on a sphere, ``R - r + pretravel`` in a ring. A shift of the
     centre looks like a first harmonic of the map, and touches on a sphere cannot separate the two:
     a convention does. Across the axis a harmonic map has no first harmonic, as an even tripod has
-    none (kinds mean and sectors: the least-squares centre). Along the axis, where that centre lies
-    5 to 15 um off, because pole and equator differ so much, the map is given the pretravel
+    none (kinds mean and sectors refer to the least-squares centre). Along the axis, where a
+    least-squares centre lies 5 to 15 um off, because pole and equator differ so much, the map has
+    the pretravel
     `QualificationSetup.axial_pretravel` at the pole. The error of the convention shifts map,
     centre and parts as a whole: distances between points, and to this reference, are right in any
     case, and the stated uncertainties are of these.

@@ -20,7 +20,7 @@ COARSE_STEP, COARSEST_STEP = 2e-3, 2e-2
 by some micrometres over the directions: positions whose step is several times as much do not show
 it. [mm]"""
 _USUAL_VARIATION = 1e-3
-"""By which touches in different directions differ beside the step. [mm]"""
+"""By which touches in different directions differ in addition to the step. [mm]"""
 FALSE_STEP_LEVEL = 1e-4
 """Largest probability that continuous positions are reported as quantised."""
 _LARGEST_PHASED = 5e-3
@@ -219,7 +219,7 @@ def tied_step(values: npt.ArrayLike, groups: npt.ArrayLike) -> float:
 
 
 def _last_digits(values: FloatArray, smallest: float) -> float:
-    """What rounding to the last printed digit changes a difference by, beside the smallest one.
+    """What rounding to the last printed digit changes a difference by, next to the smallest one.
 
     A step that is no round number, such as 2 mm / 3003, shows so in rounded values.
     """

@@ -246,7 +246,7 @@ def _first_touch(touches: FloatArray, u: FloatArray, usual: BoolArray, end: int)
 
 
 def _noise(touches: FloatArray, u: FloatArray, kept: BoolArray, step: float) -> tuple[bool, float]:
-    """Whether the level walks, and the standard deviation of a touch beside a drift. [mm]"""
+    """Whether the level walks, and the standard deviation of a touch about it. [mm]"""
     rounding = step / math.sqrt(12.0)
     if np.ptp(touches[kept]) <= _EXACT:
         return False, rounding

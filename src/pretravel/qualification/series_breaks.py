@@ -131,7 +131,7 @@ def _scores(series: TimeSeries, noise: SeriesNoise) -> tuple[FloatArray, FloatAr
     """|estimate / u| of a jump before each value but the first, and of each inner value apart.
 
     In the differences of neighbours a jump is one value, and a value apart is two, of opposite
-    signs. A trend is fitted beside each.
+    signs. A trend is fitted in addition to each.
     """
     whitened = Whitened.of(series, noise.scatter, noise.walk)
     y, t = np.diff(series.values), np.diff(series.times)

@@ -36,7 +36,7 @@ _WALKS = np.concatenate([[0.0], np.geomspace(0.1, 100.0, 10)])
 """Variances of the walk over the whole series that are weighed, in the same unit."""
 _LEAST_WEIGHT = 1e-4
 _WALK_SHARE = 0.003
-"""Probability, before the values are seen, that a quantity walks at random beside its trend."""
+"""Probability, before the values are seen, that a quantity walks at random about its trend."""
 _EXACT_SHARE = 0.5
 """Probability that the stated uncertainties are all that days without a walk scatter by."""
 _CLEAR_WALK = 4.0
@@ -59,12 +59,12 @@ _OF_WALKS: FloatArray = frozen(
     0.5
     * (_even_noises(scattering=False, walking=True) + _even_noises(scattering=True, walking=True))
 )
-"""Of a quantity that walks at random beside its trend."""
+"""Of a quantity that walks at random about its trend."""
 _OF_LINES: FloatArray = frozen(
     _EXACT_SHARE * _even_noises(scattering=False, walking=False)
     + (1.0 - _EXACT_SHARE) * _even_noises(scattering=True, walking=False)
 )
-"""Of a straight trend: errors of the stated uncertainties, or with scatter beside them."""
+"""Of a straight trend: errors of the stated uncertainties, or with scatter next to them."""
 OF_TOUCHES: FloatArray = frozen(0.9 * _OF_LINES + 0.1 * _OF_WALKS)
 """Of touches of one point, one after the other: a walk is rarer than independent errors."""
 _USUAL: FloatArray = frozen((1.0 - _WALK_SHARE) * _OF_LINES + _WALK_SHARE * _OF_WALKS)
@@ -242,7 +242,7 @@ class Course:
         the one that is stated. The errors of the days are independent, unless the values show a
         walk; of a random walk the noise is any.
     walking : PossibleStates
-        The same if the quantity walks at random beside its trend, which few days do not tell.
+        The same if the quantity walks at random about its trend, which few days do not tell.
     walk_share : float
         Probability that it does, where both are alike before the values are seen.
     """
@@ -371,7 +371,7 @@ class DueDate:
         Time at which the probability is `EARLY`; it takes a trend into account that the values do
         not show but allow. [days]
     early_if_walking : float
-        The same if the quantity walks at random beside its trend; not after `early`, and equal to
+        The same if the quantity walks at random about its trend; not after `early`, and equal to
         it where the values exclude such a walk. [days]
     """
 

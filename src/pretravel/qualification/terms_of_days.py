@@ -1,4 +1,4 @@
-"""What one day's touches on the reference say of a probe beside its map: level, scale, turn, form.
+"""What one day's touches on the reference say of a probe and its map: level, scale, turn, form.
 
 The differences from the map are fitted by least squares with equal weights, so that on the same
 directions the errors of the map are the same every day. The uncertainties are those of the day's
@@ -45,7 +45,7 @@ class DayTerms:
         About the axis. [rad]
     form, u_form : float
         Root mean square of what the others leave, beyond the noise; negative where it is smaller
-        than the noise lets expect. [mm]
+        than the noise would produce. [mm]
     delay, u_delay : float
         Signal delay, of touches at several feeds. [s]
     feed : float

@@ -84,7 +84,7 @@ def series_of(times: npt.ArrayLike, values: npt.ArrayLike, u: npt.ArrayLike) -> 
 
 @dataclass(frozen=True)
 class SeriesNoise:
-    """What moves the values of a series beside a trend.
+    """What moves the values of a series in addition to a trend.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class SeriesNoise:
 class Whitened:
     """The differences of neighbouring values, with their covariance factored.
 
-    Differences do not contain the level. Their covariance has one diagonal beside the main one.
+    Differences do not contain the level. Their covariance has one diagonal next to the main one.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class Whitened:
         return float(np.log(self.pivots).sum())
 
     def inverse_bands(self) -> tuple[FloatArray, FloatArray]:
-        """Main diagonal (n - 1,) and the one beside it (n - 2,) of the inverse."""
+        """Main diagonal (n - 1,) and the one next to it (n - 2,) of the inverse."""
         main = np.empty(len(self.pivots))
         main[-1] = 1.0 / self.pivots[-1]
         for i in range(len(main) - 2, -1, -1):
@@ -151,7 +151,7 @@ class Whitened:
 
 
 def _at_least_one(beside: FloatArray) -> FloatArray:
-    """LAPACK's functions take one value beside the diagonal of a single row, and ignore it."""
+    """LAPACK's functions take one value next to the diagonal of a single row, and ignore it."""
     return beside if len(beside) else np.zeros(1)
 
 

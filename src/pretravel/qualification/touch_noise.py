@@ -15,7 +15,7 @@ _FEWEST_COMPARED = 4
 _TRIMMED = 0.1
 """Share of the directions, those that scatter most, that are left out of the trimmed scatter."""
 _USUAL_TAILS = 0.2
-"""Relative variance of the directions' variances that is assumed beside the one that is seen.
+"""Relative variance of the directions' variances that is assumed, added to the one that is seen.
 
 It is that of three touches with the tails of Student's t with seven degrees of freedom, which 25
 directions do not show."""
@@ -41,7 +41,7 @@ class TouchNoise:
     raw_variances : (g,) float
         The same without shrinkage: unbiased, but uncertain. [mm²]
     spreads : (g,) float
-        Relative variance of each of `variances`, beside that of all together.
+        Relative variance of each of `variances`, in addition to that of all together.
     counts : (g,) float
         Touches.
     fixed_variance : float

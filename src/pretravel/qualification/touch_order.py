@@ -33,7 +33,7 @@ class BetweenPredecessors:
     Attributes
     ----------
     variance : float
-        Of the effect of the predecessor, beside that of a touch: zero if the estimate is negative,
+        Of the effect of the predecessor, without that of a touch: zero if the estimate is negative,
         nan if the touches do not show it. [mm²]
     u_variance : float
         Standard uncertainty of the variance, nan likewise. [mm²]

@@ -21,7 +21,7 @@ _CANDIDATES = 400
 _UNKNOWN_CENTRE = 1.0
 """Standard deviation of the centre before the touches; far above every pretravel. [mm]"""
 _CENTRE_WEIGHT = 0.01
-"""Of the variance of the centre beside the mean variance of the map."""
+"""Of the variance of the centre in addition to the mean variance of the map."""
 _PASSES = 20
 _ORDERS = 4000
 _EQUAL = 1e-8

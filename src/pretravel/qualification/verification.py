@@ -181,7 +181,7 @@ def verify(
 
 @dataclass(frozen=True, eq=False)
 class TouchesBesideMap:
-    """New touches beside a map, with and without those that are grossly wrong.
+    """New touches compared with a map, with and without those that are grossly wrong.
 
     Attributes
     ----------
@@ -201,7 +201,7 @@ class TouchesBesideMap:
 def touches_beside_map(
     touches: Touches, pretravel_map: PretravelMap, diameter: float, *, ring: bool = False
 ) -> TouchesBesideMap:
-    """Put new touches beside a map, at rest, without the machine's part and gross errors.
+    """Compare new touches with a map, at rest, without the machine's part and gross errors.
 
     Parameters
     ----------
@@ -278,7 +278,7 @@ class _NewTouches:
     setup: QualificationSetup
 
     def compared(self, kept: BoolArray) -> TouchesAndMap:
-        """Those of a mask beside the map."""
+        """Those of a mask, compared with the map."""
         part = self.touches.take(np.flatnonzero(kept))
         observation = observe(part, self.setup, self.pretravel_map.rotation)
         step = max(
@@ -393,7 +393,7 @@ def gross_touch(touches: Touches, compared: TouchesAndMap, rows: IntArray) -> Ou
     ----------
     touches : Touches
     compared : TouchesAndMap
-        Those of them that are beside the map.
+        Those of them that are compared with the map.
     rows : (n,) int
         Their rows in `touches`.
 

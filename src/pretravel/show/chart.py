@@ -124,7 +124,7 @@ class Moment:
     Attributes
     ----------
     name : str
-        Beside the slider.
+        Next to the slider.
     marks : tuple of Mark
     """
 
@@ -211,7 +211,7 @@ class TopView(FrozenArrays):
     node_labels : tuple of str
         What a page shows of each when it is pointed at.
     numbered : bool
-        Whether the nodes have the numbers 1, 2, … beside them.
+        Whether the nodes have the numbers 1, 2, … next to them.
     note : str
     """
 

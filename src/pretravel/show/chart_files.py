@@ -220,7 +220,7 @@ def _filling(axes: Axes3D, chart: SpaceChart) -> float:
 
 
 _OF_THE_PANEL = 0.88
-"""Share that a box takes of its panel; numbers and names of the axes stand beside it."""
+"""Share that a box takes of its panel; numbers and names of the axes stand next to it."""
 
 
 def _few_ticks(side: float, longest: float) -> Any:

@@ -323,7 +323,7 @@ class SpaceMesh(FrozenArrays):
 
 @dataclass(frozen=True, eq=False)
 class SpaceArrow(FrozenArrays):
-    """An arrow in space, with its name beside it.
+    """An arrow in space, with its name next to it.
 
     Attributes
     ----------

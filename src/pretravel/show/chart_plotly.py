@@ -153,7 +153,7 @@ def _heading(chart: Chart) -> str:
     heading = title_and_frame(chart)
     if not isinstance(chart, PolarChart):
         return heading
-    # A line of its own: a phone, and three pictures beside each other, show no long line.
+    # A line of its own: a phone, and three pictures next to each other, show no long line.
     return f"{heading}\nradius: {chart.radius.text}"
 
 

@@ -184,7 +184,7 @@ def scattered_top_view(
 ) -> TopView:
     """Values at scattered directions, linear between them, as seen from the spindle.
 
-    Beside the outermost directions the value is that of the nearest one, up to 12° away.
+    Next to the outermost directions the value is that of the nearest one, up to 12° away.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def write_page(
         Ending in .html; or in .pdf, where a browser prints it.
     document : Document
     files : sequence of str
-        Names of files beside the page, to link to.
+        Names of files next to the page, to link to.
     record : WorkRecord or None
         What was done with what.
     template : str

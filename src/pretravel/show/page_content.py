@@ -32,7 +32,7 @@ class PageContent:
     record : WorkRecord or None
         What was done with what.
     files : tuple of str
-        Names of files beside the page.
+        Names of files next to the page.
     template : str
         One of `TEMPLATES`.
     """

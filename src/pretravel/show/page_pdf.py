@@ -61,7 +61,7 @@ def write_pdf(path: str | Path, page: str) -> None:
 
 
 def _program(names: tuple[str, ...]) -> Path | None:
-    """The first program that is found; never one of the current folder, beside strangers' files."""
+    """The first program that is found; never one of the current folder."""
     for name in names:
         found = shutil.which(name)
         if found is not None and Path(found).is_absolute() and Path(found).parent != Path.cwd():

@@ -119,13 +119,13 @@ def line_style(mark: LineMark) -> dict[str, Any]:
 
 
 def point_style(mark: Dots, scale: Scale | None, place: str) -> dict[str, Any]:
-    """How points are drawn, and what is shown beside them."""
+    """How points are drawn, and what is shown next to them."""
     style = {"mode": "markers", "marker": marker_style(mark, scale)} | legend_entry(mark.name)
     return style | hover_style(mark, scale, place)
 
 
 def hover_style(mark: Dots | SpacePoints, scale: Scale | None, place: str) -> dict[str, Any]:
-    """What is shown beside a point, and its row for a click."""
+    """What is shown next to a point, and its row for a click."""
     rows = len(mark.positions if isinstance(mark, SpacePoints) else mark.x)
     template = place
     if mark.values is not None and scale is not None:

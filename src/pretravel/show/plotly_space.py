@@ -101,7 +101,7 @@ def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
 
 
 def _arrow_name(arrow: SpaceArrow, chart: SpaceChart) -> dict[str, Any]:
-    """The name beside an arrow: at the upper end, or behind the tail of a level one."""
+    """The name next to an arrow: at the upper end, or behind the tail of a level one."""
     x, y, z = arrow.vector.tolist()
     names = [escaped(arrow.name), ""]
     if abs(z) >= 0.5 * math.hypot(x, y, z):

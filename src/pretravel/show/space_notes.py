@@ -30,7 +30,7 @@ _SHIFTS = [
 
 
 def draw_notes(notes: Sequence[NoteInSpace], axes: Axes3D) -> None:
-    """Draw notes on a light ground, beside each other where their places are close, with a line.
+    """Draw notes on a light ground, next to each other where their places are close, with a line.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ _folder = {"trusted": True}
 def ignore_settings_of_folder() -> None:
     """Draw without a ``matplotlibrc`` of the current folder: it can start other programs (LaTeX).
 
-    For the command line, which runs beside files of strangers.
+    For the command line, which runs next to files of strangers.
     """
     _folder["trusted"] = False
 

@@ -70,7 +70,7 @@ def table_text(table: Table) -> str:
 
 
 def _figure_lines(figures: tuple[KeyFigure, ...], verbose: bool) -> list[str]:
-    """Names to the left, values in one column beside them."""
+    """Names to the left, values in one column next to them."""
     shown = [figure for figure in figures if verbose or not figure.detail]
     label = max([_LABEL, *(len(figure.name) for figure in shown)])
     indent = " " * (label + 3)

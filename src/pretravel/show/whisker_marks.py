@@ -35,7 +35,7 @@ def whiskers(
 
 
 def magnification(positions: FloatArray, deviations: FloatArray) -> float:
-    """By how much deviations are magnified, so that the largest is seen beside the part.
+    """By how much deviations are magnified, so that the largest is seen next to the part.
 
     Parameters
     ----------

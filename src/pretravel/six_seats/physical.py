@@ -197,7 +197,7 @@ def fit_physical(
     Notes
     -----
     Posterior of touches and priors (`pretravel.six_seats.uneven_seats.PARAMETERS`), from several
-    orientations of the tripod. Beside the six-seat probe pretravel has a part that it does not
+    orientations of the tripod. Besides the six-seat probe pretravel has a part that it does not
     represent, a series of harmonics, and a scatter of directions that repeats do not reduce. Their
     sizes and the scale of asymmetry are averaged over (`identification.scale_weights`), so that u
     of the map contains what the map misses in directions that were not touched. The covariance of

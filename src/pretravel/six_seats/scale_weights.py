@@ -36,7 +36,7 @@ _UNKNOWN_NOISES = tuple(_TYPICAL_NOISE * 1.6**step for step in range(-6, 7))
 WELL_KNOWN_NOISE = 10.0
 """Degrees of freedom among repeats from which these alone determine the noise."""
 LEAST_NOISE = 1e-3 * MICROMETRE
-_USUAL_DOF = 4.0  # weight of the usual noise beside few repeats
+_USUAL_DOF = 4.0  # weight of the usual noise together with few repeats
 _FREE = 0.05  # mm or rad: standard deviation about x of unknowns without a prior, far above theirs
 _ENOUGH = 0.98  # share of the probability that is averaged over
 

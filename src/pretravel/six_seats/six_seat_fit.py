@@ -92,7 +92,7 @@ class PriorScales:
 
 
 class SixSeatProblem:
-    """Mean touches of each direction, and a six-seat probe beside them.
+    """Mean touches of each direction, and a six-seat probe next to them.
 
     Parameters
     ----------
@@ -390,7 +390,7 @@ def oriented_starts(problem: SixSeatProblem, scales: PriorScales) -> FloatArray:
     Rods repeat after a third of a turn, so that the azimuths of one third are sufficient. The
     asymmetry decides which seat lifts first in a direction: each azimuth has several solutions.
     The search begins with typical tripods and with tripods drawn from the priors (with a fixed
-    seed). At the usual scales a search would stop beside the right solution. The asymmetry is
+    seed). At the usual scales a search would miss the right solution. The asymmetry is
     therefore free, and a correction represents the remaining difference. One of the two scales
     alone misses very uneven probes.
 
@@ -475,7 +475,7 @@ def beside(problem: SixSeatProblem, scales: PriorScales, x: FloatArray) -> Float
     """Places about a mode, drawn from the posterior of the linear model (seeded), (s, u).
 
     At an edge, where the seat that lifts first changes, a search stops for lack of a slope along
-    the edge. From beside it, it goes on.
+    the edge. The search then goes on.
     """
     _, _, matrix = _Weighted(problem, [scales]).evaluated(x[None], np.zeros(1, dtype=np.int64))
     size = 1.0 / np.sqrt(np.diag(matrix[0]))

@@ -21,7 +21,7 @@ Reach: TypeAlias = Callable[[IntArray, LocalGeometry], FloatArray]
 """From surface point to spindle point, for the given rows: (m,) rows, geometry -> (m, 3). [mm]"""
 
 _CLOSED = 1e-12
-"""Residual at which a row is finished, beside the effect of rounding. [mm]"""
+"""Residual at which a row is finished, in addition to the effect of rounding. [mm]"""
 _ROUNDING = 4e-15
 """Residual that rounding alone causes, relative to the coordinates."""
 TANGENCY = 1e-9

@@ -35,4 +35,4 @@ def patterns() -> dict[str, Callable[[], FloatArray]]:
 
 
 _AROUND = (12, 24, 36)
-"""Directions around the equator: of a multi-step test (Nafi and Mayer: 24)."""
+"""Directions around the equator: of a multi-step test (24 by Nafi and Mayer)."""

@@ -128,7 +128,7 @@ SettingsOfModes: TypeAlias = Mapping[str, tuple[str | When, ...]] | None
 
 @dataclass(frozen=True, kw_only=True)
 class Field:
-    """Description of one setting, beside its type and its default.
+    """Description of one setting, in addition to its type and its default.
 
     Attributes
     ----------
@@ -530,7 +530,7 @@ class Task:
         return tuple(setting.name for setting in found)
 
     def further_files(self) -> Sequence[Path]:
-        """Files that are read beside those that the settings name one by one."""
+        """Files that are read in addition to those that the settings name one by one."""
         return ()
 
     def endings(self, output: str) -> tuple[str, ...]:
@@ -592,7 +592,7 @@ def _with_modes(task: type[Task], setting: Setting, every: Mapping[str, Setting]
 
 
 def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
-    """Why a setting is not used beside others, and the names of those; empty where it is.
+    """Why a setting is not used together with others, and the names of those; empty where it is.
 
     Parameters
     ----------

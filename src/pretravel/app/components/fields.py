@@ -195,7 +195,7 @@ def slider_field(
     default: float,
     unit: str = "",
 ) -> ui.slider:
-    """A number with a slider and, beside it, a field to type it."""
+    """A number with a slider and, next to it, a field to type it."""
     with ui.element("div").classes("slider-field"):
         number_field(state, name, label, unit=unit, default=default, limits=limits)
         return bare_slider(state, name, label, limits=limits, step=step, default=default)
@@ -210,7 +210,7 @@ def bare_slider(
     step: float,
     default: float,
 ) -> ui.slider:
-    """A slider without a field; one beside it can take numbers beyond the ends of the slider."""
+    """A slider without a field; one next to it can take numbers beyond the ends of the slider."""
     slider = ui.slider(
         min=limits[0], max=limits[1], step=step, value=state.settings.get(name, default)
     )

@@ -36,7 +36,7 @@ def described_field(
 ) -> ui.element:
     """A field for a setting: label, unit, limits, default and hint are those of the description.
 
-    It is there while the task uses the setting beside the others.
+    It is there while the task uses the setting together with the others.
 
     Parameters
     ----------

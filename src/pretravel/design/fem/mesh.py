@@ -137,7 +137,7 @@ def mesh_solids(solids: ProbeSolids, settings: MeshSettings | None = None) -> Fi
         log.info("meshing", extra={"done": 0.05})
         try:
             # One thread: netgen's wait busily for each other. Two use three times the processor
-            # time, and ten times as long beside other work, for the same mesh.
+            # time, and ten times as long together with other work, for the same mesh.
             mesh = OCCGeometry(solids.shape).GenerateMesh(
                 maxh=largest, grading=grading, parallel_meshing=False
             )

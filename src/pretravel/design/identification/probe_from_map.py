@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
 LARGEST_RELATIVE_U = 0.3
-"""Relative (angles: in rad) standard uncertainty above which a number is undetermined."""
+"""Relative (for angles in rad) standard uncertainty above which a number is undetermined."""
 MISFIT = 2.0
 """Ratio of the residuals to the map's uncertainty above which they are a misfit."""
 _CODE_SCALE, _SHIFT_SCALE = 0.1, 1e-3
@@ -55,7 +55,7 @@ class Identification:
     relative_uncertainty : (k,) float
         Relative for lengths and forces, in rad for angles.
     residuals : (n,) float
-        Touches (of a map without them: the map) less model, after the shift of the reference. [mm]
+        Touches, or the map where it has none, less model, after the shift of the reference. [mm]
     directions : (n, 3) float
         In the machine frame.
     shift : (3,) float
@@ -409,7 +409,7 @@ class _MapFit:
 
 
 class _Maximum(NamedTuple):
-    """A description that fits better than those beside it."""
+    """A description that fits better than those next to it."""
 
     parameters: FloatArray
     jacobian: FloatArray
@@ -441,7 +441,7 @@ def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
 def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:
     """Parameters to start from: with a free rotation, the best of angles all around.
 
-    Lobes have kinks, and an angle beside one can be a local minimum: they are compared in small
+    Lobes have kinks, and an angle next to one can be a local minimum: they are compared in small
     steps, and each free rod is tried in several places.
     """
     start = fit.start()
@@ -462,7 +462,7 @@ def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:
 def _around(
     fit: _MapFit, start: FloatArray, column: int, *, even: bool
 ) -> list[tuple[float, FloatArray]]:
-    """Angles that are better than those beside them, with χ² and one step of the other numbers."""
+    """Angles that are better than those next to them, with χ² and one step of the other numbers."""
     even = even and _even(fit.probe)
     angles = np.arange(0.0, 2.0 * math.pi / (3.0 if even else 1.0), _FIRST_STEP)
     others = [index for index in range(len(fit.numbers)) if index != column]

@@ -160,7 +160,7 @@ class FiniteElementDesigns:
     design: FiniteElementDesign
 
     def document(self) -> Document:
-        """The report: the verdict of finite elements, and both models beside each other."""
+        """The report: the verdict of finite elements, and both models next to each other."""
         from pretravel.tasks.compare import DesignComparison, elements_comparison_table
 
         compared = self.compared

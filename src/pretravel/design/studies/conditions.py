@@ -1,4 +1,4 @@
-"""The conditions of a design beside the probe: prediction, touches on a part, calibration."""
+"""Conditions of a design, without its probe: prediction, touches on a part, calibration."""
 
 from __future__ import annotations
 

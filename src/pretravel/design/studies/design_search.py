@@ -62,7 +62,7 @@ class TriedDesign:
 
 @dataclass(frozen=True, eq=False)
 class FoundDesign:
-    """The best design, beside the one from which the search started.
+    """The best design, and the one from which the search started.
 
     Attributes
     ----------

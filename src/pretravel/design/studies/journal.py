@@ -1,6 +1,6 @@
 """The journal of a study: what is done stays done, however the study ends.
 
-A file beside the output holds each design from the moment it is computed: a line with its number,
+A file next to the output holds each design from the moment it is computed: a line with its number,
 length and digest, and its content. What an interrupted run left incomplete at the end is cut off.
 """
 

@@ -93,7 +93,7 @@ class Plan:
 
     @cached_property
     def _shares(self) -> FloatArray:
-        """Shares of the ranges: of a Sobol' plan the base samples, A beside B.
+        """Shares of the ranges: of a Sobol' plan the base samples, A next to B.
 
         Workers get them with the plan, and need not load the statistics of scipy.
         """

@@ -105,7 +105,7 @@ def run_study(
     ----------
     study : Study
     output : Path
-        NetCDF. The journal lies beside it until the study is complete.
+        NetCDF. The journal lies next to it until the study is complete.
     workers : Workers, optional
     restart : bool
         Whether what an earlier run left in the journal is removed.

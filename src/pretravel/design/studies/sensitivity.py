@@ -31,7 +31,7 @@ class Sensitivity:
     output : str
     factors : k str
     first, total : (k,) float
-        Share of a factor alone, and together with others (not a number: the plan does not tell).
+        Share of a factor alone, and together with others; nan where the plan does not separate it.
     first_interval, total_interval : (k, 2) float
         Of about 95 %; not a number where the plan has no chance in it.
     samples : int

@@ -26,7 +26,7 @@ OF_GEOMETRY: Mapping[str, OutputMeaning] = {
     "stylus_length": OutputMeaning("mm", "root of the stylus to tip centre"),
     "rod_lift": OutputMeaning("mm", "rise of the rod that opens, at the overtravel"),
 }
-"""Quantities of a description that a specification can limit, beside the outputs of studies."""
+"""Quantities of a description that a specification can limit, as it can outputs of studies."""
 WISHES = ShippedTexts("pretravel.design.studies", "data/wishes", "wish", "wishes")
 """The specifications that come with the package."""
 

@@ -168,7 +168,7 @@ def points_in_part(alignment: Alignment) -> Points:
     Returns
     -------
     Points
-        Shared errors "alignment 1" to "alignment 6" beside those of the compensation. The errors of
+        Shared errors "alignment 1" to "alignment 6" and those of the compensation. The errors of
         a point and those that it left in the alignment are taken as independent.
     """
     measured, found = alignment.measured_placement, alignment.points

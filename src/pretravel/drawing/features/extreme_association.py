@@ -207,7 +207,7 @@ def _refuse_open(criterion: str, start: Association, found: Association, roundin
         raise PretravelError(
             f"the points do not surround the {criterion} feature: it would move away from them "
             f"without limit, or to the middle of an arc. Touch more than half of the circumference "
-            "(of a sphere: of the whole), or take the association of least squares",
+            "(of a sphere more than a half), or take the association of least squares",
             inputs=("association",),
         )
 

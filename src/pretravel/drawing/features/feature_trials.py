@@ -17,7 +17,7 @@ _COVERAGE = (0.025, 0.975)
 
 @dataclass(frozen=True, eq=False)
 class QuantityByTrials:
-    """A quantity of a feature over trials, beside its analytic uncertainty.
+    """A quantity of a feature over trials, and its analytic uncertainty.
 
     Attributes
     ----------

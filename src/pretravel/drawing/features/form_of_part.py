@@ -20,9 +20,9 @@ UNSEEN = 1.0 * MICROMETRE
 """Standard deviation of the form over a face where no residual shows it: a plane through three
 touches. That of a face that was milled or ground; a bow of 3 µm has 0.9 µm. [mm]"""
 _RARE = 0.01  # probability that noise alone is taken for form
-_PERFECT = 0.3  # probability, before the touches, that a surface has no form beside the noise
+_PERFECT = 0.3  # probability, before the touches, that a surface has no form at all
 _SMOOTH = 0.5  # that a form is of one of the families, alone or …
-_BOTH = 0.4  # … with roughness beside it
+_BOTH = 0.4  # … together with roughness
 _SIZES = 24  # of the form of a part that are tried
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
@@ -153,7 +153,7 @@ def form_of_part(
     expected : float
         Sum of the squared residuals that the errors of the points produce, on average. [mm²]
     families : sequence of Family
-        Smooth shapes that are tried beside what is rough from touch to touch.
+        Smooth shapes that are tried in addition to what is rough from touch to touch.
 
     Returns
     -------

@@ -117,8 +117,7 @@ class MeasuredFeature(WithPlot):
         "inside" (a bore), "outside" (a boss) or "", which the normals of the points state.
     errors : FeatureErrors
     quantities : tuple of Quantity
-        diameter (slot: width; torus: tube diameter and ring diameter), half angle, x, y, z of the
-        position, where the feature has them.
+        diameter (width of a slot, both diameters of a torus), half angle, x, y, z of the position.
     located : (m,) float or None
         Distance from the nominal position in the directions `association.located_along`, where a
         nominal position was given. [mm]
@@ -498,7 +497,7 @@ def _unless_zero(vector: FloatArray) -> FloatArray | None:
 
 NORMALS_OFF = 1.0 * DEGREE
 """Stated normals that are further off, root mean square, are said: a tip of 6 mm touches 0.5 µm
-beside the point along the normal, and pretravel is that of another direction. [rad]"""
+next to the point along the normal, and pretravel is that of another direction. [rad]"""
 
 
 _WITH_NORMALS = ("bore", "boss", "circle", "sphere", "cylinder", "plane")

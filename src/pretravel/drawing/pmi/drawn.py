@@ -325,7 +325,7 @@ class _Work:
                 each.remarks.append(f"the model has a diameter of {modelled:.10g} mm")
 
     def of_edges(self, size: Size) -> tuple[Place, ...]:
-        """The places of a size; of a distance between edges the one pair of planes beside them."""
+        """The places of a size; of a distance between edges the one pair of planes next to them."""
         if len(size.places) != 2 or not any(place.beside for place in size.places):
             return size.places
         first, second = (

@@ -138,8 +138,8 @@ def _offset(tolerance: Tolerance, standard: str) -> float:
         return by_asme
     raise NotStatedError(
         "the model does not say by which standard it is unequally disposed: offset_mm is "
-        f"{by_asme:.10g} by ASME Y14.5 (U: {tolerance.displacement:.10g} mm outside the material), "
-        f"{tolerance.displacement:.10g} by ISO 1101 (UZ: middle of the zone)"
+        f"{by_asme:.10g} by ASME Y14.5 (U, {tolerance.displacement:.10g} mm outside the material), "
+        f"{tolerance.displacement:.10g} by ISO 1101 (UZ, middle of the zone)"
     )
 
 

@@ -24,7 +24,7 @@ class Place:
     whole : bool
         Whether it is the whole part.
     beside : tuple of int
-        Of edges alone: the faces beside them.
+        Of edges alone: the faces next to them.
     """
 
     faces: tuple[int, ...] = ()

@@ -1,4 +1,4 @@
-"""The table of tolerances: a person edits feature, characteristic, limits; results stand beside."""
+"""The table of tolerances: feature, characteristic and limits are edited, next to the results."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def tolerance_table(state: ScreenState, points: Work, measured: Callable[[], Wor
     points : Work
         The compensation.
     measured : callable
-        Gives the work whose newest result stands beside the rows.
+        Gives the work whose newest result stands next to the rows.
     """
     _fill_buttons(state, points)
 
@@ -90,7 +90,7 @@ def _fill_buttons(state: ScreenState, points: Work) -> None:
 
 
 def _table(state: ScreenState, rows: list[ToleranceRow], work: Work) -> None:
-    """A line for each row; its fields stay while the results beside them come."""
+    """A line for each row; its fields stay while the results next to them come."""
     lines: list[_Line] = []
     with ui.element("div").classes("table-frame").props(
         'tabindex="0" role="region" aria-label="Tolerances to edit"'

@@ -98,7 +98,7 @@ class PartResult:
 
 
 def lacking_for_points(state: ScreenState) -> str:
-    """What is still needed beside the touches: a map, or a probe of the catalogue."""
+    """What is still needed in addition to the touches: a map, or a probe of the catalogue."""
     # Not a path on this computer.
     if not state.files["map"] and state.settings.get("probe", "") not in catalogue_names():
         return (
@@ -108,9 +108,7 @@ def lacking_for_points(state: ScreenState) -> str:
     if not states_no_normals(state):
         return ""
     if not state.files["part"]:
-        return (
-            "Next: the part as a STEP file. The touches state no normals, and its faces have them."
-        )
+        return "Next: the part as a STEP file. The touches have no normals; its faces give them."
     if asks_where(state):
         return "Next: press “Find the part”, or say that the touches are in the frame of the part."
     return ""
@@ -147,7 +145,7 @@ def _lacks_normals(name: str, content: bytes) -> bool:
 
 
 def with_own_scale(chart: Chart) -> Chart:
-    """Deviations after compensation in colours of their own: beside those before, all are one.
+    """Deviations after compensation in their own colours: next to those before, all look alike.
 
     Parameters
     ----------

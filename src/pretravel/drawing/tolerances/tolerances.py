@@ -30,7 +30,7 @@ class FeatureTolerances:
     size : pair of float or None
         Limits of the diameter; infinite where there is none. [mm]
     position : float or None
-        Diameter (for a plane or line: width) of the zone around the nominal position. [mm]
+        Diameter of the zone (width for a plane or line) around the nominal position. [mm]
     form : float or None
         Roundness, flatness, straightness, cylindricity. [mm]
     probability : float

@@ -204,7 +204,7 @@ class _GrblLog:
         self.stated = StatedRows(self.file)
 
     def read_statement(self, line: str, number: int) -> None:
-        """Read what a line states beside the reports: a tool, a work offset …."""
+        """Read what a line states in addition to the reports: a tool, a work offset …."""
         known = _STATEMENTS.of(_sent(line))
         if known is not None and known[0].means == "frame" and self.anywhere:
             if known[0].words == _HOMING and self.positions:
@@ -335,9 +335,9 @@ class _GrblLog:
         if self.active is None or self.active not in known:
             raise self.file.error(
                 "reports are in machine coordinates, and the log does not show before the first "
-                "report where the work coordinates are (WCO: or WPos: in a status line, or $# and "
-                "$G); give "
-                "the offset x,y,z of the work coordinates in the machine's, in mm",
+                "report where the work coordinates are (a status line with WCO or WPos, or the "
+                "answers to $# and $G); give the offset x,y,z of the work coordinates in the "
+                "machine's, in mm",
                 inputs=("offset",),
             )
         origin = known[self.active][:3]
@@ -351,7 +351,7 @@ class _GrblLog:
 
 
 def _sent(line: str) -> str:
-    """What a line of a log says beside reports and what senders write before it: >>> , a time."""
+    """What a line of a log has without reports and what senders write before it: >>> , a time."""
     code = _REPORTED.sub(" ", _TIME.sub("", line, count=1) if _TIME.match(line) else line)
     return code[max(code.rfind("> "), code.rfind(">>"), code.rfind("]: ")) + 1 :].strip(" >\"':")
 

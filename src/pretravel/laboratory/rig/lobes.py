@@ -8,7 +8,7 @@ from pretravel.base import FloatArray
 
 _LOBES = 3
 _ORDERS = (1, 2)
-"""Of what is not alike in the three lobes: the axis of the probe beside the rig's, its tilt."""
+"""Of what is not alike in the three lobes: offset of the probe's axis from the rig's, its tilt."""
 _FEWEST_DOF = 4
 _LARGEST_CONDITION = 10.0
 

@@ -191,7 +191,7 @@ def read_budget(path: str | Path) -> tuple[LengthComponent, ...]:
 
 
 def read_scale_check(path: str | Path) -> ScaleCheck:
-    """Read a scale beside a reference, and compare them: scale_mm, reference_mm, run.
+    """Read a scale next to a reference, and compare them: scale_mm, reference_mm, run.
 
     Parameters
     ----------

@@ -105,8 +105,8 @@ def readings_of_touches(
     if touches.spindle is None:
         raise PretravelError(
             "these touches do not give the orientation of the probe, in degrees about its axis: "
-            "a multi-step test needs a column spindle_deg (or readings: machine_index, "
-            "probe_index, error_um)"
+            "a multi-step test needs a column spindle_deg or readings with machine_index, "
+            "probe_index and error_um"
         )
     turn = probe_rotation(axis, 0.0)
     normals, positions = touches.normals @ turn, touches.positions @ turn

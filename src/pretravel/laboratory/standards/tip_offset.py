@@ -1,6 +1,6 @@
 """The offset of a stylus tip from the axis of the spindle, from circles at turned orientations.
 
-A machine reports where the axis of the spindle is. A tip beside that axis turns with the spindle,
+A machine reports where the axis of the spindle is. A tip off that axis turns with the spindle,
 so that the centre of one and the same circle is found elsewhere at each orientation.
 """
 

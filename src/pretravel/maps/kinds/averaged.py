@@ -17,7 +17,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.uncertainty import Covariance
 
 _COMMON = 4
-"""Functions beside those of the parts: a constant, and the components of the direction."""
+"""Functions in addition to those of the parts: a constant, and the components of the direction."""
 
 
 @dataclass(frozen=True, eq=False)

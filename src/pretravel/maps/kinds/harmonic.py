@@ -230,7 +230,7 @@ def fit_harmonic(
     basis = HarmonicBasis(fit.terms)
     mean_of, shift_of = np.split(fit.smoothing.means.weighted(observation.to_sphere), [1])
     # Across the axis the centre is where the map has no first harmonic. The least-squares sphere
-    # lies beside it: rings of four and eight touches see three lobes as a shift of up to 1 um.
+    # lies next to it: rings of four and eight touches see three lobes as a shift of up to 1 um.
     shift_of[:2] = 0.0
     for axis, order in ((0, 1), (1, -1)):
         shift_of[axis, (fit.terms == (1, order)).all(axis=1)] = math.sqrt(3.0)

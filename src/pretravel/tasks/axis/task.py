@@ -178,7 +178,7 @@ def _points(
     """Surface points of each angle, and what they have in common; tip centres without a map.
 
     The normals are those of the sphere on which the tip's centres lie. Stated normals are those
-    of the planned sphere: 0.5 mm beside it they compensate a tip of 6 mm wrong by 2 µm.
+    of the planned sphere: 0.5 mm next to it they compensate a tip of 6 mm wrong by 2 µm.
     """
     import numpy as np
 

@@ -179,7 +179,7 @@ def elements_comparison_table(
     elements: tuple[Trigger, Trigger] | None = None,
     stresses: Sequence[Mapping[str, float]] = (),
 ) -> Table:
-    """Two designs by the model analytic and by finite elements, beside each other.
+    """Two designs by the model analytic and by finite elements, next to each other.
 
     Parameters
     ----------
@@ -316,7 +316,7 @@ def design_comparison_view(
         For the same directions, a grid that contains polar angle 90°.
     names : two str
     quantity : str
-        Beside the force; see `prediction_view`.
+        In addition to the force; see `prediction_view`.
 
     Returns
     -------

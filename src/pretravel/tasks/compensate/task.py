@@ -300,7 +300,7 @@ class Compensate(
     ) -> tuple[Touches, tuple[str, ...]]:
         """The touches with normals of the fitted feature, and how far those of the file were off.
 
-        A normal from the expected centre of a bore that lies elsewhere points beside the contact.
+        A normal from the expected centre of a bore that lies elsewhere points next to the contact.
         """
         import numpy as np
 

@@ -297,10 +297,10 @@ def _courses_table(
             Column.of("earliest (95 %)", dates(early=True)),
         ),
         "Course of each quantity",
-        "scatter: between the days, beyond the uncertainty of the touches; walk: standard "
-        "deviation of the steps that add up, in a day. u: of errors of the days that are "
-        "independent; if it walks: with steps that add up beside the trend, where these days leave "
-        "that open. p: probability of such a trend by chance, walks included.",
+        "scatter: between the days, beyond the uncertainty of the touches. walk: standard "
+        "deviation of the steps that add up, in a day. u: for independent errors of the days; if "
+        "it walks: for a random walk, which few days do not exclude. p: probability of such a "
+        "trend by chance.",
     )
 
 

@@ -73,7 +73,7 @@ _PICTURES: Mapping[QuantityWord, str] = {
 
 
 def _of_quantity(trigger: Trigger, quantity: QuantityWord) -> str:
-    """The range of the quantity beside the force, for the verdict."""
+    """The range of the quantity in addition to the force, for the verdict."""
     if quantity == "trigger_force":
         return ""
     words, unit, values = values_of(trigger, quantity)

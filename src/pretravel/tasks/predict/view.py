@@ -31,7 +31,7 @@ that of the spring: in a diagram over azimuth it would squeeze the rest into the
 _LEVELS = 5
 
 
-"""What a picture of a prediction shows beside the force."""
+"""What a picture of a prediction shows in addition to the force."""
 
 
 def values_of(trigger: Trigger, quantity: QuantityWord) -> tuple[str, str, FloatArray]:
@@ -65,7 +65,7 @@ def prediction_view(
     title : str
     quantity : str
         pretravel, or the sensing distance of the thesis (the deflection across the axis): what is
-        drawn beside the force; trigger_force: the force alone.
+        drawn in addition to the force; trigger_force: the force alone.
 
     Returns
     -------

@@ -164,7 +164,7 @@ def _side_chart(probe: Probe) -> PlaneChart:
 
 
 def _hub_words(probe: Probe) -> list[tuple[float, float, str]]:
-    """What stands beside the hub: the place where its line begins, and words."""
+    """What stands next to the hub: the place where its line begins, and words."""
     hub = probe.hub
     middle = -0.5 * probe.hub_offset
     if hub is None:

@@ -72,7 +72,7 @@ def qualification_document(
     scores : sequence of KindScore
         Where the kind of map was chosen among several.
     warnings : sequence of str
-        Beside those of the result.
+        In addition to those of the result.
     excluded : sequence of str
         Touches that the user left out.
     saved : bool

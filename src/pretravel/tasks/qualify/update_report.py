@@ -53,7 +53,7 @@ def map_update_document(
     touches_name, prior_name : str
         Of the files of the new touches and of the old map.
     warnings : sequence of str
-        Beside those of the result.
+        In addition to those of the result.
 
     Returns
     -------

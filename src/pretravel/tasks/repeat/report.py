@@ -315,7 +315,7 @@ def _touches_chart(judged: RepeatSeries, title: str) -> PlaneChart:
 
 
 def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
-    """Sizes of what moves the touches, beside the plain standard deviation."""
+    """Sizes of what moves the touches, in addition to the plain standard deviation."""
     first = abs(judged.first.size) if math.isfinite(judged.first.size) else 0.0
     parts = (
         ("plain deviation", judged.plain_deviation),

@@ -67,8 +67,8 @@ class Slide(Reported):
     step: Annotated[
         float | None,
         Field(
-            help="Travel of a step, in mm (vertical: deflection, in mm; inclined: force, in N); "
-            "the default is 0.001; for inclined it is 0.1.",
+            help="Travel of a step, in mm; of process vertical the deflection, in mm, of inclined "
+            "the force, in N. The default is 0.001, for inclined 0.1.",
             range=STEP,
         ),
     ] = None

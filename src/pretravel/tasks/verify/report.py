@@ -70,7 +70,7 @@ def verification_document(
     entries : sequence of Entry
         The history of the probe, for the control chart.
     warnings : sequence of str
-        Beside those of the result.
+        In addition to those of the result.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Report of a search: the best design beside the one it started from."""
+"""Report of a search: the best design and the one it started from."""
 
 from __future__ import annotations
 

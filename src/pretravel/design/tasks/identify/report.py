@@ -172,7 +172,7 @@ def _numbers_table(found: Identification) -> Table:
             ),
         ),
         title="Identified numbers",
-        explanation="The key names the unit (deg: degrees). u: standard uncertainty from "
+        explanation="The key names the unit (deg for degrees). u: standard uncertainty from "
         "the scatter of the touches and the u of the reference, and from u of measured forces.",
     )
 

@@ -47,7 +47,7 @@ def alignment_document(
     datums : sequence of str
         As they were stated.
     warnings : sequence of str
-        Beside those that follow from the alignment.
+        In addition to those that follow from the alignment.
 
     Returns
     -------

@@ -2,7 +2,7 @@
 
 The truth of each set is a probe drawn from the map and its uncertainty. It touches the reference as
 the user did; the touches are qualified with his settings; then faces and a bore whose places are
-known are touched, compensated and measured. The errors of all sets stand beside the U that was
+known are touched, compensated and measured. The errors of all sets stand next to the U that was
 stated for them.
 """
 

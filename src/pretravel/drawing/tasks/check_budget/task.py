@@ -50,9 +50,9 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     """Check the coverage of U by simulation: repeat your own qualification many times and count.
 
     The probe of each set is drawn from the map of your touches and its uncertainty. It repeats your
-    touches, with your settings, and then touches faces and a bore whose places are known. What acts
-    is what your settings state, or what --true-… state: what would happen if the diameter were
-    worse than its certificate says?
+    touches, with your settings, and then touches faces and a bore whose places are known. The true
+    errors are those of your settings. --true-… gives other errors, for example a diameter that is
+    worse than its certificate says.
 
     Exit code 3: U is too small.
     """
@@ -76,27 +76,27 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     true_noise_um: Annotated[
         float | None,
         Field(
-            help="Noise of a touch that acts, in µm, standard deviation; that of your touches "
+            help="True noise of a touch, in µm, standard deviation; that of your touches "
             "where it is not given.",
             range=NOISE,
-            label="Noise that acts",
+            label="True noise of a touch",
         ),
     ] = None
     true_u_diameter_um: Annotated[
         float | None,
         Field(
-            help="Standard deviation of the error of the diameter that acts, in µm; as "
+            help="True standard deviation of the error of the diameter, in µm; as "
             "--u-diameter and --u-temperature give it where it is not given.",
             range=U_OF_DIAMETER,
-            label="Error of the diameter that acts",
+            label="True error of the diameter",
         ),
     ] = None
     true_hysteresis_um: Annotated[
         float,
         Field(
-            help="Hysteresis that acts, in µm: shift of the tip's rest by the touch before.",
+            help="True hysteresis, in µm: shift of the tip's rest by the touch before.",
             range=NOISE,
-            label="Hysteresis that acts",
+            label="True hysteresis",
         ),
     ] = 0.0
     machine: Annotated[
@@ -244,7 +244,7 @@ class CheckedBudget(Result):
 
 
 def _separated(task: CheckBudget) -> str:
-    """What acts beside, where a separation was given."""
+    """What acts in addition, where a separation was given."""
     if task.machine is None:
         return ""
     return (

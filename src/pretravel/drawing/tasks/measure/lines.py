@@ -31,7 +31,7 @@ CHARACTERISTIC_SYMBOLS = {
     "run-out": "↗", "total run-out": "↗↗", "coaxiality": "◎", "concentricity": "◎",
     "symmetry": "≡", "diameter": "⌀", "angle": "∠", "width": "↔", "distance": "↔",
 }  # fmt: skip
-"""Of characteristics, like those of ISO 1101, in signs that usual fonts have."""
+"""Of characteristics, like those of ISO 1101, as signs that usual fonts have."""
 VerdictLevel = Literal["bad", "caution", "good"]
 VERDICT_LEVELS: dict[ConformityVerdict, VerdictLevel] = {
     ConformityVerdict.DOES_NOT_CONFORM: "bad",

@@ -85,7 +85,7 @@ def features_document(
     statements : LaboratoryStatements or None
         Of a laboratory that may have compared the rule of decisions with its standard.
     warnings : sequence of str
-        Beside those that follow from the features.
+        In addition to those that follow from the features.
 
     Returns
     -------

@@ -237,7 +237,7 @@ def budget_section(inspected: InspectedFeature) -> Section:
 
 
 def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -> Table:
-    """Quantities by Monte Carlo beside their analytic uncertainty.
+    """Quantities by Monte Carlo and their analytic uncertainty.
 
     Parameters
     ----------

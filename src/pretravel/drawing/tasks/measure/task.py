@@ -79,8 +79,8 @@ class Measure(LaboratoryReport):
         str | None,
         Field(
             help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus, slot, by-label; "
-            "by-label: each group of labels is the feature that its name says, as bore1-1 (a "
-            "bore or boss at several heights: a cylinder).",
+            "by-label: each group of labels is the feature that its name says, as bore1-1; a "
+            "bore or boss at several heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
@@ -194,7 +194,8 @@ class Measure(LaboratoryReport):
     position_tolerance: Annotated[
         float | None,
         Field(
-            help="Diameter of the zone around the nominal position (plane, line: width), in mm.",
+            help="Diameter of the zone around the nominal position, in mm; of a plane or line its "
+            "width.",
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the position",

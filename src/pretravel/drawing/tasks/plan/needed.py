@@ -236,7 +236,7 @@ def _touches_of(
 ) -> tuple[InspectionPlan | None, int]:
     """About so many places on the faces of a feature that are reached, evenly; None without one.
 
-    Beside them how many places were not reached.
+    In addition to them how many places were not reached.
     """
     stylus, region = where
     each = math.ceil(count / len(row.faces))

@@ -112,7 +112,7 @@ class PlanForDrawing(PlanTargets):
         Raises
         ------
         PretravelError
-            A machine file beside a tip, a stem or another axis than its own.
+            A machine file in addition to a tip, a stem or another axis than its own.
         """
         from pretravel.drawing.tasks.plan.needed import ProbeOfMachine, ReachingStylus
 

@@ -189,7 +189,7 @@ def _figures_table(check: StandardCheck) -> Table:
             Column.of("definition", [_ORIGIN.get(f.status, f.status) for f in figures]),
         ),
         explanation="u of test: standard uncertainty of the test value from the calibration of the "
-        "reference (of an offset: from the touches); empty where that is not given. verdict: "
+        "reference, for an offset from the touches; empty where it is not given. verdict: "
         "outside the zone of U about the limit (the rule of ISO 14253-1; U = 2 u, or more where u "
         "has few degrees of freedom); without u the value alone is compared.",
     )

@@ -442,8 +442,8 @@ class Pattern(Task):
     standard: Annotated[
         str,
         Field(
-            help="iso10360-5 (25 touches on a sphere; iso10360-5-cumulative: with each ring turned "
-            "further, see docs/laboratory.md) or iso230-10 (36 on the equator); equator-12, "
+            help="iso10360-5 (25 touches on a sphere), iso10360-5-cumulative (the same, each ring "
+            "turned further) or iso230-10 (36 on the equator); equator-12, "
             "equator-24, equator-36: around the equator, as a multi-step test touches it.",
             names=_patterns,
             positional=True,

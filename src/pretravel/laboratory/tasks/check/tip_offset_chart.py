@@ -10,7 +10,7 @@ from pretravel.show import Axis, Dots, LineMark, Note, PlaneChart
 
 
 def tip_offset_chart(found: TipOffset) -> PlaneChart:
-    """The tip beside the axis of the spindle, as each orientation shows it.
+    """The tip off the axis of the spindle, as each orientation shows it.
 
     Parameters
     ----------
