@@ -39,11 +39,13 @@ from .drawing.tolerances.features_file import read_drawing as read_drawing
 from .drawing.tolerances.tolerance_frame import GeometricTolerance as GeometricTolerance
 from .drawing.tolerances.tolerances import FeatureTolerances as FeatureTolerances
 from .drawing.tolerances.tolerances import inspect_feature as inspect_feature
+from .files.file_format import FileFormat as FileFormat
 from .files.file_format import FileReadings as FileReadings
 from .files.file_format import ReadingOptions as ReadingOptions
 from .files.machine_file import read_machine as read_machine
 from .files.map_file import read_map as read_map
 from .files.map_file import write_map as write_map
+from .files.placement_file import read_placement as read_placement
 from .files.point_files import write_points as write_points
 from .files.points_reading import read_points as read_points
 from .files.readings import read_readings as read_readings
@@ -70,6 +72,7 @@ from .laboratory.separation.separation import separate as separate
 from .laboratory.separation.separation_csv import (
     read_multi_step_readings as read_multi_step_readings,
 )
+from .maps.basis import MapBasis as MapBasis
 from .maps.kind import KindOfMap as KindOfMap
 from .maps.kinds.wozniak import WozniakKind as WozniakKind
 from .maps.pretravel_map import PretravelMap as PretravelMap

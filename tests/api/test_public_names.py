@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from types import ModuleType
 
 import pytest
 
+import pretravel
 from tests.api.public_names import FILE, breaks, current_lines, recorded_lines
 
 
@@ -15,6 +17,21 @@ def test_nothing_that_is_public_has_vanished() -> None:
     recorded = recorded_lines(FILE.read_text("utf-8"))
     assert len(recorded) > 300
     assert breaks(recorded, current_lines()) == []
+
+
+EXTENSION = {"pretravel.maps.kinds.mean import averaged"}
+"""Of another package's kinds, as docs/stability.md says."""
+
+
+def test_pages_import_what_is_public() -> None:
+    found = set()
+    for page in FILE.parents[2].glob("docs/**/*.md"):
+        found |= set(re.findall(r">>> from (pretravel\S* import .+)", page.read_text("utf-8")))
+    assert len(found) > 2
+    parts = [line.partition(" import ") for line in found - EXTENSION]
+    assert {module for module, *_ in parts} == {"pretravel"}
+    names = {name for *_, names in parts for name in names.split(", ")}
+    assert names <= set(pretravel.__all__)
 
 
 @pytest.mark.parametrize(

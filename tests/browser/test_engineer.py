@@ -161,6 +161,7 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     state_diameters(page)
     page.wait_for_selector("text=the map 0.3 µm")
     tab(page, "Touches")
+    page.get_by_role("button", name="Show 75 touches", exact=True).click()
     page.get_by_label(f"Use touch {label}", exact=True).wait_for()
     page.wait_for_selector(".plot-area canvas")
     point = "{points: [{curveNumber: 2, pointNumber: 3}]}"  # as Plotly says that it was clicked

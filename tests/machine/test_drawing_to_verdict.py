@@ -41,6 +41,8 @@ _NEAR = 4.0
 """Nearer than this the exact distance is computed. [mm]"""
 _SAMPLES = 1.0
 """Distance between points of the surface that stand for it further away. [mm]"""
+_COARSE = 5.0
+"""The same of those that stand for these further away."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,13 @@ class StepPart:
         shown = [face_triangles(face, faces=len(self.part.faces)) for face in self.part.faces]
         dense = [_dense(each.points[each.corners]) for each in shown]
         return cKDTree(np.concatenate(dense)), np.repeat(np.arange(len(dense)), [*map(len, dense)])
+
+    @cached_property
+    def few(self) -> tuple[FloatArray, float]:
+        """Some of the samples, and how far another one can be from the next of them."""
+        points = self.samples[0].data
+        _, rows = np.unique(np.round(points / _COARSE), axis=0, return_index=True)
+        return points[rows], math.sqrt(3.0) * _COARSE
 
     def _local(self, place: Vector) -> FloatArray:
         return self.placement.inverse.points(np.array([place]))
@@ -77,12 +86,20 @@ class StepPart:
 
     def cylinder_distance(self, foot: Vector, radius: float, height: float) -> float:
         """From the sampled surface: no larger than the distance."""
-        here, points = self._local(foot)[0], self.samples[0].data
-        across = np.hypot(*(points[:, :2] - here[:2]).T) - radius
-        above = np.maximum(here[2] - points[:, 2], points[:, 2] - here[2] - height)
-        both = np.where((across > 0) & (above > 0), np.hypot(across, above),
-                        np.maximum(across, above))  # fmt: skip
-        return float(both.min())
+        here = self._local(foot)[0]
+        some, beside = self.few
+        away = _from_cylinder(some, here, radius, height) - beside
+        return away if away > _NEAR else _from_cylinder(
+            self.samples[0].data, here, radius, height
+        )  # fmt: skip
+
+
+def _from_cylinder(points: FloatArray, foot: FloatArray, radius: float, height: float) -> float:
+    """The smallest distance of points from an upright cylinder. [mm]"""
+    across = np.hypot(*(points[:, :2] - foot[:2]).T) - radius
+    above = np.maximum(foot[2] - points[:, 2], points[:, 2] - foot[2] - height)
+    both = np.where((across > 0) & (above > 0), np.hypot(across, above), np.maximum(across, above))
+    return float(both.min())
 
 
 def _dense(corners: FloatArray) -> FloatArray:

@@ -226,7 +226,8 @@ def help_page() -> None:
         with ui.element("dl").classes("words"):
             for entry in glossary():
                 text("dt", entry.term).props["id"] = word_anchor(entry)
-                text("dd", f"{entry.meaning} [{entry.unit}]" if entry.unit else entry.meaning)
+                meaning = entry.meaning.replace("*", "")
+                text("dd", f"{meaning} [{entry.unit}]" if entry.unit else meaning)
 
 
 HELP = {

@@ -261,7 +261,7 @@ def parse_placement(text: str) -> Placement:
     [[0.0, 1.0, 0.0]]
     """
     try:
-        numbers = [float(word) for word in text.split(",")]
+        numbers = [] if "_" in text else [float(word) for word in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) not in (3, 6) or not all(math.isfinite(value) for value in numbers):

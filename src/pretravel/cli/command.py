@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import pairwise
 from typing import Any
 
 import typer
@@ -58,6 +59,7 @@ class Command(TyperCommand):
             typer.echo(self.get_help(ctx))
             ctx.exit()
         self._refuse_twice(args)
+        self._refuse_underscores(args)
         try:
             rest: list[str] = super().parse_args(ctx, args)
         except typer.BadParameter as error:
@@ -110,9 +112,22 @@ class Command(TyperCommand):
             typer.echo(f"Warning: {option} is deprecated: it is called {now} now", err=True)
         return f"{now}{sign}{value}"
 
+    def _refuse_underscores(self, args: list[str]) -> None:
+        """Refuse 1_0, which Python reads as 10, where a number is typed."""
+        numbers = {
+            option: parameter
+            for parameter in self.params
+            if parameter.type_descriptor.annotation in (float, int)
+            for option in parameter.opts
+        }
+        joined = [tuple(word.split("=", 1)) for word in args if "=" in word]
+        for option, value in (*pairwise(args), *joined):
+            if option in numbers and "_" in value:
+                raise PretravelError(f"{typed_name(numbers[option])} {value}: it must be a number")
+
     def _refuse_twice(self, args: list[str]) -> None:
         """Refuse an option that takes one value and is given twice: the last would win."""
-        words = [word.partition("=")[0] for word in args if word.startswith("-")]
+        words = [_option_of(word) for word in args if word.startswith("-")]
         for parameter in self.params:
             if not isinstance(parameter, TyperOption) or parameter.multiple or parameter.is_flag:
                 continue
@@ -170,6 +185,11 @@ def typed_name(parameter: Any) -> str:
     if longest.startswith("-"):
         return longest
     return str(parameter.metavar or longest).upper()
+
+
+def _option_of(word: str) -> str:
+    """The option of a word, without a value that stands in the same word: -oa.csv, --tip=A."""
+    return word.partition("=")[0] if word.startswith("--") else word[:2]
 
 
 def _reason(error: typer.BadParameter) -> str:

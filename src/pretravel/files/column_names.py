@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -126,9 +127,9 @@ _COUNT_WORDS = (
 """Series of rows, or a count of all rows."""
 _FRAME_WORDS = (
     "wcs", "workoffset", "workcoordinatesystem", "csys", "coordsys", "coordinatesystem", "frame",
-    "workpiececoordinatesystem", "nullpunkt", "koordinatensystem", "offsetno", "gcodeoffset",
-    "alignment", "alignmentname", "alignmentid", "tableangle", "rotarytable", "rotarytableangle",
-    "tischwinkel", "drehtisch", "drehtischwinkel",
+    "workpiececoordinatesystem", "nullpunkt", "zeropoint", "koordinatensystem", "offsetno",
+    "gcodeoffset", "alignment", "alignmentname", "alignmentid", "tableangle", "rotarytable",
+    "rotarytableangle", "tischwinkel", "drehtisch", "drehtischwinkel",
 )  # fmt: skip
 _ORIENTATION_WORDS = (
     "orientation",
@@ -149,6 +150,41 @@ _ORIENTATION_WORDS = (
     "schwenkwinkel",
     "kopfstellung",
 )
+_THINGS = {
+    "orientation": r"orientations?|(?:probe)?head|ausrichtung|schwenk\w*",
+    "frame": r"wcs|g5[4-9]|zeropoint|nullpunkt\w*|csys|frame|alignment|(?:rotary)?table|"
+    r"drehtisch\w*",
+    "tip": r"tips?|styl(?:us|i|et)|sensor|probe|palp\w+|tastat\w+|sond[ae]|"
+    r"(?:mess)?tast(?:er|kopf|kugel|system|stift)\w*|tool|werkzeug\w*|outil|utensile|herramienta",
+    "pass": r"pass(?:es)?|durchgang|speed|velocity|geschwindigkeit|vitesse|velocidad|velocita",
+    "part": r"parts?|serials?|serien\w*|teile?|teile?n\w*|werkstuck\w*|workpieces?|pieces?|"
+    r"pieza|pezzo|batch|lot|charge|pallet|palette|fixture|setup|clamping|\w*spannung|cavity|nest|runs?|job|"
+    r"toolpath",
+}
+"""Nouns in titles of several words, such as Stylus system, that say what a column groups."""
+_QUANTITIES = re.compile(
+    r"[xyzijkuf]|temp\w*|force|kraft|time|zeit|date|feed|dev|deviation|err|error|counts?|counter|"
+    r"volt\w*|signal|status|state|result|ok|hit|contact|trigger\w*|delay|wear|life|comment|note|tol|"
+    r"tolerance|height|depth|dist|distance|offset|sigma|std|mean|min|max|range|travel|pretravel|"
+    r"deflection|comp|compensation|point|punkt|path|feature|face|surface|element|merkmal|bore|hole|"
+    r"value|wert|reading|output|input|level|raw|sequence|order",
+)
+"""Words of titles of something else, such as Probe temperature."""
+_MOST_WORDS = 5
+_MOST_GROUPS = 12
+GUESSED = 2
+"""Rank of a name of which one word is known."""
+_BY_CELLS = {
+    "pass": re.compile(
+        r"fast|slow|rapid|search|seek|fine|rough|coarse|measure|schnell|langsam|grob|fein|suchen|"
+        r"messen|rapide|lent|lento",
+        re.IGNORECASE,
+    ),
+    "frame": re.compile(r"G5[4-9](?:\.[1-9])?", re.IGNORECASE),
+    "tip": re.compile(r"T\d+A-?\d+(?:\.\d+)?B-?\d+(?:\.\d+)?", re.IGNORECASE),
+    "orientation": re.compile(r"A-?\d+(?:\.\d+)?[ _/]?B-?\d+(?:\.\d+)?", re.IGNORECASE),
+}
+"""Cells that say what their column groups, whatever it is called."""
 _ROTARY_WORDS = ("", "axis", "achse", "axe", "deg", "rot", "angle", "winkel")
 _LABEL_WORDS = (
     "label", "name", "pointname", "punktname", "punktbezeichnung", "bezeichnung", "pointid",
@@ -203,13 +239,53 @@ def column_name(title: str) -> ColumnName:
             return ColumnName(title, role, _own_unit(role), 0)
     words, unit = _without_unit(title)
     plain = re.sub(r"[^a-z0-9#]", "", _plain(words))
-    found = _known().get(plain)
+    found = _known().get(plain) or _of_one_word(words)
     if found is None:
         return ColumnName(title, None, None, 1)
     role, rank = found
     if role in (*TEXT_ROLES, *NORMAL_ROLES, FRAME_ROLE):
         unit = None
     return ColumnName(title, role, unit, rank)
+
+
+def _of_one_word(title: str) -> tuple[str, int] | None:
+    """Role and rank of a title of which one word says what the column groups.
+
+    >>> _of_one_word("Stylus system"), _of_one_word("Probe temperature")
+    (('tip', 2), None)
+    """
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", title)
+    words = re.findall(r"[a-z0-9]+", _plain(apart))
+    if not words or len(words) > _MOST_WORDS or any(map(_QUANTITIES.fullmatch, words)):
+        return None
+    for role, nouns in _THINGS.items():
+        if any(re.fullmatch(nouns, word) for word in words):
+            return role, GUESSED
+    return None
+
+
+def role_of_cells(cells: Sequence[str]) -> str | None:
+    """What a column groups by its cells alone; None where they do not say it.
+
+    >>> role_of_cells(["fast", "slow", "fast", "slow"]), role_of_cells(["a", "b", "a"])
+    ('pass', None)
+    """
+    different = {*cells}
+    if not 1 < len(different) < max(len(cells), 3) or len(different) > _MOST_GROUPS:
+        return None
+    for role, pattern in _BY_CELLS.items():
+        if all(map(pattern.fullmatch, different)):
+            return role
+    return None
+
+
+def groups_rows(cells: Sequence[str]) -> bool:
+    """Whether cells are a few that come again: names of what several rows have in common.
+
+    >>> groups_rows(["1", "1", "2"]), groups_rows(["1", "2", "3"]), groups_rows(["1", "1"])
+    (True, False, False)
+    """
+    return 1 < len({*cells}) < len(cells) and len({*cells}) <= _MOST_GROUPS
 
 
 def unit_of(text: str) -> str | None:

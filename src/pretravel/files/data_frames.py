@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from typing import Any
 
 import narwhals.stable.v2 as nw
@@ -12,6 +13,8 @@ from pretravel.base import PretravelError
 from pretravel.files.source_file import SourceFile
 
 _NAME = "data frame"
+_ABSENT = {"nan", "<NA>", "NaT"}
+"""How pandas writes values that are absent."""
 
 
 def is_frame(given: object) -> bool:
@@ -20,7 +23,13 @@ def is_frame(given: object) -> bool:
     >>> is_frame([[1.0, 2.0]]), is_frame("touches.csv")
     (False, False)
     """
-    return bool(nw.dependencies.is_into_dataframe(given))
+    return bool(nw.dependencies.is_into_dataframe(given)) or _is_batch(given)
+
+
+def _is_batch(given: object) -> bool:
+    """Whether a value is a batch of rows of Arrow, which becomes a table."""
+    arrow = nw.dependencies.get_pyarrow()
+    return arrow is not None and isinstance(given, arrow.RecordBatch)
 
 
 def source_of_frame(frame: Any) -> SourceFile:
@@ -39,7 +48,15 @@ def source_of_frame(frame: Any) -> SourceFile:
     PretravelError
         Its columns have no names; it has no rows.
     """
-    table = nw.from_native(frame, eager_only=True)
+    if _is_batch(frame):
+        frame = nw.dependencies.get_pyarrow().Table.from_batches([frame])
+    if nw.dependencies.is_pandas_dataframe(frame):
+        frame = _with_labels(frame)
+    try:
+        table = nw.from_native(frame, eager_only=True)
+    except nw.exceptions.DuplicateError as error:
+        twice = ", ".join(re.findall(r"'(.+)'", str(error)))
+        raise PretravelError(f"columns of the data frame have one name: {twice}") from None
     names = list(table.columns)
     if not names or any(str(name).isdecimal() for name in names):
         raise PretravelError(
@@ -55,8 +72,22 @@ def source_of_frame(frame: Any) -> SourceFile:
     return SourceFile(_NAME, text.getvalue().encode())
 
 
+def _with_labels(frame: Any) -> Any:
+    """A frame of pandas with its index as a column, where it has names of rows.
+
+    >>> import pandas as pd
+    >>> list(_with_labels(pd.DataFrame({"x_mm": [1.0]}, index=["a"])).columns)
+    ['label', 'x_mm']
+    """
+    index = frame.index
+    named = index.nlevels == 1 and (index.name is not None or index.dtype.kind not in "iuf")
+    if not named or index.name in frame.columns or (index.name is None and "label" in frame):
+        return frame
+    return frame.reset_index(names="label" if index.name is None else index.name)
+
+
 def _cell(value: object) -> str:
     """A value with all its digits; nothing where it is absent."""
-    if value is None or value != value:  # NaN is not equal to itself
+    if value is None or str(value) in _ABSENT:
         return ""
     return repr(float(value)) if isinstance(value, float) else str(value)

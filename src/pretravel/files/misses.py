@@ -15,6 +15,8 @@ _FILLED_IN = (999.0, 999.9, 999.99, 999.999, 9999.0, 9999.9, 9999.99, 9999.999, 
 _FEWEST = 5
 _MOST = 0.2
 """Share of the readings above which the part has another level there."""
+_MOST_AT_ONE_END = 0.45
+"""The same of heights that are equal to the last digit, as the end of a move is."""
 _FAR = 0.3
 """A height that is this far from the plane of the others is no deviation of a surface. [mm]"""
 _TIMES = 50.0
@@ -85,7 +87,8 @@ def far_heights(positions: FloatArray, axis: int = 2) -> FloatArray:
         left = heights - rows @ fitted
     scatter = _MAD * float(np.median(np.abs(left)))
     far = np.abs(left) > max(_FAR, _TIMES * scatter)
-    if not far.any() or np.mean(far) > _MOST:
+    one_end = far.sum() > 1 and np.ptp(heights[far]) == 0.0
+    if not far.any() or np.mean(far) > (_MOST_AT_ONE_END if one_end else _MOST):
         return none
     return np.where(far, left, 0.0)
 

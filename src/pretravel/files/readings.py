@@ -70,7 +70,7 @@ def read_readings(
         known = format_of(file) if file_format is None else format_named(file_format)
     if known.parse is None:
         raise without_touches(file, known)
-    if not known.self_contained and (options is None or not options.completes_files):
+    if not known.self_contained and options is None:
         raise file.error(
             f"a file of format {known.name} does not contain all that is needed ({known.needs}); "
             "pretravel convert makes touches of it and asks for what is missing"

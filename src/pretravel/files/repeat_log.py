@@ -391,9 +391,12 @@ def _between_passes(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
     return tuple(told)
 
 
-def _in_a_rhythm(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
-    """Series in which one of every few touches is apart: a fast one before slow ones."""
-    told = []
+def _in_a_rhythm(series: Sequence[LoggedSeries]) -> tuple[list[LoggedSeries], tuple[str, ...]]:
+    """Series, and words about those in which one of every few touches is apart: a fast one.
+
+    Where these all lie on one side of the others, they are a series of their own.
+    """
+    told, parts = [], []
     for one in series:
         found = [
             (_chance(one.values, period, phase), period, phase)
@@ -401,18 +404,28 @@ def _in_a_rhythm(series: Sequence[LoggedSeries]) -> tuple[str, ...]:
             if len(one.values) >= 3 * period
             for phase in range(period)
         ]
-        if not found:
+        if not found or min(found)[0] * len(found) >= _RARE:
+            parts.append(one)
             continue
-        chance, period, phase = min(found)
-        if chance * len(found) < _RARE:
-            away = np.delete(one.values, np.s_[phase::period])
-            size = float(np.mean(one.values[phase::period]) - np.mean(away)) / MICROMETRE
-            told.append(
-                f"{one.name or 'the touches'}: of every {period} touches number {phase + 1} lies "
-                f"{abs(size):.1f} µm from the others, as a fast touch before slow ones does; they "
-                "are evaluated together. Leave the fast touches out, or give a column pass"
-            )
-    return tuple(told)
+        _, period, phase = min(found)
+        own = np.arange(len(one.values)) % period == phase
+        size = float(np.mean(one.values[own]) - np.mean(one.values[~own])) / MICROMETRE
+        lies = (
+            f"{one.name or 'the touches'}: of every {period} touches number {phase + 1} lies "
+            f"{abs(size):.1f} µm from the others, as a fast touch before slow ones does; they "
+        )
+        low, high = sorted([one.values[own], one.values[~own]], key=lambda part: part[0])
+        if period > 2 and phase == 0 and low.max() < high.min():
+            parts += [
+                LoggedSeries(f"{one.name} {name}".strip(), one.values[rows], one.lines[rows])
+                for name, rows in (("first", own), ("second", ~own))
+                if rows.sum() >= FEWEST_REPEATS
+            ]
+            told.append(f"{lies}are evaluated separately")
+        else:
+            how = "Leave the fast touches out, or give a column pass"
+            told.append(f"{lies}are evaluated together. {how}")
+    return parts, tuple(told)
 
 
 def _chance(values: FloatArray, period: int, phase: int) -> float:
@@ -456,5 +469,6 @@ def _checked(
     copied = copied_rows_warnings(
         values[order][:, None], lambda row: f"line {int(lines[order[row]])}"
     )
-    told = (*warnings, *_in_a_rhythm(series), *copied)
-    return RepeatLog(tuple(series), single, along, told)
+    parts, rhythm = _in_a_rhythm(series)
+    single += sum(len(one.values) for one in series) - sum(len(one.values) for one in parts)
+    return RepeatLog(tuple(parts), single, along, (*warnings, *rhythm, *copied))

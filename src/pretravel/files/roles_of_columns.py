@@ -12,6 +12,7 @@ from pretravel.base import InputError
 from pretravel.files.column_names import (
     ANGLE_UNITS,
     FEED_UNITS,
+    GUESSED,
     LENGTH_ROLES,
     LENGTH_UNITS,
     NORMAL_ROLES,
@@ -21,6 +22,8 @@ from pretravel.files.column_names import (
     TEXT_ROLES,
     ColumnName,
     column_name,
+    groups_rows,
+    role_of_cells,
     unit_of,
 )
 from pretravel.files.file_format import ReadingOptions
@@ -123,7 +126,7 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
             text.header_line or None,
             inputs=("columns",),
         )
-    names = None if text.names is None else [column_name(name) for name in text.names]
+    names = None if text.names is None else _names_of_columns(text)
     taken = set(index.values())
     if names is not None:
         index |= _named(text, names, set(stated), taken, also)
@@ -139,6 +142,20 @@ def column_roles(text: TextTable, options: ReadingOptions) -> ColumnRoles:
             index.setdefault(role, i)
     units = {} if names is None else _units_of_columns(text, names, index)
     return ColumnRoles(index, sign, units, frozenset(stated), also)
+
+
+def _names_of_columns(text: TextTable) -> list[ColumnName]:
+    """What each name means; where it does not say it, what the cells mean."""
+    names = []
+    for i, title in enumerate(text.names or ()):
+        found = column_name(title)
+        if found.role in (None, "label") or found.rank == GUESSED:
+            if role := role_of_cells(text.column(i)):
+                found = ColumnName(title, role, None, 1)
+            elif found.role != "label" and found.role and not groups_rows(text.column(i)):
+                found = ColumnName(title, None, None, 1)
+        names.append(found)
+    return names
 
 
 def _stated_column(text: TextTable, role: str, title: str) -> tuple[int, float]:

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from pretravel.files.column_names import LENGTH_UNITS, unit_of
 from pretravel.files.roles_of_columns import ColumnRoles
 from pretravel.files.text_table import TextTable
 
-_CONTACT = {"contact", "triggered", "touched", "success", "kontakt", "ausgelöst"}
+_CONTACT = {
+    "contact", "triggered", "touched", "success", "kontakt", "ausgelöst", "hit", "probed",
+    "detected",
+}  # fmt: skip
+"""Titles, or words of titles, of columns of yes and no."""
 _MISSED = {"miss", "missed"}
 _STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
 _YES = {"1", "true", "yes", "y", "ja"}
 _NO = {"0", "false", "no", "n", "nein"}
+_OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
+"""With one of these in its title, a status is that of the touch and no verdict about the part."""
+_FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
 _MISSES = {"miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt"}
 _UNIT = {"unit", "units", "einheit", "unit of length"}
 
@@ -27,9 +35,12 @@ def refuse_stated_misses(text: TextTable, roles: ColumnRoles) -> None:
     """
     for i, name in _other_columns(text, roles):
         cells = [cell.strip().lower() for cell in text.column(i)]
-        no = set(_MISSES) if name in _STATUS else set()
+        words = {*re.findall(r"\w+", name), name}
+        no = set(_MISSES) if words & _STATUS else set()
+        if words & _STATUS and words & _OF_PROBE:
+            no |= _FAILED
         if set(cells) <= _YES | _NO:
-            no |= (_NO if name in _CONTACT else set()) | (_YES if name in _MISSED else set())
+            no |= (_NO if words & _CONTACT else set()) | (_YES if words & _MISSED else set())
         missed = [row for row, cell in enumerate(cells) if cell in no]
         if missed:
             rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"

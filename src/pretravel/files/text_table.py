@@ -7,9 +7,8 @@ import itertools
 import logging
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 from pretravel.files.column_names import (
     MOST_COLUMNS,
@@ -18,7 +17,8 @@ from pretravel.files.column_names import (
     names_known_columns,
     unit_of,
 )
-from pretravel.files.source_file import SourceFile, shortened
+from pretravel.files.comments_of_rows import Record, comments_among
+from pretravel.files.source_file import SourceFile
 from pretravel.files.spreadsheet_cells import cell_content
 
 _LOG = logging.getLogger(__name__)
@@ -33,27 +33,10 @@ _IS_NUMBER = re.compile(_NUMBER)
 _APART = rf"(?:[-+−]\s+)?{_NUMBER}"
 """A number, also with blanks between its sign and its digits."""
 _IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
+_APART_WORD = re.compile(rf"([A-Za-z])\s*({_APART})[\s,;]*")
+"""A letter and its number, with blanks between them."""
 _COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
 """But #03: numbers a point."""
-_THINGS = (
-    r"(?:tips?|stylus|styli|probe|sensor|tool|taster|tastkugel|werkzeug|part|serial|teil|"
-    r"werkst(?:ü|ue)ck|workpiece|series|serie|set|pass|fixture|orientation)"
-)
-"""What a comment between rows can state or change."""
-_CHANGES_ROWS = re.compile(
-    rf"\b{_THINGS}(?:\s?(?:no|nr|number|nummer|name|id)\b\.?)?\s*"
-    rf"(?:[:=#]|[A-Z]?\d|[A-Z]\b(?!\W+\w)|\bis (?:now )?\w*\d)|"
-    rf"\b{_THINGS}\W+(?:(?:is|was|now|has been)\W+)*(?:chang|swap|exchang|replac|gewechsel|wechsel|"
-    r"getauscht|turned|flipped|moved|shifted|rotated)\w*|"
-    rf"\b(?:new|next|other|another|second|third|chang\w*|swap\w*|switch\w*|neue[rs]?|nächste[rs]?|"
-    rf"andere[rs]?|zweite[rs]?|with|mit)\W+(?:(?:the|a|to|of)\W+)*{_THINGS}\b|"
-    r"\b(?:units?|einheit(?:en)?)\W*(?:[:=]|mm|in\b|cm\b|µm|inch|zoll|metric|imperial)|"
-    r"\b(?:inch|inches|zoll|G2[01]|G5[4-9](?:\.\d)?|G92|G68|wcs|work ?offset|rotat\w*|alignment|"
-    r"datum|re-?clamp\w*|umgespannt|(?:serial|series|part|tip|tool) (?:no|number)\b)|"
-    r"^\W*T\d+\b",
-    re.IGNORECASE,
-)
-"""Comments that change what rows mean. One that only speaks of a tip or a part is named."""
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
@@ -68,11 +51,10 @@ _FEWEST_NUMBERS = 3
 """A row of a table of touches has three coordinates or more."""
 _FEWEST_ROWS = 2
 """Rows from which a header with another number of cells is the odd one."""
+_TITLES = 6
+"""Most lines above a table without a header."""
 _QUOTED = 60
 """Most characters of a line that a message quotes."""
-
-Record: TypeAlias = tuple[int, str]
-"""Line number and text."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +143,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     stated = re.fullmatch(r"\"?sep=(.)\"?", records[0][1]) if records else None
     if stated is not None:
         records = records[1:]
-    records = [record for record in records if not _is_rule(record[1])]
+    records = [(number, _together(line)) for number, line in records if not _is_rule(line)]
     plain = [record for record in records if not _COMMENT.match(record[1])]
     comments = [record for record in records if _COMMENT.match(record[1])]
     absent = set(left_out) - {str(number) for number, _ in plain}
@@ -216,13 +198,20 @@ def header_cells(lines: Sequence[str]) -> list[str]:
     >>> header_cells(["Report", "Name;Nominal;Actual;Dev", "D1;10;10.01;0.01"])
     ['Name', 'Nominal', 'Actual', 'Dev']
     """
+    found: list[str] = []
     for line in lines[:20]:
         for separator in (";", "\t", "|", ",", "  ", " "):
             cells = split_cells(line, separator)
             words = [cell for cell in cells if cell and not _is_number_cell(cell)]
             if len(cells) > 2 and len(words) == len([cell for cell in cells if cell]):
-                return cells
-    return []
+                if not found and "" in cells[:-1]:  # names of groups, perhaps
+                    found = cells
+                    break
+                return _with_groups(found, cells) if found else cells
+        else:
+            if found:
+                return found
+    return found
 
 
 def is_table(lines: Sequence[str]) -> bool:
@@ -249,15 +238,38 @@ def has_known_header(lines: Sequence[str]) -> bool:
     )
 
 
+def rows_below_a_title(lines: Sequence[str]) -> bool:
+    """Whether all lines but a few at the head are rows of numbers, of one width.
+
+    >>> rows_below_a_title(["Measuring log", "1;0;0;3", "2;5;0;3"])
+    True
+    >>> rows_below_a_title(["Measuring log", "X : 50.001", "Y : 20.002"])
+    False
+    """
+    plain = [line for line in lines if not _COMMENT.match(line)]
+    separator = _separator([(0, line) for line in plain])
+    if separator is None:
+        return False
+    cells = [split_cells(line, separator) for line in plain]
+    first = next((i for i, row in enumerate(cells) if _is_data(row)), len(cells))
+    rows = cells[first:]
+    return (
+        first <= _TITLES
+        and len(rows) >= _FEWEST_ROWS
+        and all(map(_is_data, rows))
+        and len({len(row) for row in rows}) == 1
+    )
+
+
 def has_worded_rows(lines: Sequence[str]) -> bool:
     """Whether the first line has words such as X1.5, with separators or with I, J, K.
 
     >>> has_worded_rows(["X=1.5, Y=2, Z=3"]), has_worded_rows(["N1 X1 Y2 Z3 I0 J0 K1"])
     (True, True)
-    >>> has_worded_rows(["G1 X1 Y2 Z3"])
-    False
+    >>> has_worded_rows(["G1 X1 Y2 Z3"]), has_worded_rows(["X 1 Y 2 Z- 3 I 0 J 0 K 1"])
+    (False, True)
     """
-    plain = [line for line in lines if not _COMMENT.match(line)]
+    plain = [_together(line) for line in lines if not _COMMENT.match(line)]
     for separator in SEPARATORS:
         words = [
             _IS_WORD.fullmatch(cell) for cell in split_cells(plain[0] if plain else "", separator)
@@ -266,6 +278,19 @@ def has_worded_rows(lines: Sequence[str]) -> bool:
         if {"x", "y", "z"} <= names and "g" not in names:
             return bool(separator.strip()) or {"i", "j", "k"} <= names
     return False
+
+
+def _together(line: str) -> str:
+    """A row of words with vectors, each letter together with its number.
+
+    >>> _together("X 1.5 Y- 2 Z 3 I 0 J 0 K 1"), _together("X 1.5 Y- 2 Z 3")
+    ('X1.5 Y-2 Z3 I0 J0 K1', 'X 1.5 Y- 2 Z 3')
+    """
+    words = _APART_WORD.findall(line) if _APART_WORD.match(line) else []
+    letters = [word[0].upper() for word in words]
+    if _APART_WORD.sub("", line).strip() or not {*"XYZIJK"} <= {*letters}:
+        return line
+    return " ".join(f"{letter}{''.join(number.split())}" for letter, number in words)
 
 
 def not_a_table(lines: Sequence[str]) -> str:
@@ -413,6 +438,8 @@ def _table(
     _refuse_spreadsheet_errors(file, comments)
     before = split[: first if header is None else header]
     names = None if header is None else [" ".join(cell.split()) for cell in split[header][1]]
+    if header and names is not None:
+        names = _with_groups(split[header - 1][1], names)
     header_line = 0 if header is None else split[header][0]
     if names is None and body and (found := _commented_header(comments, body[0], separator)):
         header_line, names = found
@@ -429,7 +456,7 @@ def _table(
     if header is not None:
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
-    among = _comments_among(file, comments, [number for number, _ in body], separator)
+    among = comments_among(file, comments, [number for number, _ in body], _is_row(separator))
     notes = [line for _, line in comments] + [" ".join(cells) for _, cells in before]
     return TextTable(
         file=file,
@@ -447,29 +474,26 @@ def _table(
     )
 
 
-def _comments_among(
-    file: SourceFile, comments: list[Record], lines: Sequence[int], separator: str
-) -> tuple[Record, ...]:
-    """Comments between the rows, without rows that are comments.
+def _with_groups(groups: list[str], names: list[str]) -> list[str]:
+    """Names of columns below names of groups, such as Nominal and Actual above X, Y, Z twice.
 
-    Raises
-    ------
-    InputError
-        One of them speaks of the tip, the part, the unit or the coordinates of the rows.
+    >>> _with_groups(["", "Nominal", "", "Actual", ""], ["Nr", "X", "Y", "X", "Y"])
+    ['Nr', 'Nominal X', 'Nominal Y', 'Actual X', 'Actual Y']
     """
-    among = [
-        (number, line)
-        for number, line in comments
-        if lines[0] < number < lines[-1] and not _is_data(split_cells(line[1:], separator))
-    ]
-    for number, line in among:
-        if _CHANGES_ROWS.search(line):
-            raise file.error(
-                f"'{shortened(line)}' is among the rows, and can change what the rows after it "
-                "are: give it in a column, or split the table there",
-                number,
-            )
-    return tuple((number, line) for number, line in among if re.search(r"\w", line))
+    counts = Counter(filter(None, names))
+    twice = any(count > 1 for count in counts.values())
+    if not twice or len(groups) != len(names) or any(map(_is_number_cell, groups)):
+        return names
+    held, found = "", []
+    for group, name in zip(groups, names, strict=True):
+        held = group or held
+        found.append(f"{held} {name}".strip() if counts[name] > 1 else name or group)
+    return found
+
+
+def _is_row(separator: str) -> Callable[[str], bool]:
+    """Whether a comment without its sign is a row of the table."""
+    return lambda text: _is_data(split_cells(text, separator))
 
 
 def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:

@@ -201,7 +201,7 @@ def _counts(title: str, cells: Sequence[str]) -> bool:
     return unique or not all(_TOOL.fullmatch(cell) for cell in cells)
 
 
-_TOOL = re.compile(r"[Tt]?[0-9]{1,3}")
+_TOOL = re.compile(r"[0-9]{1,3}|.*[A-Za-z].*")
 
 
 def _without_rotary(text: TextTable, roles: ColumnRoles) -> tuple[TextTable, ColumnRoles]:

@@ -21,6 +21,8 @@ _TIMES = 50.0
 """Beyond this many times the scatter of the others."""
 _MOST = 0.2
 """Share of the points above which another feature was touched there."""
+_MOST_AT_ONE_END = 0.45
+"""The same of points at which moves ended, with one coordinate to the last digit."""
 _FEW = 10
 """Single points are no more than this."""
 _EACH = 4
@@ -115,6 +117,11 @@ def missed_points(kind: str, points: FloatArray, axis: FloatArray | None = None)
         if every is None:  # as from points in one circle
             return MissedPoints()
         axis = every.direction  # where the search starts
+    for ended in _at_one_end(points):
+        trial = _trial(kind, points, ~ended, axis)
+        if trial is not None and trial.explains(~ended):
+            at_end = np.flatnonzero(ended)
+            return MissedPoints(tuple(at_end.tolist()), tuple(trial.off[at_end].tolist()))
     for number in range(min(max(int(_MOST * len(points)), 1), _FEW)):
         rows = _suspects(kind, points, kept, axis)
         trials = {row: _trial(kind, points, _without(kept, row), axis) for row in rows}
@@ -132,6 +139,22 @@ def missed_points(kind: str, points: FloatArray, axis: FloatArray | None = None)
             off = found[right[0]].off[missed]
             return MissedPoints(tuple(missed.tolist()), tuple(off.tolist()))
     return MissedPoints()
+
+
+def _at_one_end(points: FloatArray) -> list[BoolArray]:
+    """Points whose lowest or highest coordinate is one, to the last digit: ends of moves.
+
+    >>> heights = np.column_stack([np.arange(5.0), np.arange(5.0), [0, 0.1, -5, -5, 0.2]])
+    >>> [rows.nonzero()[0].tolist() for rows in _at_one_end(heights)]
+    [[2, 3]]
+    """
+    found = []
+    for coordinates in points.T:
+        for end in (coordinates.min(), coordinates.max()):
+            rows = coordinates == end
+            if 1 < rows.sum() <= _MOST_AT_ONE_END * len(points):
+                found.append(rows)
+    return found
 
 
 def missed_points_of_features(

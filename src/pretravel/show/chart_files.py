@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
 
 _LEGEND_SIGNS = 66
-_BARE, _BARE_WITH_SCALE = 1.1, 1.0
+_BARE = 1.1
 """Zoom of a chart without axes, whose numbers need no room."""
 _NEAR = 5e-3
 """Of the size of a body: what is nearer to its surface lies on it, and is not hidden by it."""
@@ -190,15 +190,17 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         from matplotlib.cm import ScalarMappable
 
         mappable = ScalarMappable(**_colouring(chart.scale))
-        figure.colorbar(mappable, ax=axes, shrink=0.65, pad=0.14, label=chart.scale.text)
-    _legend_and_note(axes, chart.note, below=0.18, meshes=_mesh_patches(chart))
+        # A bare body has no numbers of axes between it and its scale.
+        beside = {"shrink": 0.5, "pad": 0.0, "fraction": 0.08} if chart.bare else {"pad": 0.14}
+        figure.colorbar(mappable, ax=axes, label=chart.scale.text, **{"shrink": 0.65, **beside})
+    _legend_and_note(
+        axes, chart.note, below=0.02 if chart.bare else 0.18, meshes=_mesh_patches(chart)
+    )
 
 
 def _room(chart: SpaceChart) -> float:
-    """How much larger a body is drawn where no axes need room; a scale stands next to it."""
-    if not chart.bare:
-        return 1.0
-    return _BARE if chart.scale is None else _BARE_WITH_SCALE
+    """How much larger a body is drawn where no axes need room."""
+    return _BARE if chart.bare else 1.0
 
 
 def _filling(axes: Axes3D, chart: SpaceChart) -> float:

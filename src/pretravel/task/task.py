@@ -342,6 +342,8 @@ class Setting(NamedTuple):
             number = self.kind(value)
         except (TypeError, ValueError, OverflowError):
             self._refuse(value, "it must be a number")
+        if isinstance(value, str) and "_" in value:  # 1_0, which Python reads as 10
+            self._refuse(value, "it must be a number")
         if isinstance(value, bool) or not math.isfinite(number):
             self._refuse(value, "it must be a finite number")
         if number != float(value):

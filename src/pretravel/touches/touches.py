@@ -126,6 +126,8 @@ Touches(positions, normals), or an array (n, 6) of x, y, z, nx, ny, nz; this one
     """
     if isinstance(given, Touches):
         return given
+    if hasattr(given, "collect"):
+        raise PretravelError("a lazy frame has no rows yet: collect it")
     if isinstance(given, str | Path) or hasattr(given, "columns"):
         stated = {"reference_diameter": reference_diameter, "ring": ring}
         found = from_file("touches", given, **stated)

@@ -61,6 +61,9 @@ def test_every_number_has_a_range() -> None:
         ("compensate t.csv --map m.json --place 0,0,0,1e308,0,0 -o p.csv", "1e+308"),
         ("separate r.csv --repeat-variance 1 --repeat-pair 1e300,1", "1e300,1: one of the numbers"),
         ("plan convex --grid ²x3 -o p.csv", "--grid"),
+        ("qualify t.csv --diameter 2_5", "--diameter 2_5: it must be a number"),
+        ("hysteresis omp40-2 --cycles=1_0", "--cycles 1_0: it must be a number"),
+        ("compensate t.csv --map m.json --place 1_0,0,0 -o p.csv", "placement '1_0,0,0'"),
         ("program sphere m.toml --diameter 25 --feeds nan -o s.ngc", "--feeds nan"),
     ],
 )

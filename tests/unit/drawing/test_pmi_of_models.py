@@ -244,6 +244,13 @@ def test_a_model_without_pmi_gives_its_bores_to_fill_in(tmp_path: Path) -> None:
     assert "no semantic PMI" in path.read_text()
 
 
+def test_a_drawing_is_read_from_the_model_itself() -> None:
+    drawing = read_drawing(EXAMPLES / "bracket_pmi.step")
+    assert [each.name for each in drawing.feature][:3] == ["A", "B", "C"]
+    with pytest.raises(InputError, match="no semantic PMI"):
+        read_drawing(EXAMPLES / "bracket.step")
+
+
 def test_a_text_that_is_no_step_file(tmp_path: Path) -> None:
     path = tmp_path / "part.step"
     path.write_text("solid")

@@ -6,6 +6,7 @@ The text is ours, appended to the bracket (tests/support/pmi_text.py); the ways 
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from pretravel.drawing.pmi.iso286 import limits_of_fit
 from pretravel.drawing.pmi.items import Size
 from pretravel.drawing.pmi.model import ModelDrawing
 from pretravel.drawing.tasks.drawing.task import FoundDrawing
+from pretravel.drawing.tolerances.features_file import read_drawing
 from tests.support.pmi_text import ALL_DATUMS, FACE, bound, length, numbers, plus_minus, size
 from tests.unit.drawing.conftest import Reader
 from tests.unit.drawing.test_pmi_frames import ROUND_ZONE, SIZED, toleranced
@@ -210,7 +212,7 @@ class TestSizes:
         [("maximum inscribed association criterion", "inscribed"), ("envelope requirement", None)],
     )
     def test_the_association_that_is_asked_for(
-        self, bracket: Reader, note: str, association: str | None
+        self, bracket: Reader, tmp_path: Path, note: str, association: str | None
     ) -> None:
         text = BORE.replace("(#2203),", "(#2203,#2220),") + plus_minus(2210, 2201, -0.1, 0.1)
         found = bracket(
@@ -219,6 +221,9 @@ class TestSizes:
         (feature,) = found.drawn.features
         assert feature.drawn.association == association
         assert feature.remarks == [f"size: {note}"]
+        path = tmp_path / "drawing.toml"
+        path.write_text(found.text)
+        assert read_drawing(path) == found.drawn.drawing
 
     def test_a_size_of_sections_has_a_line(self, bracket: Reader) -> None:
         text = BORE.replace("(#2203),", "(#2203,#2220),") + plus_minus(2210, 2201, -0.1, 0.1)

@@ -60,11 +60,11 @@ class TestCatalogue:
         text = "label,x_mm,y_mm,z_mm,nx,ny,nz\nX1,0,0,3,0,0,1\nx2,1,0,3,0,0,1\n"
         assert format_of(written(tmp_path, text)).name == "csv"
 
-    def test_files_that_need_more_are_sent_to_convert(self, tmp_path: Path) -> None:
+    def test_a_file_that_needs_more_says_what(self, tmp_path: Path) -> None:
         path = written(tmp_path, FUSION_HAAS)
         told = run("qualify", path, "--diameter", 25, code=2)
-        assert "format fusion" in told
-        assert "pretravel convert" in told
+        assert "does not give its units" in told
+        assert "(--units)" in told
 
     def test_positions_want_the_plan_that_was_run(self, tmp_path: Path) -> None:
         path = written(tmp_path, "G21\nG1 X0 Y0 Z2.99\n")

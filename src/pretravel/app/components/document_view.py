@@ -78,6 +78,8 @@ def document_details(document: Document) -> None:
                 picture_view(picture)
         short = len(document.pictures) < 2 and all(table.detail for table in document.tables)
         _details(document, opened=short)
+        if short and not (document.notes or _has_details(document)):
+            note("There are no further details.")
 
 
 def document_screen(
@@ -174,10 +176,15 @@ def sign_and_word(judgement: Judgement, tag: str) -> None:
     text(tag, judgement.word)
 
 
+def _has_details(document: Document) -> bool:
+    figures = any(figure.detail for figure in document.figures)
+    return bool(document.sections) or figures or any(table.detail for table in document.tables)
+
+
 def _details(document: Document, *, opened: bool = False) -> None:
     figures = [figure for figure in document.figures if figure.detail]
     tables = [table for table in document.tables if table.detail]
-    if not (figures or tables or document.sections):
+    if not _has_details(document):
         return
     with folded("All figures and tables", opened=opened):
         key_figures(figures)

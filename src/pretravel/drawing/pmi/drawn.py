@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import PretravelError
+from pretravel.drawing.features.extreme_association import check_criterion
 from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.pmi.frames import (
     FORMS,
@@ -310,13 +311,14 @@ class _Work:
         features = [self.feature(group) for group in own]
         if any(each.tolerance for each in features):
             raise NotStatedError("its feature has a tolerance of size before")
+        asked = next((name for words, name in _CRITERIA.items()
+                      if any(note.startswith(words) for note in size.notes)), None)  # fmt: skip
+        for each in features if asked else ():
+            check_criterion(str(asked), each.kind)
         for each in features:
             each.tolerance = size.limits(factor)
             each.nominal = None if size.nominal is None else round(factor * size.nominal, 9)
-            each.association = next(
-                (name for words, name in _CRITERIA.items()
-                 if any(note.startswith(words) for note in size.notes)), None
-            )  # fmt: skip
+            each.association = asked
             each.remarks += [f"size: {note}" for note in size.notes]
             modelled = 2.0 * each.faces[0].radius
             if each.nominal is not None and abs(modelled - each.nominal) > _SAME:

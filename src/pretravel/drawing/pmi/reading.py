@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from pretravel.base import PretravelError
+from pretravel.drawing.pmi.bound_faces import LOCATIONS, OF_PMI, SIZES, BoundFaces, numbers_in
 from pretravel.drawing.pmi.iso286 import class_of_fit, limits_of_fit
 from pretravel.drawing.pmi.items import (
     DatumReference,
@@ -27,7 +28,6 @@ from pretravel.drawing.pmi.measures import (
 )
 from pretravel.drawing.pmi.model_faces import length_factor
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
-from pretravel.drawing.pmi.places import LOCATIONS, OF_PMI, SIZES, ShapeAspects, numbers_in
 
 TOLERANCE_ENTITIES = {
     "POSITION": "position", "SURFACE_PROFILE": "profile", "LINE_PROFILE": "line profile",
@@ -109,8 +109,8 @@ class _Reading:
         self.part21 = part21
         self.used: set[int] = set()
         self.failed: dict[int, str] = {}
-        self.places = ShapeAspects(part21, self.used)
-        self.place, self.above, self.below = self.places.place, self.places.above, self.places.below
+        self.bound = BoundFaces(part21, self.used)
+        self.place, self.above, self.below = self.bound.place, self.bound.above, self.bound.below
         self.composite = self.composites()
         self.zones: dict[int, list[Instance]] = defaultdict(list)
         self.of_zones: dict[int, list[Instance]] = defaultdict(list)
@@ -327,7 +327,7 @@ class _Reading:
         if instance.names & set(SIZES):
             aspect, name = instance.values("DIMENSIONAL_SIZE")[:2]
             place = self.place(aspect)
-            places: tuple[Place, ...] = (self.places.round_faces(place),)
+            places: tuple[Place, ...] = (self.bound.round_faces(place),)
         else:
             name, _, first, second = instance.values("SHAPE_ASPECT_RELATIONSHIP")[:4]
             places = (self.place(first), self.place(second))

@@ -195,6 +195,7 @@ def _feature_text(own: FeatureInWork, numbers: dict[int, int]) -> str:
     by_label = f"select = {_text(drawn.select)}  # face{'s' * (len(own.faces) > 1)} {faces}"
     lines = ["[[feature]]", f"label = {_text(drawn.label)}", f"kind = {_text(drawn.kind)}"]
     lines.append(f"faces = {list(drawn.faces)}" if drawn.faces else by_label)
+    lines += [] if drawn.association is None else [f"association = {_text(drawn.association)}"]
     lines += [] if drawn.at is None else [f"at_mm = {_vector(drawn.at)}"]
     lines += [] if drawn.axis is None else [f"axis = {_vector(drawn.axis)}"]
     lines += [] if drawn.nominal is None else [f"nominal_mm = {_number(drawn.nominal)}"]

@@ -27,16 +27,18 @@ _TABLE = (
               r"[#;(%]|\W*$|(?:[GMFSON]\s*\d+(?:\.\d*)?\s*)+$", example="G90"),
 )  # fmt: skip
 _STATEMENTS = RowStatements(_TABLE)
+_NAME = r"(?![GMTSFXYZ]\s*[-+.\d])[A-Z]\w*(?:\s+\d+)?"
+"""A word before the coordinates, with a number or without."""
 _X_FIRST, _THEN_Y, _THEN_Z = (
     re.compile(rf"{words}\s*[:=]?\s*[-+.\d]", re.IGNORECASE)
     for words in (
-        r"(?:#\d+\s*:\s*)?(?:N\s*\d+\s*)?(?:(?![GMTSFXYZ]\s*[-+.\d])[A-Z]\w*[:,]?\s+)?(?:G0?[01]\s*)?X",
+        rf"(?:#\d+\s*:\s*)?(?:N\s*\d+\s*)?(?:{_NAME}[:,]?\s+)?(?:G0?[01]\s*)?X",
         "Y",
         "Z",
     )
 )
 _LABEL = re.compile(
-    r"(?:N\s*(?P<number>\d+)\s*|(?P<name>(?!N\s|[GMTSFXYZ]\s*[-+.\d])[A-Z]\w*)[:,]?\s+)"
+    r"(?:N\s*(?P<number>\d+)\s*|(?P<name>(?!N\s|[GMTSFXYZ]\s*[-+.\d])[A-Z]\w*(?:\s+\d+)?)[:,]?\s+)"
     r"(?=X\s*[:=]?\s*[-+.\d])",
     re.IGNORECASE,
 )

@@ -12,7 +12,12 @@ from collections.abc import Callable
 from pretravel.files.column_names import names_known_columns
 from pretravel.files.file_format import FileFormat
 from pretravel.files.logs.log_lines import without_comments
-from pretravel.files.text_table import has_known_header, header_cells, is_table
+from pretravel.files.text_table import (
+    has_known_header,
+    header_cells,
+    is_table,
+    rows_below_a_title,
+)
 
 _CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
 """Orders that no log of positions contains."""
@@ -36,7 +41,10 @@ def _any(pattern: str, *, head: int | None = None) -> Callable[[list[str]], bool
 def _untitled(pattern: str, *, head: int) -> Callable[[list[str]], bool]:
     """Whether a pattern is found near the head, and is not the title of a table of touches."""
     found = _any(pattern, head=head)
-    return lambda lines: found(lines) and not (has_known_header(lines) and is_table(lines))
+    return lambda lines: (
+        found(lines)
+        and not (is_table(lines) and (has_known_header(lines) or rows_below_a_title(lines)))
+    )
 
 
 def _is_program(lines: list[str]) -> bool:
@@ -87,11 +95,12 @@ _SIZES = re.compile(
     r"diametro|form(?:error|dev|fehler)?|roundness|circularity|flatness|cylindricity|straightness|"
     r"rundheit|ebenheit|zylindrizitat|redondez|planitud|cilindricidad|circularite|planeite|"
     r"cylindricite|rotondita|planarita|sigma|stddev|numpoints|nopoints|points|innerouter|"
-    r"featuretype|geometrytype|elementtype|formabw|fitmethod)(?:nom|act|meas|dev)?"
+    r"featuretype|geometrytype|elementtype|formabw|fitmethod|major|minor|majoraxis|"
+    r"minoraxis)(?:nom|act|meas|dev)?"
 )
 _KINDS = re.compile(
     r"(?:circle|plane|cylinder|sphere|cone|line|slot|arc|ellipse|torus|kreis|ebene|zylinder|kugel|"
-    r"kegel|gerade|bohrung|cercle|plan|cylindre|cir|pln|cyl|sph|hole|bore)\b",
+    r"kegel|gerade|bohrung|cercle|circulo|plan|cylindre|cir|pln|cyl|sph|hole|bore)(?=\b|[_\d])",
     re.IGNORECASE,
 )
 _TYPES = {"type", "typ", "kind", "art", "element", "feature type", "elementtype"}
@@ -109,8 +118,14 @@ _RESULTS = (
 )
 
 
-_RADII = {"radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius"}
+_RADII = {
+    "radius", "rad", "radio", "rayon", "raggio", "nomradius", "actradius", "measradius",
+}  # fmt: skip
 """Columns of sizes of features; or of the tip, where all rows have one."""
+_BESIDE_FEATURES = {
+    "r", "d", "sd", "width", "length", "breite", "lange", "angle", "winkel", "coneangle", "size",
+}  # fmt: skip
+"""Columns of features, where rows have the names of features: a hole's D, a cone's angle."""
 
 
 def _folded(text: str) -> str:
@@ -127,6 +142,12 @@ def _column(lines: list[str], column: int, width: int) -> list[str]:
 def _vary(lines: list[str], column: int, width: int) -> bool:
     """Whether the cells of a column of a table are not all one, as the tip's radius is."""
     return len({cell for cell in _column(lines, column, width) if cell[:1].isdigit()}) > 1
+
+
+def _name_features(lines: list[str], width: int) -> bool:
+    """Whether most rows begin with the name of a feature that has a size."""
+    names = [cell for cell in _column(lines, 0, width)[1:] if cell]
+    return 2 * sum(bool(_KINDS.match(_folded(name))) for name in names) > max(len(names), 1)
 
 
 def _some_are_points(types: list[str]) -> bool:
@@ -146,7 +167,12 @@ def _is_feature_list(lines: list[str]) -> bool:
         return all(any(word in kind for word in plain) for kind in _RESULTS)
     if any(_SIZES.fullmatch(word) for word in squeezed if word) or "ø" in cells:
         return True
-    if any(_vary(lines, i, len(cells)) for i, word in enumerate(squeezed) if word in _RADII):
+    width = len(cells)
+    if any(_vary(lines, i, width) for i, word in enumerate(squeezed) if word in _RADII):
+        return True
+    if {*squeezed} & _BESIDE_FEATURES and (
+        _KINDS.fullmatch(plain[0]) or _name_features(lines, width)
+    ):
         return True
     columns = [i for i, word in enumerate(plain) if word in _TYPES]
     if not columns:
@@ -171,11 +197,11 @@ FEATURE_LIST = FileFormat(
 LISTING = FileFormat(
     name="listing",
     what="report of other software by its name: Quindos, Reflex, Metrolog, PolyWorks, Carvera …",
-    recognises=_any(
+    recognises=_untitled(
         r"\b(?:quindos|reflex|metrolog|polyworks|gom inspect|zeiss inspect|verisurf|aberlink|"
-        r"powerinspect|rationaldmis|cmm-manager|camio|xactmeasure|mcosmos|geopak|carvera|makera|"
-        r"calibrating probe|probing (?:bore|boss|(?:outside |inside )?corner|single axis|square|"
-        r"2 points to find an angle)|final posit(?:i?on):? ?[xyz])\b|^corner found\b|"
+        r"calypso|powerinspect|rationaldmis|cmm-manager|camio|xactmeasure|mcosmos|geopak|carvera|"
+        r"makera|calibrating probe|probing (?:bore|boss|(?:outside |inside )?corner|single axis|"
+        r"square|2 points to find an angle)|final posit(?:i?on):? ?[xyz])\b|^corner found\b|"
         r"^cent(?:er|re) of bo(?:re|ss) or\b",
         head=40,
     ),

@@ -44,23 +44,23 @@ const fitted = (figure, width, height) => {
   const top = title ? 30 + 15 * LINE * lines(title) : 30;
 
   // A legend of one row, or in columns of the width of its longest name; beside a scene names have two lines.
-  const widest = (name) => Math.max(...name.split("<br>").map(long));
   const inLegend = data.filter((trace) => trace.showlegend);
-  if (layout.scene && inLegend.length > 3)
-    for (const trace of inLegend) trace.name = inLines((trace.name ?? "").replaceAll("<br>", " "), 150, 13);
-  const names = inLegend.map((trace) => 13 * LETTER * widest(trace.name ?? "") + 44);
+  const folded = inLegend.map((trace) => inLines(trace.name ?? "", 150, 13));
+  const wideOf = (name) => 13 * LETTER * Math.max(...name.split("<br>").map(long)) + 44;
+  const names = inLegend.map((trace) => wideOf(trace.name ?? ""));
   const across = Math.max(1, Math.floor((0.95 * width) / Math.max(...names, 1)));
   const oneRow = names.reduce((sum, each) => sum + each, 0) <= 0.95 * width;
   const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
   const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
   const right = bars.length ? BAR : layout.scene ? 4 : 24;
   // Many names stand beside a scene rather than below it.
-  const wanted = Math.max(...names, 0);
+  const wanted = Math.max(...folded.map(wideOf), 0);
   const tall = layout.scene?.aspectratio && layout.scene.aspectratio.z > 1.5 * layout.scene.aspectratio.x;
-  const there = width - wanted > (tall ? 0.4 : 0.9) * (height - top);
+  const there = tall ? width - wanted - 72 > 0.36 * (height - top) : width - wanted > 0.9 * (height - top);
   const beside = layout.scene && rows > 2 && !bars.length && there ? wanted : 0;
   const legend = rows && !beside ? 8 + 20 * rows : 0;
   if (beside) {
+    inLegend.forEach((trace, n) => { trace.name = folded[n]; });
     layout.legend = { ...layout.legend, orientation: "v", x: 1, xanchor: "right", y: 0.5, yanchor: "middle", yref: "paper" };
     layout.scene.domain = { x: [0, 1 - beside / width], y: [0, 1] };
   }

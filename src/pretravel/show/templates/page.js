@@ -153,6 +153,11 @@
       window.Plotly.react(place, figure.data, figure.layout, settings);
     });
   };
+  let resized = 0;
+  window.addEventListener("resize", () => {
+    clearTimeout(resized);
+    resized = setTimeout(() => window.Plotly && drawn.forEach(fill), 200);
+  });
   const release = (picture) => {
     picture.plots.forEach((place) => window.Plotly.purge(place));
     picture.box.remove();

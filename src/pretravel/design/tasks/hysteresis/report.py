@@ -51,7 +51,7 @@ def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
         title=title,
         verdict=f"{probe_name}, seats with friction {cycle.friction:g}: hysteresis up to "
         f"{_largest(cycle.hysteresis)}, drift of zero up to {_largest(cycle.zero_drift)} "
-        f"({touches} touches in {len(cycle.directions)} "
+        f"({touches} {'touch' if touches == 1 else 'touches'} in {len(cycle.directions)} "
         f"{'direction' if len(cycle.directions) == 1 else 'directions'})",
         figures=tuple(
             KeyFigure(f"{name}, touch {touch}", Span.of(values), unit, decimals(3))
@@ -72,7 +72,7 @@ def _largest(lengths: FloatArray) -> str:
 def _quantities(cycle: FrictionCycle) -> list[tuple[str, int, FloatArray, str]]:
     """Name, touch, values over the directions and unit, for the first touch and the last."""
     last = cycle.trigger_force.shape[1]
-    return [
+    quantities = [
         ("force", 1, cycle.trigger_force[:, 0], "N"),
         ("force", last, cycle.trigger_force[:, last - 1], "N"),
         ("closing force", last, cycle.reseat_force[:, last - 1], "N"),
@@ -81,12 +81,14 @@ def _quantities(cycle: FrictionCycle) -> list[tuple[str, int, FloatArray, str]]:
         ("drift", last, cycle.zero_drift[:, last - 1] / MICROMETRE, "µm"),
         ("reseat", last, cycle.reseat_error[:, last - 1] / MICROMETRE, "µm"),
     ]
+    return list({each[:2]: each for each in quantities}.values())  # the first can be the last
 
 
 def _direction_table(
     cycle: FrictionCycle, quantities: list[tuple[str, int, FloatArray, str]]
 ) -> Table:
     polar, azimuth = angles_deg(cycle.directions)
+    shown = sorted({touch for _, touch, *_ in quantities})
     return Table(
         (
             Column.of("polar", polar, "°", significant(6)),
@@ -96,7 +98,7 @@ def _direction_table(
                 for name, touch, values, unit in quantities
             ),
         ),
-        title=f"Touch 1 and touch {cycle.trigger_force.shape[1]} in each direction",
+        title=f"{' and '.join(f'touch {n}' for n in shown).capitalize()} in each direction",
         explanation="force: on the tip when the first seat opens; closing force: when the last "
         "seat closes on the return; hysteresis: deflection at opening less that at reseating; "
         "drift: where the tip then rests, along the normal, "
@@ -145,7 +147,7 @@ def _directions_chart(cycle: FrictionCycle) -> PlaneChart:
     rows, last = np.arange(len(words), dtype=np.float64), cycle.trigger_force.shape[1] - 1
     groups: tuple[tuple[str, FloatArray, Colour], ...] = (
         (f"trigger hysteresis, touch {last + 1}", cycle.hysteresis[:, last], "series1"),
-        ("zero drift after touch 1", cycle.zero_drift[:, 0], "series5"),
+        *((("zero drift after touch 1", cycle.zero_drift[:, 0], "series5"),) if last else ()),
         (f"zero drift after touch {last + 1}", cycle.zero_drift[:, last], "series4"),
     )
     if len(words) <= _MOST_BARS:

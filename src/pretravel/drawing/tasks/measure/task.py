@@ -688,7 +688,7 @@ class MeasuredFeatures(Result):
     def _by_trials(self) -> tuple[Table, ...]:
         """The quantities by Monte Carlo, where that is wanted."""
         from pretravel.drawing.features.feature_trials import feature_by_trials
-        from pretravel.drawing.tasks.measure.report import trials_table
+        from pretravel.drawing.tasks.measure.tables_of_features import trials_table
 
         if self.task.trials is None:
             return ()
@@ -702,7 +702,8 @@ class MeasuredFeatures(Result):
 
     def in_brief(self, report: Document) -> Document:
         """Sizes and forms with their verdicts."""
-        from pretravel.drawing.tasks.measure.report import TRIALS, features_summary
+        from pretravel.drawing.tasks.measure.report import features_summary
+        from pretravel.drawing.tasks.measure.tables_of_features import TRIALS
 
         page = self.task.output is not None and self.task.output.suffix in PAGES
         more = {"more_in": "in the page, or --verbose"} if page else {}

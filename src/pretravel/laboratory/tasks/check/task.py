@@ -255,9 +255,11 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
             a size error.
         """
         from pretravel.files import read_map
+        from pretravel.maps import QualificationSetup
 
         statements = self.statements()
         self._refuse_limit_without_size()
+        QualificationSetup(self.diameter, self.tip_diameter, self.ring)  # exchanged diameters
         spindle = None if self.spindle is None else [a * DEGREE for a in self.spindle.degrees]
         readings = self.read_touches(
             progress,

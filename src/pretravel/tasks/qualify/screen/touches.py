@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from nicegui import ui
 
-from pretravel.app import WORKS, ScreenState, here, live, note, text
+from pretravel.app import WORKS, ScreenState, here, live, note, rebuild, text
 from pretravel.base import describe
 from pretravel.show import number_text, signed_decimals
 from pretravel.tasks.qualify.screen.settings import EngineerSettings, file_mark
 from pretravel.tasks.qualify.screen.work import FIT, FitResult
 
-MOST_ROWS = 150
-"""Of the table; of more touches those with the largest residuals."""
+FEW_ROWS, MOST_ROWS = 10, 150
+"""Of the table at first, and of all; of more touches those with the largest residuals."""
 
 
 def set_used(state: ScreenState, name: str, *, used: bool) -> None:
@@ -42,31 +42,61 @@ def leave_out(state: ScreenState, names: list[str]) -> None:
     state.settings["left_out"] = {"file": mark, "left_out": names}
 
 
-def rows_shown(result: FitResult) -> tuple[int, ...]:
+def rows_shown(result: FitResult, most: int = MOST_ROWS) -> tuple[int, ...]:
     """Rows of the table: all; of many those left out, the outliers and the largest residuals.
 
     Parameters
     ----------
     result : FitResult
+    most : int
     """
     count = len(result.names)
-    if count <= MOST_ROWS:
+    if count <= most:
         return tuple(range(count))
     size = np.abs(result.touches.residuals)
     size[result.touches.outliers | result.touches.left_out] = np.inf
-    return tuple(sorted(np.argsort(-size, kind="stable")[:MOST_ROWS].tolist()))
+    return tuple(sorted(np.argsort(-size, kind="stable")[:most].tolist()))
+
+
+class _Shown:
+    """Rows of the table: those of the first fit stay while touches are ticked; all on demand."""
+
+    def __init__(self) -> None:
+        self.names: tuple[str, ...] = ()
+        self.rows: tuple[int, ...] = ()
+        self.most = FEW_ROWS
+
+    def of(self, result: FitResult) -> tuple[int, ...]:
+        rows = rows_shown(result, self.most)
+        if result.names != self.names or self.most == MOST_ROWS:
+            self.names, self.rows = result.names, rows
+        special = np.flatnonzero(result.touches.outliers | result.touches.left_out)
+        self.rows = tuple(sorted({*self.rows, *special[:MOST_ROWS].tolist()}))
+        return self.rows
 
 
 def touches_table(state: ScreenState) -> None:
     """The table, which keeps the keyboard's place while the fit follows."""
-    fit = WORKS.of(state, FIT)
+    fit, shown = WORKS.of(state, FIT), _Shown()
 
     def build() -> None:
-        if fit.result is not None:
-            _table(state, fit.result)
+        if fit.result is None:
+            return
+        count, rows = len(fit.result.names), shown.of(fit.result)
+        if len(rows) < count:
+            note(f"The {len(rows)} touches with the largest residuals of {count}:")
+        _table(state, fit.result, rows)
+        if shown.most == FEW_ROWS and len(rows) < count:
+            ui.button(f"Show {min(count, MOST_ROWS)} touches", on_click=show_all).props(
+                "no-caps outline"
+            )
+
+    def show_all() -> None:
+        shown.most = MOST_ROWS
+        rebuild(place, build)
 
     def key() -> object:
-        return None if fit.result is None else (fit.result.names, rows_shown(fit.result))
+        return None if fit.result is None else (fit.result.names, shown.of(fit.result))
 
     def left_out() -> object:
         touches = None if fit.result is None else fit.result.touches.left_out
@@ -74,7 +104,7 @@ def touches_table(state: ScreenState) -> None:
 
     # Of one height: the rows below do not move while they are ticked.
     live([fit.listen], lambda: _left_out(state, fit.result), left_out).classes("left-out")
-    live([fit.listen], build, key)
+    place = live([fit.listen], build, key)
 
 
 def _left_out(state: ScreenState, result: FitResult | None) -> None:
@@ -95,10 +125,7 @@ def _left_out(state: ScreenState, result: FitResult | None) -> None:
         ui.button("Use all touches again", on_click=use_all).props("no-caps outline")
 
 
-def _table(state: ScreenState, result: FitResult) -> None:
-    rows = rows_shown(result)
-    if len(rows) < len(result.names):
-        note(f"The {len(rows)} touches with the largest residuals of {len(result.names)}:")
+def _table(state: ScreenState, result: FitResult, rows: tuple[int, ...]) -> None:
     with (
         ui.element("div")
         .classes("table-frame touches")

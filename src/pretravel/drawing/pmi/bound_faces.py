@@ -43,7 +43,7 @@ _SETS = {"SET_REPRESENTATION_ITEM", "LIST_REPRESENTATION_ITEM", "COMPOUND_REPRES
 _MALFORMED = (PretravelError, ValueError, TypeError, IndexError, AttributeError)
 
 
-class ShapeAspects:
+class BoundFaces:
     """Shape aspects, what they consist of and are derived from, and their geometry.
 
     Attributes

@@ -1,0 +1,196 @@
+"""Notes and warnings on measured features: what values contain, and what they do not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pretravel.base import DEGREE, MICROMETRE
+from pretravel.drawing.features.conformity import (
+    Conformity,
+)
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART
+from pretravel.drawing.features.measured_feature import (
+    BARE_SURFACE,
+    NORMALS_OFF,
+    MeasuredFeature,
+    normals_off,
+)
+from pretravel.drawing.tasks.measure.verdict_of_features import shown_name
+from pretravel.drawing.tolerances.tolerances import (
+    InspectedFeature,
+    Together,
+)
+from pretravel.files import LaboratoryStatements, comparison_sentence
+from pretravel.qualification import COARSE_STEP
+from pretravel.show import (
+    Span,
+    number_text,
+    value_text,
+)
+
+_ASSOCIATION = (
+    "features of least squares (Gaussian association): not the largest inscribed or smallest "
+    "circumscribed ones. Form (roundness, flatness, …) is that of the surface at the touched "
+    "points, in bounds that hold for any shape; the measured range contains the noise too. The "
+    "surface between the points is not seen"
+)
+_FORM_BESIDE = (
+    "form (roundness, flatness, …) is that of the surface at the touched points, in bounds that "
+    "hold for any shape, by the minimum zone where that is given, else from the residuals of "
+    "least squares; the measured range of an extreme feature is listed too and contains the noise. "
+    "Extreme features are those near the one of "
+    "least squares; others may exist where the form is large"
+)
+RULE = "decisions by the default rule of"
+
+
+def notes_of(
+    features: Sequence[MeasuredFeature],
+    conformities: Sequence[Conformity],
+    statements: LaboratoryStatements | None,
+) -> list[str]:
+    """What the features are, what of them is form, and by which rule they were decided."""
+    notes = [_ASSOCIATION] if any(not f.is_extreme for f in features) else []
+    notes += _extreme_notes([f for f in features if f.is_extreme])
+    lost = [f for f in features if f.association.dof > 0 and f.form.measured <= f.form.most_noise]
+    if lost:
+        alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
+        notes.append(
+            f"{', '.join(map(shown_name, lost))}: the form is not distinguished from the errors of "
+            f"the points, which alone produce {_range_text(alone)} on average"
+        )
+    rough = [feature for feature in features if feature.errors.excess > 0.0]
+    if rough:
+        excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
+        notes.append(
+            f"{', '.join(map(shown_name, rough))}: the residuals scatter by {_range_text(excess)} "
+            f"more than the errors of the points explain. This is {FORM_OF_PART}, or touches "
+            "that scatter more than those on the reference; its effect on size and position is in "
+            "u, with the correlation of the shapes that the residuals show"
+        )
+    if conformities:
+        first = min(conformities, key=lambda each: each.of_touched_points)
+        notes.append(
+            f"{RULE} ISO 14253-1:2017: proven with a probability of "
+            f"{100 * first.required:g} %, at one limit {first.coverage:.3f} u. "
+            + comparison_sentence("ISO 14253-1", statements)
+        )
+    return notes
+
+
+def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
+    """On what extreme features rest, and what their u does not contain."""
+    if not features:
+        return []
+    resting = [f"{shown_name(f)}: rests on {', '.join(f.carrying)}" for f in features]
+    noise = Span.of([f.form.noise / MICROMETRE for f in features])
+    known = all(f.points.state_uncertainty for f in features)
+    amount = f"of {_range_text(noise)} on average" if known else "that is not known here"
+    on_points = (
+        f"{'; '.join(resting)}. The other points do not move it: u is that of these points, and "
+        "contains no form of the part, neither at nor between the points"
+    )
+    one_sided = (
+        "the noise of the points moves an extreme feature to one side. On a perfect surface it "
+        f"makes a range {amount}: a zone is too wide by about this, an inscribed diameter too "
+        "small and a circumscribed one too large by up to this, a tangent plane or line too far "
+        "outside by up to half of it. This is not subtracted, and not in u"
+    )
+    return [on_points, one_sided, _FORM_BESIDE]
+
+
+def notes_on_datums(
+    features: Sequence[InspectedFeature], together: Sequence[Together]
+) -> list[str]:
+    """What the datums left free, and what a material condition added."""
+    found = [each for i in features for each in i.geometric]
+    if not found and not any(each.remarks for each in together):
+        return []
+    notes = []
+    for each in found:
+        name = f"{', '.join(each.labels)}, {each.tolerance.name}"
+        if each.bonus > 0.0:
+            notes.append(f"{name}: the size adds {each.bonus / MICROMETRE:.1f} µm to the tolerance")
+        notes += [f"{name}: {remark}" for remark in each.remarks]
+    notes += [f"{each.name}: {remark}" for each in together for remark in each.remarks]
+    notes.append(
+        "tolerances to datums: each datum feature is associated as its line says, and takes the "
+        "motions that those before it left (ISO 5459); what they leave free is fitted, with the "
+        "least largest distance. The errors of the datums are in U. A zone of a surface contains "
+        "its touched points, that of an axis its ends within the touched length"
+    )
+    return notes
+
+
+def _range_text(span: Span) -> str:
+    """A range in µm; one number where both ends are shown alike."""
+    alike = number_text(span.low) == number_text(span.high)
+    return value_text(span.low if alike else span, "µm")
+
+
+def _coarse(features: Sequence[MeasuredFeature]) -> list[str]:
+    """What to know of coordinates in coarse steps."""
+    step = max(0.0 if each.errors.rounded is None else each.points.step for each in features)
+    if step < COARSE_STEP:
+        return []
+    return [
+        (
+            f"the coordinates are in steps of {step / MICROMETRE:.4g} µm, which U contains: points "
+            "can be rounded alike. Write the coordinates with more digits"
+        )
+    ]
+
+
+def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
+    """What is missing in the uncertainties, normals off their feature, features without a form."""
+    warnings = []
+    if not all(feature.points.state_uncertainty for feature in features):
+        warnings.append(
+            "the points have no uncertainty: u follows from their scatter about the feature "
+            "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
+            "and of the machine; form and noise are not distinguished. No tolerance is decided"
+        )
+        warnings += _coarse(features)
+    elif not all(feature.errors.correlation_known for feature in features):
+        warnings.append(
+            "the points do not say which errors they have in common (columns shared_…_um, which "
+            "files of older versions lack): u is the largest that any correlation allows"
+        )
+    elif not all(feature.errors.map_is_stated for feature in features):
+        warnings.append(
+            "the map of these points has no uncertainty (a prediction): the "
+            "difference between the described probe and yours is not in u, and no tolerance is "
+            "decided. Qualify the probe"
+        )
+    if any(
+        feature.uncompensated is None
+        and feature.points.state_uncertainty
+        and feature.kind != BARE_SURFACE
+        for feature in features
+    ):
+        warnings.append("the file contains neither uncompensated points nor their pretravel")
+    elif any(feature.uncompensated_is_rebuilt for feature in features):
+        warnings.append(
+            "the file contains no uncompensated points: they are the compensated ones moved back "
+            "by their pretravel along the normal, without delay travel or oblique approach"
+        )
+    warnings.extend(
+        f"{shown_name(feature)}: the normals of the points are "
+        f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
+        "from an expected centre that is not the true one: the tip touched next to these points. "
+        "Compensate again with --feature, or with touches without normals"
+        for feature in features
+        if normals_off(feature) > NORMALS_OFF
+    )
+    warnings.extend(
+        f"{shown_name(feature)}: {len(feature.points)} points determine it exactly, so its form is "
+        "not known, and a gross error would not be seen"
+        for feature in features
+        if feature.association.dof < 1
+    )
+    alike: dict[str, list[str]] = {}
+    for feature in features:
+        for text in feature.warnings:
+            alike.setdefault(text, []).append(shown_name(feature))
+    warnings.extend(f"{', '.join(names)}: {text}" for text, names in alike.items())
+    return warnings

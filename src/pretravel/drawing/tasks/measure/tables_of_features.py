@@ -1,0 +1,370 @@
+"""Tables of measured features, for people and for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.drawing.features.between_features import FeatureRelation, covariance_of_positions
+from pretravel.drawing.features.conformity import (
+    Conformity,
+    conformity_words,
+)
+from pretravel.drawing.features.feature_results import features_table, residuals_table
+from pretravel.drawing.features.feature_trials import QuantityByTrials
+from pretravel.drawing.features.measured_feature import (
+    MeasuredFeature,
+    Quantity,
+)
+from pretravel.drawing.tasks.measure.verdict_of_features import shown_name
+from pretravel.drawing.tolerances.tolerances import (
+    InspectedFeature,
+    Together,
+)
+from pretravel.show import (
+    Column,
+    KeyFigure,
+    Section,
+    Table,
+    decimals,
+    number_text,
+    signed_decimals,
+)
+from pretravel.uncertainty import COVERAGE_FACTOR
+
+_MOST_COVARIANCES = 50  # features
+_BETWEEN = "Between features"
+_COMMON = (
+    "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
+    "those of normals, axes or lines. Errors that both features have in common are in u as far as "
+    "they change the distance."
+)
+TRIALS = "By Monte Carlo"
+"""Title of the table of trials."""
+
+
+def lengths_table(
+    rows: Sequence[tuple[str, Quantity]], explanation: str, title: str = "", *, given: bool = False
+) -> Table:
+    """Quantities with their uncertainties, before and after compensation."""
+    plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in rows]
+    change = [(q.value - p) / MICROMETRE for (_, q), p in zip(rows, plain, strict=True)]
+    return Table(
+        (
+            Column.of("feature", [name for name, _ in rows]),
+            Column.of("quantity", [quantity.name for _, quantity in rows]),
+            *(
+                (Column.of("of the given points", [q.value for _, q in rows], "mm", decimals(5)),)
+                if given
+                else (
+                    Column.of("uncompensated", plain, "mm", decimals(5)),
+                    Column.of("compensated", [q.value for _, q in rows], "mm", decimals(5)),
+                    Column.of("change", change, "µm", signed_decimals(2)),
+                )
+            ),
+            Column.of("u", [q.u / MICROMETRE for _, q in rows], "µm", decimals(3)),
+            Column.of("U (95 %)", [q.expanded_u / MICROMETRE for _, q in rows], "µm", decimals(3)),
+            *(
+                Column.of(name, [_end(q, index) for _, q in rows], "mm", decimals(5))
+                for index, name in enumerate(("at least", "at most"))
+                if any(q.ends for _, q in rows)
+            ),
+        ),
+        title=title,
+        explanation=explanation,
+    )
+
+
+def _end(quantity: Quantity, index: int) -> float:
+    """Of the interval of a form, which is not the value plus and minus U."""
+    return math.nan if quantity.ends is None else quantity.ends[index]
+
+
+def results_table(features: Sequence[InspectedFeature], together: Sequence[Together]) -> Table:
+    """All lengths of features, and of several together."""
+    rows = [(shown_name(i.feature), quantity)
+            for i in features for quantity in i.stated if not quantity.angle]  # fmt: skip
+    known = ("distance", "angle")  # in the table between features
+    rows += [(each.name, each.quantity) for each in together if each.quantity.name not in known]
+    return lengths_table(
+        rows,
+        explanation="uncompensated: tip centres less the tip radius along the normals. u: standard "
+        "uncertainty of the compensated value. U: 2 u, or more where few residuals show the form "
+        "of the part. at least, at most: the form of the surface at the touched points (95 %); the "
+        "measured range contains the noise too.",
+        given=not any(each.feature.points.state_uncertainty for each in features),
+    )
+
+
+def relations_table(relations: Sequence[FeatureRelation]) -> Table:
+    """Distances and angles, in the unit of each."""
+    found = [(f"{r.first}, {r.second}", r.quantity) for r in relations]
+    if not any(q.angle for _, q in found):
+        return lengths_table(found, _COMMON, _BETWEEN)
+    scale = [DEGREE if q.angle else 1.0 for _, q in found]
+    plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in found]
+    return Table(
+        (
+            Column.of("features", [name for name, _ in found]),
+            Column.of("quantity", [q.name for _, q in found]),
+            Column.of("unit", ["°" if q.angle else "mm" for _, q in found]),
+            Column.of("uncompensated", [p / s for p, s in zip(plain, scale, strict=True)], "",
+                      decimals(5)),
+            Column.of("compensated", [q.value / s for (_, q), s in zip(found, scale, strict=True)],
+                      "", decimals(5)),
+            Column.of("u", [q.u / s for (_, q), s in zip(found, scale, strict=True)], "",
+                      decimals(5)),
+            Column.of("U (95 %)",
+                      [q.expanded_u / s for (_, q), s in zip(found, scale, strict=True)], "",
+                      decimals(5)),
+        ),
+        title=_BETWEEN,
+        explanation=_COMMON,
+    )  # fmt: skip
+
+
+def angles_table(features: Sequence[MeasuredFeature]) -> Table | None:
+    """Half angles, and directions with their uncertainties; None where there are none."""
+    rows: list[tuple[str, str, FloatArray, tuple[float, float], float]] = []
+    nothing = np.full(3, math.nan)
+    for feature in features:
+        for quantity in (q for q in feature.quantities if q.angle):
+            before = math.nan if quantity.uncompensated is None else quantity.uncompensated
+            rows.append(
+                (shown_name(feature), quantity.name, nothing, (before, quantity.value), quantity.u)
+            )
+        direction, u = feature.association.direction, feature.u_direction
+        if direction is not None and u is not None:
+            what = "normal" if feature.kind in ("plane", "slot") else "axis"
+            what = "direction" if feature.kind == "line" else what
+            rows.append((shown_name(feature), what, direction, (math.nan, math.nan), u))
+    if not rows:
+        return None
+    angles = [
+        Column.of(name, [row[3][k] / DEGREE for row in rows], "°", decimals(5))
+        for k, name in enumerate(("uncompensated", "compensated"))
+        if not all(math.isnan(row[3][k]) for row in rows)
+    ]
+    components = [
+        Column.of(name, [row[2][i] for row in rows], "", decimals(7))
+        for i, name in enumerate("xyz")
+    ]
+    return Table(
+        (
+            Column.of("feature", [row[0] for row in rows]),
+            Column.of("direction" if not angles else "angle", [row[1] for row in rows]),
+            *components,
+            *angles,
+            Column.of("u", [row[4] / DEGREE for row in rows], "°", decimals(5)),
+        ),
+        explanation="x, y, z: unit vector of the compensated points. u: of the direction, where it "
+        "is largest.",
+    )
+
+
+def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
+    """Of names, standard uncertainties by the machine, and decisions."""
+    conformities = [conformity for *_, conformity in decided]
+    lower = [c.lower if math.isfinite(c.lower) else math.nan for c in conformities]
+    upper = [c.upper if math.isfinite(c.upper) else math.nan for c in conformities]
+    guard = [
+        "too narrow" if math.isnan(c.guard_band) else number_text(c.guard_band / MICROMETRE)
+        for c in conformities
+    ]
+    reject = [number_text(c.rejection_band / MICROMETRE) for c in conformities]
+    return Table(
+        (
+            Column.of("feature", [name for name, *_ in decided]),
+            Column.of("quantity", [c.name for c in conformities]),
+            Column.of("value", [c.value for c in conformities], "mm", decimals(5)),
+            Column.of("from", lower, "mm", decimals(4)),
+            Column.of("to", upper, "mm", decimals(4)),
+            Column.of("guard band", guard, "µm"),
+            Column.of("rejection", reject, "µm"),
+            Column.of("P", [100.0 * c.probability for c in conformities], "%", decimals(1)),
+            Column.of(
+                "verdict",
+                [conformity_words(c, u_machine) for _, u_machine, c in decided],
+            ),
+        ),
+        title="Conformity",
+        explanation="A value conforms where it is inside the tolerance by at least the guard "
+        "band, and does not conform where it is outside by more than the rejection band. P: the "
+        "probability that the true value is inside.",
+    )
+
+
+def budget_section(inspected: InspectedFeature) -> Section:
+    """The contributions to each uncertainty, source by source."""
+    feature = inspected.feature
+    lengths = [q for q in feature.quantities if not q.angle]
+    lengths += [each.quantity for each in inspected.geometric if each.quantity.parts]
+    names = dict.fromkeys(cause for q in lengths for cause in q.parts)
+    table = Table(
+        (
+            Column.of("source", [*names, "u"]),
+            *(
+                Column.of(
+                    f"u({q.name})",
+                    [
+                        *(q.parts.get(cause, 0.0) / MICROMETRE for cause in names),
+                        q.u / MICROMETRE,
+                    ],
+                    "µm",
+                    decimals(3),
+                )
+                for q in lengths
+            ),
+        )
+    )
+    form = feature.form
+    return Section(
+        f"{shown_name(feature)}: sources of uncertainty",
+        figures=(
+            KeyFigure("range by errors", form.noise / MICROMETRE, "µm",
+                      remark="mean range that the errors of the points produce alone"),
+            KeyFigure("enlargement", (form.measured - form.value) / MICROMETRE, "µm",
+                      remark="by which the errors of the points enlarge the measured range"),
+        ),
+        tables=(table,),
+        detail=True,
+        certificate=True,
+    )  # fmt: skip
+
+
+def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -> Table:
+    """Quantities by Monte Carlo and their analytic uncertainty.
+
+    Parameters
+    ----------
+    found : mapping of str to sequence of QuantityByTrials
+        By the name of the feature.
+    trials : int
+
+    Returns
+    -------
+    Table
+    """
+    rows = [(name, one) for name, each in found.items() for one in each]
+    scale = [1.0 / DEGREE if one.quantity.angle else 1.0 for _, one in rows]
+    fine = [(60.0 / DEGREE if one.quantity.angle else 1.0 / MICROMETRE) for _, one in rows]
+    ends = [one.interval for _, one in rows]
+    return Table(
+        (
+            Column.of("feature", [name for name, _ in rows]),
+            Column.of("quantity", [
+                f"{one.quantity.name} / {'°' if one.quantity.angle else 'mm'}" for _, one in rows
+            ]),
+            Column.of("value", [
+                one.quantity.value * s for (_, one), s in zip(rows, scale, strict=True)
+            ], "", decimals(5)),
+            Column.of("u, analytic", [
+                one.quantity.u * f for (_, one), f in zip(rows, fine, strict=True)
+            ], "", decimals(3)),
+            Column.of("u, by trials", [
+                one.u * f for (_, one), f in zip(rows, fine, strict=True)
+            ], "", decimals(3)),
+            Column.of("95 % from", [
+                low * s for (low, _), s in zip(ends, scale, strict=True)
+            ], "", decimals(5)),
+            Column.of("to", [
+                high * s for (_, high), s in zip(ends, scale, strict=True)
+            ], "", decimals(5)),
+        ),
+        title=TRIALS,
+        explanation=f"{trials} trials: the points drawn with their errors, of their "
+        "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
+        "angles in minutes.",
+    )  # fmt: skip
+
+
+def data_of_features(
+    features: Sequence[InspectedFeature],
+    relations: Sequence[FeatureRelation],
+    together: Sequence[Together],
+) -> tuple[Table, ...]:
+    """All values, for programs: quantities with their sources, covariances, residuals."""
+    measured = [inspected.feature for inspected in features]
+    nothing = np.full(3, math.nan)
+    directions = [f.association.direction for f in measured]
+    axes = np.array([nothing if d is None else d for d in directions])
+    places = np.array([f.association.point for f in measured])
+    turns = [math.nan if f.u_direction is None else f.u_direction / DEGREE for f in measured]
+    each = {
+        "feature": [f.label for f in measured],
+        "kind": [f.kind for f in measured],
+        "side": [f.side or "" for f in measured],
+        "association": [f.association.criterion for f in measured],
+        "carrying_points": [" ".join(f.carrying) if f.is_extreme else "" for f in measured],
+        "coverage_factor": [_largest_factor(f) for f in measured],
+        "u_machine_mm": [f.errors.machine for f in measured],
+        "correlation_of_points_stated": [f.errors.correlation_known for f in measured],
+        **{f"direction_{name}": axes[:, i] for i, name in enumerate("xyz")},
+        "u_direction_deg": turns,
+        **{f"{name}_mm": places[:, i] for i, name in enumerate("xyz")},
+        "form_at_least_mm": [f.form.interval[0] for f in measured],
+        "form_at_most_mm": [f.form.interval[1] for f in measured],
+        "measured_range_mm": [f.form.measured for f in measured],
+        "range_by_errors_alone_mm": [f.form.noise for f in measured],
+    }
+    named = [(f.label, q) for f in measured for q in f.quantities]
+    named += [(i.feature.label, each.quantity) for i in features for each in i.geometric]
+    named += [(each.name, each.quantity) for each in together if len(each.labels) > 2]
+    named += [(f"{r.first}, {r.second}", r.quantity) for r in relations]
+    sources = [
+        (label, q.name, cause, u / (DEGREE if q.angle else 1.0), "deg" if q.angle else "mm")
+        for label, q in named
+        for cause, u in q.parts.items()
+    ]
+    axis_pairs = [
+        (f.label, *f.association.located_along[i], *f.association.located_along[k], covariance)
+        for f in measured
+        for (i, k), covariance in np.ndenumerate(f.located_covariance)
+    ]
+    residuals = residuals_table(measured)
+    residuals["residual_mm"] = MICROMETRE * np.asarray(residuals.pop("residual_um"))
+    return (
+        Table.of(features_table(features, relations, together), "Quantities"),
+        Table.of(each, "Features"),
+        _rows_data(("feature", "quantity", "source", "u", "unit"), sources, "Sources"),
+        _rows_data(
+            ("feature", *(f"{end}_{name}" for end in ("first", "second") for name in "xyz"),
+             "covariance_mm2"),
+            axis_pairs, "Covariances of positions",
+        ),
+        _rows_data(
+            ("first", "first_coordinate", "second", "second_coordinate", "covariance_mm2"),
+            _covariances_between(measured), "Covariances between features",
+        ),
+        Table.of(residuals, "Residuals"),
+    )  # fmt: skip
+
+
+def _largest_factor(feature: MeasuredFeature) -> float:
+    """The largest U / u of its quantities."""
+    known = [q.expanded_u / q.u for q in feature.quantities if q.u > 0.0]
+    return max(known, default=COVERAGE_FACTOR)
+
+
+def _covariances_between(
+    features: Sequence[MeasuredFeature],
+) -> list[tuple[str, str, str, str, float]]:
+    """Of the coordinates of two features each, by errors that their points have in common."""
+    if len(features) > _MOST_COVARIANCES:
+        return []
+    covariance = covariance_of_positions(features)
+    return [
+        (first.label, "xyz"[i], second.label, "xyz"[k], float(covariance[3 * a + i, 3 * b + k]))
+        for a, first in enumerate(features)
+        for b, second in enumerate(features[:a])
+        for i in range(3)
+        for k in range(3)
+    ]
+
+
+def _rows_data(names: Sequence[str], rows: Sequence[tuple[Any, ...]], title: str) -> Table:
+    return Table.of({name: [row[k] for row in rows] for k, name in enumerate(names)}, title)
