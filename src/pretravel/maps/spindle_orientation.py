@@ -118,8 +118,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            f"no spindle orientation is given (spindle_deg): if it differs from that of the map, "
-            f"errors of up to {size * 1e3:.1f} µm are not in U"
+            "no spindle orientation is given (spindle_deg): U lacks up to "
+            f"{size * 1e3:.1f} µm of another orientation"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"
