@@ -55,7 +55,7 @@ def hypotheses(positions: FloatArray, normals: FloatArray) -> Iterator[AxisError
     >>> places, x = np.array([[0.0, 0, 0], [0.0, 9, 0], [2.5, 0, 0]]), np.array([[1.0, 0, 0]] * 3)
     >>> found = list(hypotheses(places, x))
     >>> len(found), found[0].size, found[-1].shared.round(2).tolist()[0]
-    (49, 0.0, [1.0, 1.0, 0.0])
+    (49, 0.0, [1.0, 1.0, 0.1])
     """
     apart = positions[:, None, :] - positions[None, :, :]
     both = normals[:, None, :] * normals[None, :, :]
