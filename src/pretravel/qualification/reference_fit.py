@@ -31,6 +31,7 @@ from pretravel.maps import (
     MachinePriors,
     MachineTerms,
 )
+from pretravel.qualification.axis_errors import AxisErrors, hypotheses
 from pretravel.qualification.reference_model import (
     PLACE,
     PRETRAVEL_OF,
@@ -43,7 +44,6 @@ from pretravel.uncertainty import coverage_factor
 
 _WEAKER, _OPEN = 10.0, 1.1
 """Where what says nothing in advance says ten times less, the uncertainty of a quantity that the
-from pretravel.qualification.axis_errors import AxisErrors, hypotheses
 touches determine stays as it is; one that grows by more than a tenth is not determined."""
 _NAMED = 0.25
 """Share of the largest part of a combination that names a quantity."""
