@@ -56,20 +56,19 @@ _SPHERE_TEXT = (
         " sector table needs all its directions, so none can be left out."
     ),
     (
-        "On the part: difference to the physical map at the part's 140 points, less a shift of "
-        "the whole part; it shows the errors that the other kinds would cause there. The error of"
-        " the physical map itself is not contained in it: that is u_um in points.csv. The true "
-        'form of the part is not known here; its deviation from the nominal is deviation_um. "Not'
-        ' compensated" subtracts the tip radius alone, so the mean pretravel is contained in its '
-        "16 µm."
+        "On the part: difference from the physical map at the part's 140 points, without a shift "
+        "of the whole part. These are the errors that the other kinds would cause there; the error"
+        " of the physical map itself is u_um in points.csv. The deviation of the part from its "
+        'nominal surface is deviation_um. "Not compensated" subtracts the tip radius only: its '
+        "16 µm contain the mean pretravel."
     ),
 )
 _RING_TEXT = (
     (
-        "Real data: 72 directions, each read once from a published picture, to ±0.5 µm, with the "
-        "centring of the ring still contained. Fitted: every second direction, then the others; "
-        "left out: the directions that were not fitted. The centring is fitted too. Neighbouring "
-        "directions differ by about as much as the best kinds leave."
+        "Real data: 72 directions, each read once from a published picture, to ±0.5 µm; the "
+        "centre of the ring is fitted too. Fitted: every second direction, then the others. Left "
+        "out: the directions that were not fitted. Neighbouring directions differ by about as "
+        "much as the errors of the best kinds."
     ),
 )
 _RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring subtracted"
@@ -100,11 +99,9 @@ def main_job_pictures(job: MainJob) -> dict[str, Picture]:
             lambda: points_view(job.points, "The curved part, compensated"),
         ),
         "compare.png": Picture(
-            "Errors that today's corrections would leave of this probe: over the azimuth on the "
+            "Errors after simpler corrections: over the azimuth on the "
             "equator, and the largest error over directions and on the part.",
-            lambda: comparison_view(
-                job.comparison, "Errors that corrections of today's controls leave"
-            ),
+            lambda: comparison_view(job.comparison, "Errors after the corrections of controls"),
         ),
     }
 
@@ -145,11 +142,11 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
             KeyFigure("a touch repeats to", job.qualification.repeatability / MICROMETRE, "µm"),
             KeyFigure("U of a point, largest",
                       2.0 * float(job.points.standard_uncertainty.max()) / MICROMETRE, "µm"),
-            KeyFigure("one radius would leave", left["mean radius", "part"], "µm",
-                      remark="on the curved part, at most; "
-                      f"eight radii {value_text(left['eight sectors', 'part'], 'µm')}"),
-            KeyFigure("a real probe in a ring", ring[BEST], "µm",
-                      remark="left in directions that were left out; with one radius "
+            KeyFigure("error with one radius", left["mean radius", "part"], "µm",
+                      remark="largest on the curved part; "
+                      f"with eight radii {value_text(left['eight sectors', 'part'], 'µm')}"),
+            KeyFigure("real probe in a ring", ring[BEST], "µm",
+                      remark="error in directions that were not fitted; one radius "
                       f"{value_text(ring['mean'], 'µm')}"),
         ),
     )  # fmt: skip
@@ -208,9 +205,7 @@ def demonstration_document(
                 tuple(text.format(noise=noise) for text in _SPHERE_TEXT),
                 tables=(_errors_table(kinds.sphere_errors, on_part=True),),
             ),
-            comparison_document(job.comparison).as_section(
-                "Errors that today's corrections would leave of this probe"
-            ),
+            comparison_document(job.comparison).as_section("Errors after simpler corrections"),
             Section(
                 "A Centroid KP-3 in a ring gauge (real)",
                 _RING_TEXT,

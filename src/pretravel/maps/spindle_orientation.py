@@ -118,16 +118,16 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            f"U does not contain up to {size * 1e3:.1f} µm of another spindle orientation: none is "
-            "given (spindle_deg)"
+            f"no spindle orientation is given (spindle_deg): if it differs from that of the map, "
+            f"errors of up to {size * 1e3:.1f} µm are not in U"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"
     else:
         who = f"the map is of spindle {made_at:g}°, the touches have no orientation"
     return (
-        f"{who} (column spindle_deg): at another one points are wrong by up to "
-        f"{size * 1e3:.1f} µm, which U does not contain"
+        f"{who} (column spindle_deg): at another orientation points are wrong "
+        f"by up to {size * 1e3:.1f} µm. U does not contain this"
     )
 
 

@@ -374,7 +374,7 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
         return ""
     return (
         "neither the map nor the touches have a feed (column feed_mm_min): 100 mm/min of "
-        "difference are 3.3 µm for a signal delay of 2 ms, which U does not contain"
+        "difference are 3.3 µm for a signal delay of 2 ms. U does not contain this"
     )
 
 

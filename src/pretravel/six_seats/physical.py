@@ -536,7 +536,7 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
             "follows from the model and is not measured"
         )
     return (
-        "the six-seat model: a shift of the reference looks like its first harmonic, which the "
-        f"model and its priors determine to {float(np.max(u_gauge[:2])):.2f} µm across the "
-        f"axis{along} (u of the map is of distances, without that shift){tip}"
+        "the six-seat model, which determines the shift of the reference (the first harmonic of "
+        f"the map) to {float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. u of the map "
+        f"is that of distances, without this shift{tip}"
     )

@@ -113,9 +113,9 @@ def _errors_table(result: Comparison) -> Table:
         columns += [Column.of(f"{_WHERE[where]}: max", largest, "µm"), Column.of("rms", rms, "µm")]
     return Table(
         tuple(columns),
-        explanation="map: its 2 u and u, which are unknown of a prediction; the other rows are "
-        "differences from the map. The radii of a control describe one plane, and the length of "
-        "its tool the axis; between plane and axis the control mixes both.",
+        explanation="The row map gives 2 u and u of the map (none for a prediction); the other "
+        "rows are differences from the map. The radii of a control describe one plane, and the "
+        "length of its tool the axis; between plane and axis the control mixes both.",
     )
 
 

@@ -164,8 +164,8 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
             else "Errors after simpler corrections, by the map",
             explanation="Along the normal, positive outside; spread is the standard deviation. Tip "
             "radius alone: the tip centre less the tip radius, without compensation. One radius "
-            "for all: that less the mean pretravel of these points, which suits them best in the "
-            "sense of least squares; a radius from a sphere suits them less.",
+            "for all: the same with the radius that fits these points best (least squares); a "
+            "radius from a sphere fits them less well.",
         ),
     )
 

@@ -136,34 +136,20 @@ def _sections(result: Qualification, scores: Sequence[KindScore]) -> tuple[Secti
     )
 
 
-def _assumed_axial(result: Qualification) -> tuple[KeyFigure, ...]:
-    """The pretravel along the axis, on which centre and level of a harmonic map rest."""
-    axial = result.setup.axial_pretravel
-    if result.setup.ring or axial is None or result.pretravel_map.kind != "harmonic":
-        return ()
-    return (
-        KeyFigure(
-            "assumed",
-            f"a pretravel of {axial / MICROMETRE:g} µm along the probe's axis, which touches on a "
-            "sphere do not determine: each µm more moves the centre along the axis by as much, and "
-            "is not in its u. Give it where the probe has another",
-        ),
-    )
-
-
 def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
-    """What of the reference was assumed: everybody who leaves it out reads it, so no warning."""
-    figures = _assumed_axial(result)
-    if result.setup.u_diameter is not None:
-        return figures
-    return (
-        *figures,
-        KeyFigure(
-            "assumed",
-            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter, "
-            "the default; give u of the certificate",
-        ),
-    )
+    """What of probe and reference was assumed: a usual value is no warning, and each reads it."""
+    axial, assumed = result.setup.axial_pretravel, []
+    if not result.setup.ring and axial is not None and result.pretravel_map.kind == "harmonic":
+        assumed.append(
+            f"{axial / MICROMETRE:g} µm of pretravel along the probe's axis (its u is in u of the "
+            "centre)"
+        )
+    if result.setup.u_diameter is None:
+        assumed.append(
+            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter"
+        )
+    words = " and ".join(assumed)
+    return (KeyFigure("assumed", f"{words}; give what you know"),) if assumed else ()
 
 
 def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:
@@ -204,7 +190,7 @@ def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
         ),
         KeyFigure(
             "scatter of places", pretravel_map.fixed_scatter / MICROMETRE, "µm",
-            remark="of one place from another, which repeats at a place do not reduce",
+            remark="between places; repeats at one place do not reduce it",
             detail=True,
         ),
         KeyFigure(

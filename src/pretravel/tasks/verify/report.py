@@ -174,7 +174,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         return KeyFigure(
             name, change.value / factor, unit, replace(digits, signed=True),
             change.u / factor, "", digits,
-            remark=f"a change of {limit} would be detected in 95 of 100 verifications",
+            remark=f"a change of {limit} is detected in 95 %",
         )  # fmt: skip
 
     return (
