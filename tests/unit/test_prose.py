@@ -38,7 +38,7 @@ def test_docstrings_and_messages_are_read(
 ) -> None:
     module = tmp_path / "module.py"
     module.write_text(
-        '"""First line.\n\nMade anew.\n"""\nanew = 1\nprint(f"is told apart from {anew}")\n'
+        '"""First line.\n\nMade anew.\n"""\nanew = 1\nprint(f"nobody checked {anew}")\n'
     )
     assert prose.main([str(module)]) == 1
     lines = capsys.readouterr().out.splitlines()

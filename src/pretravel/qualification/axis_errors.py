@@ -15,7 +15,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray
 
-SIZES = tuple(MICROMETRE * size for size in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
+_SIZES_OF_ERRORS = tuple(MICROMETRE * size for size in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
 """Standard deviations that are tried beside none. [mm]"""
 _USUAL = 0.5 * MICROMETRE
 """Of machines in good order; larger ones are rare, and what touches show outweighs it. [mm]"""
@@ -64,6 +64,6 @@ def hypotheses(positions: FloatArray, normals: FloatArray) -> Iterator[AxisError
     kinds.append(np.sum(both * alike, axis=2))
     yield AxisErrors(0.0, kinds[-1], 0.0)
     for shared in kinds:
-        for size in SIZES:
+        for size in _SIZES_OF_ERRORS:
             usual = -1.5 * math.log1p((size / _USUAL) ** 2) - math.log(len(kinds))
             yield AxisErrors(size, shared, usual)
