@@ -44,6 +44,7 @@ class FilesTogether(LoadFileScheduling):
         return shared[0] if shared else super()._split_scope(nodeid)
 
 
+@pytest.hookimpl(optionalhook=True)  # also without the plug-in
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling:
     """Distribute the tests as `FilesTogether` states."""
     return FilesTogether(config, log)

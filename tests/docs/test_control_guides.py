@@ -85,7 +85,7 @@ class Ring:
         self,
         pretravel_map: PretravelMap,
         *,
-        present: bool = True,
+        present: int = 99,
         early: tuple[int, float] = (0, 0.0),
     ) -> None:
         self.trigger = triggers(pretravel_map)
@@ -106,7 +106,7 @@ class Ring:
                 self.touches += 1
                 self.feed_modes.add(control.variables[4005])
                 early = self.early[1] if self.touches == self.early[0] else 0.0
-                if self.present:
+                if self.touches <= self.present:  # the walls of the first touches
                     reached = np.copysign(self.trigger[wall] - early, end)
                 control.variables[5061 + axis] = float(reached)
             control.variables[5041 + axis] = float(reached)
@@ -124,9 +124,9 @@ STATES = {4001: 0.0, 4003: 91.0, 4005: 95.0, 4006: 20.0, 4109: 1.25}
 
 def check_alarms(control: MacroControl, pretravel_map: PretravelMap) -> None:
     """A wall that is missing, a probe that trips early once, cutter compensation."""
-    missing = Ring(pretravel_map, present=False)
     # Touches 5 to 8 are the second pass; 0.6 mm is within the clearance, 1.2 mm is not.
-    cases = [(missing, "105"), (Ring(pretravel_map, early=(2, 1.2)), "106")]
+    cases = [(Ring(pretravel_map, present=walls), "105") for walls in (0, 1)]
+    cases += [(Ring(pretravel_map, early=(2, 1.2)), "106")]
     cases += [(Ring(pretravel_map, early=(touch, 0.6)), "108") for touch in (5, 6, 7, 8)]
     for move, alarm in cases:
         control.move = move

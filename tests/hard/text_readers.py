@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.controls.machine import Machine
-from pretravel.drawing.tolerances.features_file import read_drawing
+from pretravel.drawing.pmi.model import read_drawing
 from pretravel.drawing.tolerances.plan_features import read_plan_features
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_named, format_of

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import resource
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,7 @@ from tests.machine.conftest import run_program, simulated
 from tests.machine.modal_groups import GROUPS, PAGE, groups_of_the_control, rows
 from tests.machine.test_linuxcnc import hal
 from tests.machine.test_linuxcnc_aborts import aborted, installed
-from tests.machine.test_linuxcnc_faults import HOME, depth_of, program_text
+from tests.machine.test_linuxcnc_faults import HOME, SPIKE, depth_of, program_text
 from tests.support.linuxcnc_interpreter import interpret
 
 PAGE_SIZE = resource.getpagesize()
@@ -50,6 +52,14 @@ class TestOneFalseTrip:
         chip = {"kind_3": 1, "x_3": 100 + place, "y_3": 50 + place, "z_3": -30.0, "a_3": 1.0}
         said, origin = bored(tmp_path / "a", self.CALL, **chip)
         assert "a false trip, dirt, or its form. Nothing is set" in said
+        assert origin == 100.0
+
+    def test_a_wall_is_touched_twice(self, tmp_path: Path) -> None:
+        """A signal of 2 ms, 0.6 mm before the wall: one touch alone would set the origin there."""
+        call = "o<pretravel_edge> call [0] [16.8] [100] [1] [6000] [1]"
+        spike = {"fault": SPIKE, "fault_after": 0, "fault_size": 0.6}
+        said, origin = bored(tmp_path / "a", call, **spike)
+        assert "two touches of the same place differ by 0." in said
         assert origin == 100.0
 
     def test_without_it_the_origin_is_set(self, tmp_path: Path) -> None:
@@ -102,6 +112,21 @@ class TestWayToStop:
         assert mode == "G61" or depth > 0.9 * planned
 
 
+@contextmanager
+def _disk(folder: Path) -> Iterator[Path]:
+    """A disk of one page, on which the log of the program in the folder is."""
+    disk = folder / "disk"
+    disk.mkdir()
+    mounted = ["mount", "-t", "tmpfs", "-o", f"size={PAGE_SIZE}", "tmpfs", str(disk)]
+    if subprocess.run(mounted, check=False, capture_output=True).returncode:
+        pytest.skip("NOT TESTED: a disk of one page needs the rights of root")
+    try:
+        (folder / "sphere_log.ngc").symlink_to(disk / "sphere_log.ngc")
+        yield disk
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
 class TestLog:
     @pytest.mark.parametrize("obstacle", ["folder", "link"])
     def test_where_the_file_cannot_be_written_nothing_moves(
@@ -119,19 +144,23 @@ class TestLog:
         assert depth_of(said) < -50.0
         assert "touches are in" not in said
 
+    def test_a_log_of_yesterday_that_is_read_only(self, tmp_path: Path) -> None:
+        """It is read in place of what was written, and has the number that comes first."""
+        old = "o<sphere_log> sub\no<sphere_log> endsub [1000001]\n"
+        with _disk(tmp_path) as disk:
+            (disk / "sphere_log.ngc").write_text(old)
+            subprocess.run(["mount", "-o", "remount,ro", str(disk)], check=True)
+            (tmp_path / "sphere.ngc").write_text("G21\n" + HOME + program_text())
+            said = run_program(tmp_path / "sphere.ngc", code=1)
+        assert "the control cannot write sphere_log.ngc" in said
+        assert depth_of(said) < -50.0
+        assert "touches are in" not in said
+
     def test_a_disk_that_becomes_full_on_the_way(self, tmp_path: Path) -> None:
         """A disk of one page: the program begins, and its touches do not fit."""
-        disk = tmp_path / "disk"
-        disk.mkdir()
-        mounted = ["mount", "-t", "tmpfs", "-o", f"size={PAGE_SIZE}", "tmpfs", str(disk)]
-        if subprocess.run(mounted, check=False, capture_output=True).returncode:
-            pytest.skip("NOT TESTED: a disk of one page needs the rights of root")
-        try:
-            (tmp_path / "sphere_log.ngc").symlink_to(disk / "sphere_log.ngc")
+        with _disk(tmp_path):
             (tmp_path / "sphere.ngc").write_text("G21\n" + HOME + program_text(count=24))
             said = run_program(tmp_path / "sphere.ngc", code=1)
-        finally:
-            subprocess.run(["umount", str(disk)], check=True)
         # What it reads back ends in the middle: the interpreter stops before our message.
         assert "File ended with no percent sign or program end" in said
         assert "touches are in" not in said

@@ -516,7 +516,7 @@ def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
 def _header_in_wide_blanks(
     split: list[tuple[int, list[str]]], texts: Mapping[int, str], separator: str
 ) -> list[tuple[int, list[str]]]:
-    """Rows of a table with blanks; two blanks or more separate names such as "Meas X"."""
+    """Rows of a table with blanks; names such as "Meas X" are separated by two blanks or more."""
     if separator != " ":
         return split
     first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), len(split))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray
+from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
 from pretravel.qualification.quantisation import (
@@ -33,6 +33,7 @@ from pretravel.qualification.touch_order import (
     predecessors,
     previous_directions,
 )
+from pretravel.qualification.within_directions import centred_within
 from pretravel.touches import Touches
 
 DRIFT_LEVEL = 0.01
@@ -45,6 +46,10 @@ _COMMON = sum(_HYSTERESES.values())
 _LIKELY = 0.5  # probability of a hysteresis from which people are warned
 _SURE = 0.95  # probability of a hysteresis from which it is subtracted
 _NOISE_FLOOR = 1e-5 * MICROMETRE
+_FEWEST_AFTER = 5
+"""Touches before and after a change of the level."""
+_MUCH_BETTER = 10.0
+"""Logarithm of the odds from which a drift is not the cause: the first touch was chosen, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +119,17 @@ def machine_effects(
     warnings = coarse_warnings(step)
     if drift_is_separable(groups, order):
         found = estimated_drift(observation.values, observation.directions, groups, order)
-        if found.p_value < DRIFT_LEVEL:
+        level = level_change(observation.values, observation.directions, groups)
+        if found.p_value < DRIFT_LEVEL and level is not None:
+            first, size = level[0], level[1] / MICROMETRE
+            warnings.append(
+                f"from touch {first + 1} of {count} on, all directions differ by {size:+.1f} µm in "
+                "pretravel from the touches before, which a drift of the reference explains worse: "
+                "another feed, another force, or a changed probe. The map is between both, and U "
+                "does not contain half of this: give the feeds (column feed_mm_min), or qualify "
+                "with the touches of one state"
+            )
+        elif found.p_value < DRIFT_LEVEL:
             drift = np.asarray(-found.value)
             change = drift_columns(observation.directions, order) @ found.value
             size = float(np.linalg.norm(drift)) / MICROMETRE
@@ -147,6 +162,52 @@ def machine_effects(
         change=change,
         warnings=tuple(warnings),
     )
+
+
+def level_change(
+    values: FloatArray, directions: FloatArray, groups: IntArray
+) -> tuple[int, float] | None:
+    """From which touch on all directions read more alike, where a drift explains that worse.
+
+    A feed that was changed does this, or a probe that changed. Both are fitted within directions,
+    and their residuals are compared, with the Bayesian information criterion.
+
+    Parameters
+    ----------
+    values : (n,) float
+        In the order of the touches. [mm]
+    directions : (n, 3) float
+    groups : (n,) int
+
+    Returns
+    -------
+    first, size : int, float, or None
+        The first touch that differs, and by how much. [mm]
+
+    >>> n = np.tile([[1.0, 0, 0], [0, 1.0, 0], [-1.0, 0, 0], [0, -1.0, 0], [0, 0, 1.0]], (4, 1))
+    >>> later = np.arange(20) >= 10
+    >>> level_change(0.01 * later + 1e-5 * np.cos(np.arange(20) ** 2), n, np.tile(np.arange(5), 4))
+    (10, 0.010001)
+    """
+    count = len(values)
+    seen = centred_within(values, groups)
+    steady = np.stack(
+        [centred_within(c, groups) for c in drift_columns(directions, np.arange(count)).T], axis=1
+    )
+    by_drift = float(np.sum((seen - steady @ np.linalg.lstsq(steady, seen, rcond=None)[0]) ** 2))
+    best = (math.inf, 0, 0.0)
+    for first in range(_FEWEST_AFTER, count - _FEWEST_AFTER + 1):
+        later = centred_within(np.arange(count) >= first, groups)
+        square = float(later @ later)
+        if square > 1.0:
+            size = float(later @ seen) / square
+            best = min(best, (float(np.sum((seen - size * later) ** 2)), first, size))
+    if not best[1]:
+        return None
+    free = count - len(np.unique(groups))
+    floor = free * _NOISE_FLOOR**2
+    gain = 0.5 * free * math.log((by_drift + floor) / (best[0] + floor)) + 0.5 * math.log(count)
+    return (best[1], round(best[2], 6)) if gain > _MUCH_BETTER else None
 
 
 def without_machine(

@@ -31,6 +31,7 @@ from pretravel.maps import (
     MachinePriors,
     MachineTerms,
 )
+from pretravel.qualification.axis_errors import AxisErrors, hypotheses
 from pretravel.qualification.reference_model import (
     PLACE,
     PRETRAVEL_OF,
@@ -48,6 +49,10 @@ _NAMED = 0.25
 """Share of the largest part of a combination that names a quantity."""
 _FEWEST_FREE = 3.0
 _ROUNDS = 8
+_ROUNDS_OF_NOISE = 2
+_NO_WEIGHT = 1e-4
+_NO_DOUBT = 0.02
+"""Probability that there are no errors of a screw, from which nothing is said of them."""
 _OUTLYING = 4.0
 """Residuals that are larger, in the noise, are named."""
 _OBLIQUE = 0.1
@@ -203,6 +208,10 @@ class _Solved:
     residual: FloatArray
     noise: float
     dof: float
+    repeating: float
+    """Standard deviation of errors that repeat at the same place of an axis. [mm]"""
+    without: float = 1.0
+    """Probability that there are none."""
 
     def u_and_open(self, weights: FloatArray) -> tuple[float, bool]:
         """Standard uncertainty of a sum of unknowns, and whether it is not determined."""
@@ -212,37 +221,101 @@ class _Solved:
 
 
 def _solved(model: ReferenceModel) -> _Solved:
-    start = np.array(model.unknowns.start)
+    """The average of fits over the errors that repeat at the same place of an axis."""
+    values, noise = np.array(model.unknowns.start), 1.0 * MICROMETRE
+    every = list(hypotheses(model.positions, model.touches.normals))
+    for _ in range(_ROUNDS):
+        fit = _step(model, model.equations(values), values, noise, every[0])
+        values, noise = fit.values, fit.noise
+    linear, fits = model.equations(values), [fit]
+    for each in every[1:]:
+        fit = _step(model, linear, values, noise, each)
+        for _ in range(_ROUNDS_OF_NOISE):
+            fit = _step(model, linear, values, fit.noise, each)
+        fits.append(fit)
+    logs = np.array([fit.log_evidence for fit in fits])
+    weights = np.exp(logs - logs.max())
+    weights /= weights.sum()
+    mean = np.asarray(weights @ np.array([fit.values for fit in fits]))
+    apart = np.array([fit.values for fit in fits]) - mean
+    own, weaker = (np.zeros((len(mean), len(mean))) + (apart.T * weights) @ apart for _ in "ab")
+    for fit, weight in zip(fits, weights, strict=True):
+        if weight > _NO_WEIGHT:
+            own += weight * fit.covariance(model, weaker=False)
+            weaker += weight * fit.covariance(model, weaker=True)
+    return _Solved(
+        mean,
+        own,
+        weaker,
+        model.equations(mean)[0],
+        float(weights @ [fit.noise for fit in fits]),
+        float(weights @ [fit.dof for fit in fits]),
+        math.sqrt(float(weights @ [each.size**2 for each in every])),
+        float(weights[0]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """A linear fit with given errors of the axes."""
+
+    values: FloatArray
+    noise: float
+    dof: float
+    log_evidence: float
+    scaled: FloatArray
+    """Derivatives in the noise, by unknowns in units of what was known in advance."""
+
+    def covariance(self, model: ReferenceModel, *, weaker: bool) -> FloatArray:
+        """Of the unknowns; weaker: where what says nothing in advance says less."""
+        deviation = np.array(model.unknowns.deviation)
+        free = deviation > 0.0
+        known = 1.0 / np.where(weaker & _says_nothing(model)[free], _WEAKER, 1.0)
+        r = np.linalg.qr(np.vstack([self.scaled, np.diag(known)]), mode="r")
+        inverse = np.linalg.inv(r) * deviation[free, None]
+        found = np.zeros((len(deviation), len(deviation)))
+        found[np.ix_(free, free)] = inverse @ inverse.T
+        return found
+
+
+def _step(
+    model: ReferenceModel,
+    linear: tuple[FloatArray, FloatArray],
+    values: FloatArray,
+    noise: float,
+    errors: AxisErrors,
+) -> _Fit:
+    """The linear fit at `values`."""
+    residual, jacobian = linear
     deviation = np.array(model.unknowns.deviation)
     free = deviation > 0.0
-    values, noise = start.copy(), 1.0 * MICROMETRE
-    prior = 1.0 / deviation[free]
-    dof = 0.0
-    for _ in range(_ROUNDS):
-        residual, jacobian = model.equations(values)
-        # Unknowns in units of what was known in advance: matrices of one scale.
-        scaled = jacobian[:, free] / prior / noise
-        own = (start - values)[free] * prior
-        matrix = np.vstack([scaled, np.eye(len(prior))])
-        q, r = np.linalg.qr(matrix)
-        step = np.linalg.solve(r, q.T @ np.append(-residual / noise, own))
-        values[free] = values[free] + step / prior
-        residual, _ = model.equations(values)
-        dof = len(residual) - float(np.sum(q[: len(residual)] ** 2))
-        if dof < _FEWEST_FREE:
-            raise PretravelError(
-                f"{len(residual)} touches on these references leave {max(dof, 0.0):.1f} degrees of "
-                f"freedom; {_FEWEST_FREE:.0f} are needed to know the noise: repeat touches"
-            )
-        noise = max(math.sqrt(float(residual @ residual) / dof), 1e-8)
-    weak = prior / np.where(_says_nothing(model)[free], _WEAKER, 1.0)
-    both = []
-    for known in (prior, weak):
-        covariance = np.zeros((len(values), len(values)))
-        inverse = np.linalg.inv(np.linalg.qr(np.vstack([scaled * prior, np.diag(known)]), mode="r"))
-        covariance[np.ix_(free, free)] = inverse @ inverse.T
-        both.append(covariance)
-    return _Solved(values, both[0], both[1], residual, noise, dof)
+    covariance = np.eye(len(residual)) + (errors.size / noise) ** 2 * errors.shared
+    root = np.linalg.cholesky(covariance)
+    # Unknowns in units of what was known in advance: matrices of one scale.
+    whitened = np.linalg.solve(
+        root, np.column_stack([jacobian[:, free] * deviation[free], residual])
+    )
+    scaled, white = whitened[:, :-1] / noise, whitened[:, -1]
+    own = (np.array(model.unknowns.start) - values)[free] / deviation[free]
+    q, r = np.linalg.qr(np.vstack([scaled, np.eye(len(own))]))
+    step = np.linalg.solve(r, q.T @ np.append(-white / noise, own))
+    dof = len(residual) - float(np.sum(q[: len(residual)] ** 2))
+    if dof < _FEWEST_FREE:
+        raise PretravelError(
+            f"{len(residual)} touches on these references leave {max(dof, 0.0):.1f} degrees of "
+            f"freedom; {_FEWEST_FREE:.0f} are needed to know the noise: repeat touches"
+        )
+    left, own = white / noise + scaled @ step, own - step
+    found = values.copy()
+    found[free] += step * deviation[free]
+    log_evidence = errors.log_prior - 0.5 * (
+        float(left @ left)
+        + float(own @ own)
+        + 2.0 * len(residual) * math.log(noise)
+        + 2.0 * float(np.sum(np.log(np.diag(root))) + np.sum(np.log(np.abs(np.diag(r)))))
+    )
+    better = max(noise * math.sqrt(float(left @ left) / dof), 1e-8)
+    return _Fit(found, better, dof, log_evidence, scaled)
 
 
 def _says_nothing(model: ReferenceModel) -> BoolArray:
@@ -297,7 +370,7 @@ def _judged(model: ReferenceModel, found: _Solved) -> ReferenceFit:
         tilts={
             name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")
         },
-        warnings=(*_arrivals(model), *_outlying(model, found)),
+        warnings=(*_arrivals(model), *_outlying(model, found), *_repeating(found)),
     )
 
 
@@ -320,12 +393,27 @@ def _outlying(model: ReferenceModel, found: _Solved) -> list[str]:
     """A warning about the touch that fits least, where noise alone hardly makes it."""
     worst = int(np.argmax(np.abs(found.residual)))
     size = abs(float(found.residual[worst]))
-    if size < _OUTLYING * found.noise:
+    if size < _OUTLYING * math.hypot(found.noise, found.repeating):
         return []
     return [
         (
             f"{model.touches.where(worst)} is {size / MICROMETRE:.1f} µm off, "
             f"{size / found.noise:.1f} times the noise: look for dirt, or leave it out"
+        )
+    ]
+
+
+def _repeating(found: _Solved) -> list[str]:
+    """A warning about errors of the axes that repeats do not show."""
+    if found.without > _NO_DOUBT:
+        return []
+    return [
+        (
+            f"the axes have errors that repeat at the same place, about "
+            f"{found.repeating / MICROMETRE:.1f} µm, as those of a screw once for each turn "
+            f"(probability {1.0 - found.without:.2f}). They are alike in all touches of a face, "
+            "and u of the scales contains them: at each turn place the block a few millimetres "
+            "elsewhere along each axis"
         )
     ]
 

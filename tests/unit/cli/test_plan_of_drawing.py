@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pretravel.drawing.tasks.plan.needed import MOST_OF_FEATURE, ReachingStylus, needed_touches
-from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
+from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
 from pretravel.probing import InspectionRegion
 from pretravel.surface import read_part
@@ -91,3 +91,24 @@ def test_too_few_places_are_said() -> None:
     plane = DrawnFeature(faces=(2,), form_tolerance=0.1)
     found = needed_touches(Drawing((plane,)), PART, STYLUS, 1e-3, InspectionRegion(v=(5.0, 5.001)))
     assert any("do not determine it" in each for each in found.warnings)
+
+
+def test_an_angle_and_one_limit_alone_need_touches() -> None:
+    """Planes at an angle to 0.01°, and a bore with one limit: all are touched.
+
+    An angle is a zone along the shorter face: 0.01° of 50 to 120 mm is 9 to 21 µm.
+    """
+    drawing = Drawing(
+        (
+            DrawnFeature(faces=(3,), label="top"),
+            DrawnFeature(faces=(2,), label="side"),
+            DrawnFeature(faces=(12,), label="bore", tolerance="11.9.."),
+        ),
+        between=(DrawnRelation(("top", "side"), "89.995..90.005", "angle", 90.0),),
+    )
+    found = needed_touches(drawing, PART, STYLUS, 1e-3, InspectionRegion())
+    widths = {name: width for name, _, _, width in found.rows}
+    assert set(widths) == {"top", "side", "bore"}
+    assert widths["top"] == widths["side"]
+    assert 9e-3 < widths["top"] < 21e-3
+    assert np.isnan(widths["bore"])

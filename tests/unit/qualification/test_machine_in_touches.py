@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from pretravel.base.arrays import FloatArray, IntArray
-from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
 from pretravel.maps.observation import Observation
 from pretravel.qualification.machine_effects import (
     MachineEffects,
@@ -298,3 +298,20 @@ def test_a_step_along_the_approach_is_that_of_the_repeats() -> None:
     positions = NORMALS[PASSES] * rounded[:, None]
     seen = Observation(positions, PASSES, np.zeros(3), 12.5, 3.0, False)
     assert machine_effects(seen, positions).step == pytest.approx(UM, rel=1e-6)
+
+
+@pytest.mark.parametrize(("level", "drift"), [(8e-3, 0.0), (0.0, 8e-3)])
+def test_another_feed_in_the_last_pass_is_no_drift(level: float, drift: float) -> None:
+    """All directions 8 µm later: a drift of 15 µm was said and subtracted."""
+    rng = np.random.default_rng(9)
+    n = np.tile(sphere_pattern_25(), (3, 1))
+    reach = 15.49 - level * (np.arange(75) >= 50) + rng.normal(0.0, 3e-4, 75)
+    away = np.linspace(0.0, drift, 75)[:, None] * np.array([0.5, 0.3, 0.8])
+    positions = n * reach[:, None] + away
+    groups = np.tile(np.arange(25), 3)
+    seen = Observation(positions, groups, np.zeros(3), 12.5, 3.0, False)
+    found = machine_effects(seen, positions)
+    said = " ".join(found.warnings)
+    assert ("from touch 51 of 75 on, all directions differ by +8.0 µm" in said) == (level > 0.0)
+    assert ("the reference drifted by" in said) == (drift > 0.0)
+    assert bool(np.any(found.drift)) == (drift > 0.0)

@@ -11,6 +11,7 @@ from benchmarks.block_qualification import LENGTHS, TIP_DIAMETER, Shop, one_set
 from pretravel.base.arrays import FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.maps.machine_terms import MachinePriors, displacements, last_moves
+from pretravel.qualification.axis_errors import hypotheses
 from pretravel.qualification.block_plan import plan_block
 from pretravel.qualification.reference_fit import fit_references
 from pretravel.qualification.references import Reference
@@ -18,6 +19,10 @@ from pretravel.touches import Touches
 
 FOUR = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 NOISE = 0.2e-3
+NO_TOUCHES = np.zeros((0, 3))
+EVERY = [(np.exp(one.log_prior), one.size) for one in hypotheses(NO_TOUCHES, NO_TOUCHES)]
+USUAL = np.sqrt(sum(w * size**2 for w, size in EVERY) / sum(w for w, _ in EVERY))
+"""Root mean square of what axes repeat, as it is known before any touch: 0.3 µm."""
 STATED = 8
 """Of the nine terms: nothing comes from below a block; the play of z looks like pretravel."""
 
@@ -99,9 +104,13 @@ def test_inside_and_outside_give_the_scale(tip_diameter: float | None) -> None:
         scale = found.term(f"scale of {axis}")
         assert scale.determined
         assert abs(scale.value - 150e-6) < scale.expanded
-        # A mean of 2 x 2 x 6 touches and both sizes, over 100 mm.
+        # A mean of 2 x 2 x 6 touches and both sizes, over 100 mm; and what the axes repeat at four
+        # places, of which these touches show nothing.
         u = np.sqrt(
-            4.0 * NOISE**2 / 6.0 + references[0].u_of(40.0) ** 2 + references[1].u_of(60.0) ** 2
+            4.0 * NOISE**2 / 6.0
+            + references[0].u_of(40.0) ** 2
+            + references[1].u_of(60.0) ** 2
+            + 4.0 * USUAL**2
         )
         assert scale.u == pytest.approx(u / 100.0, rel=0.35)
 
@@ -236,3 +245,26 @@ def test_an_outlying_touch_is_named() -> None:
         _wrong(positions=positions), [Reference("block", "block", (50.0,))], tip_diameter=6.0
     )
     assert any(warning.startswith("touch 31 is ") for warning in found.warnings)
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 3e-3])
+def test_what_a_screw_repeats_is_in_u_and_said(amplitude: float) -> None:
+    """Once for each turn of a screw of 5 mm: alike in all touches of a face, so that the scale of
+    +335 µm/m had U = 85 µm/m. Of 4 x 3 scales one may be outside."""
+    inside = []
+    for number in range(4):
+        rng = np.random.default_rng([77, number])
+        shop = Shop(rng)
+        plan = plan_block(LENGTHS)
+        latched = shop.touches(plan).positions
+        turns = (latched + rng.uniform(-200.0, 200.0, 3)) / 5.0 + rng.uniform(0.0, 1.0, 3)
+        latched = latched + amplitude * np.sin(2.0 * np.pi * turns)
+        touches = Touches(latched, plan.normals, plan.approaches, references=tuple(plan.references))
+        block = Reference("block", "block", LENGTHS, u_size=shop.u_length, u_temperature=0.0)
+        found = fit_references(touches, [block], tip_diameter=TIP_DIAMETER)
+        assert any("repeat at the same place" in one for one in found.warnings) == (amplitude > 0.0)
+        inside += [
+            abs(term.value - truth) <= term.expanded
+            for term, truth in zip(found.terms[:3], shop.truth[:3], strict=True)
+        ]
+    assert np.sum(inside) >= 11

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from pretravel.base import InputError
 from pretravel.drawing.pmi.drawn import DrawnPmi, drawn_pmi, skeleton
 from pretravel.drawing.pmi.items import Pmi
 from pretravel.drawing.pmi.model_faces import ModelFace, model_faces, numbers_of_faces
 from pretravel.drawing.pmi.part21 import read_part21
 from pretravel.drawing.pmi.reading import read_pmi
 from pretravel.drawing.pmi.text import ItemLine, features_text, item_lines
+from pretravel.drawing.tolerances.features_file import Drawing, read_features_file
 from pretravel.surface import Part, read_part
 
 
@@ -87,3 +89,41 @@ def read_model_drawing(path: str | Path) -> ModelDrawing:
         low, high = by_number[number].box
         turns[own] = float(high[0] - low[0])
     return ModelDrawing(part, pmi, faces, numbers, skeleton(faces, numbers, turns))
+
+
+_STEP = (".step", ".stp", ".p21")
+
+
+def read_drawing(path: str | Path) -> Drawing:
+    r"""Read the features of a drawing, of a file of features or of a model that carries them.
+
+    Parameters
+    ----------
+    path : str or Path
+        TOML, or a STEP file (AP242), read as `pretravel drawing` writes it.
+
+    Returns
+    -------
+    Drawing
+
+    Raises
+    ------
+    InputError
+        What `read_features_file` refuses; a STEP file without semantic PMI.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "features.toml"
+    >>> text = '[[feature]]\nkind = "bore"\nselect = "bore1*"\nnominal_mm = 20.0\n'
+    >>> read_drawing(path.write_text(text) and path).feature[0].nominal
+    20.0
+    """
+    if Path(path).suffix.lower() not in _STEP:
+        return read_features_file(path)
+    model = read_model_drawing(path)
+    if not model.has_pmi:
+        raise InputError(
+            "states no tolerances: it has no semantic PMI (AP242). `pretravel drawing` writes its "
+            "features to fill in: give that file",
+            path=path,
+        )
+    return model.drawn.drawing

@@ -479,8 +479,8 @@ def _notes(
     of_variances = (
         "the matrix of the variances is rank deficient by one: variances of pairs are absolute, "
         "but neither readings nor repeats separate the share of the machine from the share of "
-        "the probe. The given shares have no negative variance and are nearest to half each on "
-        "average"
+        "the probe. The reported shares are the equal ones, or the nearest to them without a "
+        "negative variance"
     )
     notes = [of_errors, of_variances + _movable_words(shares, variances)]
     if shares.negative:

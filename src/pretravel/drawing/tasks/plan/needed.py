@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base import BoolArray, FloatArray, IntArray, PretravelError
+from pretravel.base import DEGREE, BoolArray, FloatArray, IntArray, PretravelError
 from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.tolerances.drawing_on_part import drawing_on_part
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
@@ -133,10 +133,10 @@ def needed_touches(
         A feature that states no faces; no touch that the stylus reaches.
     """
     drawing = drawing_on_part(drawing, part)
-    widths = _narrowest(drawing)
+    widths = _narrowest(drawing, part)
     pieces, rows, warnings = [], [], []
     last = np.zeros(3)
-    for row in _in_order(drawing):
+    for row in _in_order(drawing, widths):
         if not row.faces:
             raise PretravelError(f"feature '{row.name}' has no faces: give them to plan it")
         width = widths.get(row.name, math.nan)
@@ -180,22 +180,23 @@ def _undetermined(kind: str, plan: InspectionPlan) -> str:
     return ""
 
 
-def _narrowest(drawing: Drawing) -> dict[str, float]:
-    """The narrowest tolerance that needs each feature, also as a datum. [mm]"""
+def _narrowest(drawing: Drawing, part: Part) -> dict[str, float]:
+    """The narrowest tolerance that needs each feature, also as a datum; NaN: one limit alone. [mm]
+
+    An angle is a zone along the shorter of its features.
+    """
     found: dict[str, float] = {}
 
     def need(names: Sequence[str], width: float) -> None:
         for name in names:
-            found[name] = min(width, found.get(name, math.inf))
+            found[name] = float(np.fmin(width, found.get(name, math.nan)))
 
     def datums(words: Sequence[str]) -> list[str]:
         return [n for word in words for n in word.replace("(M)", "").split("-")]
 
     for row in drawing.feature:
         if row.tolerance is not None:
-            limits = tolerance(row.tolerance)
-            if limits.low is not None and limits.high is not None:
-                need([row.name], limits.high - limits.low)
+            need([row.name], _width(row.tolerance))
         for width in (row.form_tolerance, row.position_tolerance):
             if width is not None:
                 need([row.name], width)
@@ -203,23 +204,40 @@ def _narrowest(drawing: Drawing) -> dict[str, float]:
             need([row.name, *datums(one.datums)], one.zone)
     for pattern in drawing.pattern:
         need([*pattern.features, *datums(pattern.datums)], pattern.position_tolerance)
+    rows = {row.name: row for row in drawing.feature}
     for between in drawing.between:
-        limits = tolerance(between.tolerance)
-        if between.quantity == "distance" and None not in (limits.low, limits.high):
-            assert limits.low is not None
-            assert limits.high is not None
-            need(between.features, limits.high - limits.low)
+        width = _width(between.tolerance)
+        if between.quantity == "angle":
+            known = [rows[name] for name in between.features if name in rows]
+            width *= DEGREE * min((_extent(row, part) for row in known), default=math.nan)
+        need(between.features, width)
     return found
 
 
-def _in_order(drawing: Drawing) -> list[DrawnFeature]:
+def _width(text: str) -> float:
+    """Between the limits of a tolerance; NaN where it has one alone. [mm or degrees]"""
+    limits = tolerance(text)
+    if limits.low is None or limits.high is None:
+        return math.nan
+    return limits.high - limits.low
+
+
+def _extent(row: DrawnFeature, part: Part) -> float:
+    """The diagonal of the box around the faces of a feature. [mm]"""
+    boxes = [face.bounds for face in part.faces if face.number in row.faces]
+    if not boxes:
+        return math.nan
+    low = np.min([low for low, _ in boxes], axis=0)
+    return float(np.linalg.norm(np.max([high for _, high in boxes], axis=0) - low))
+
+
+def _in_order(drawing: Drawing, needs: Collection[str]) -> list[DrawnFeature]:
     """Datums in the order of the frames, then the others."""
     words = [w for row in drawing.feature for one in row.geometric for w in one.datums]
     words += [w for pattern in drawing.pattern for w in pattern.datums]
     letters = dict.fromkeys(n for w in words for n in w.replace("(M)", "").split("-"))
     rows = {row.name: row for row in drawing.feature}
     first = [rows[name] for name in letters if name in rows]
-    needs = set(_narrowest(drawing))
     return first + [row for row in drawing.feature if row not in first and row.name in needs]
 
 

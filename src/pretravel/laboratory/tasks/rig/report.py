@@ -272,7 +272,11 @@ def _repeatability_figure(spread: Spread) -> KeyFigure:
         remark=f"{number_text(spread.dof, decimals(0))} "
         f"degree{'' if spread.dof == 1.0 else 's'} of freedom; "
         + ("what three equal lobes leave" if spread.of_lobes else "unidirectional, pooled")
-        + ("; that of the sampling: the touches differ by less" if spread.of_sampling else ""),
+        + (
+            "; from the sampling interval, since the touches differ by less"
+            if spread.of_sampling
+            else ""
+        ),
     )
 
 
