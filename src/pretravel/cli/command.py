@@ -107,7 +107,8 @@ class Command(TyperCommand):
         numbers = {
             option: parameter
             for parameter in self.params
-            if parameter.type_descriptor.annotation in (float, int)
+            if isinstance(parameter, TyperOption)
+            and parameter.type_descriptor.annotation in (float, int)
             for option in parameter.opts
         }
         joined = [tuple(word.split("=", 1)) for word in args if "=" in word]

@@ -24,7 +24,8 @@ TIP_ENDINGS = (".json", *PAGES)
 _TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
 
 
-def _with_diameters(tips: tuple[StatedTip, ...]) -> bool:
+def _with_diameters(tips: object) -> bool:
+    """A project can state anything."""
     return any("=" in str(tip) for tip in (tips if isinstance(tips, list | tuple) else (tips,)))
 
 
