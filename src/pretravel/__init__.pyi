@@ -32,10 +32,10 @@ from .drawing.features.conformity import position_conformity as position_conform
 from .drawing.features.conformity import size_conformity as size_conformity
 from .drawing.features.measured_feature import MeasuredFeature as MeasuredFeature
 from .drawing.features.measured_feature import measure_feature as measure_feature
+from .drawing.pmi.drawing_file import read_drawing as read_drawing
 from .drawing.tasks.measure.measuring import measure_drawing as measure_drawing
 from .drawing.tolerances.features_file import Drawing as Drawing
 from .drawing.tolerances.features_file import DrawnFeature as DrawnFeature
-from .drawing.tolerances.features_file import read_drawing as read_drawing
 from .drawing.tolerances.tolerance_frame import GeometricTolerance as GeometricTolerance
 from .drawing.tolerances.tolerances import FeatureTolerances as FeatureTolerances
 from .drawing.tolerances.tolerances import inspect_feature as inspect_feature

@@ -191,8 +191,10 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
 
         mappable = ScalarMappable(**_colouring(chart.scale))
         # A bare body has no numbers of axes between it and its scale.
-        beside = {"shrink": 0.5, "pad": 0.0, "fraction": 0.08} if chart.bare else {"pad": 0.14}
-        figure.colorbar(mappable, ax=axes, label=chart.scale.text, **{"shrink": 0.65, **beside})
+        shrink, pad, fraction = (0.5, 0.0, 0.08) if chart.bare else (0.65, 0.14, 0.15)
+        figure.colorbar(
+            mappable, ax=axes, label=chart.scale.text, shrink=shrink, pad=pad, fraction=fraction
+        )
     _legend_and_note(
         axes, chart.note, below=0.02 if chart.bare else 0.18, meshes=_mesh_patches(chart)
     )

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.drawing.pmi.drawing_file import read_drawing
 from pretravel.drawing.pmi.part21 import read_part21
 from pretravel.drawing.tasks.drawing.task import FoundDrawing, ReadDrawing
-from pretravel.drawing.tolerances.features_file import read_drawing
 from tests.support.examples import EXAMPLES
 from tests.support.pmi_text import (
     ALL_DATUMS,

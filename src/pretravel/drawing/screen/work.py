@@ -21,11 +21,12 @@ from pretravel.app import (
     with_file_names,
 )
 from pretravel.base import FloatArray, IntArray, PretravelError, temporary_folder
+from pretravel.drawing.pmi.drawing_file import read_drawing
 from pretravel.drawing.pmi.model import read_model_drawing
 from pretravel.drawing.screen.rows import ToleranceRow, drawing_of, restored, rows_of
 from pretravel.drawing.tasks.align import Align, AlignedPart
 from pretravel.drawing.tasks.measure import Measure, MeasuredFeatures
-from pretravel.drawing.tolerances.features_file import Drawing, read_drawing
+from pretravel.drawing.tolerances.features_file import Drawing
 from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 from pretravel.files import read_points
 from pretravel.maps import PretravelMap

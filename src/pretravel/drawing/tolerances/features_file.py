@@ -262,7 +262,6 @@ _STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm", betwe
 def read_drawing(path: str | Path) -> Drawing:
     r"""Read the features of a drawing: one table ``[[feature]]`` for each.
 
-    Of a STEP file (AP242) the drawing that it carries is read, as `pretravel drawing` writes it.
     Tables ``[[feature.geometric]]`` are tolerances to datums, ``[[pattern]]`` positions of several
     features, ``[[between]]`` distances and angles, ``[[not_decided]]`` tolerances that have a line
     in the answer, and no verdict.
@@ -278,8 +277,7 @@ def read_drawing(path: str | Path) -> Drawing:
     Raises
     ------
     InputError
-        No TOML, a key that is not known or a value of another type, with its line; a STEP file
-        without semantic PMI.
+        No TOML, a key that is not known or a value of another type, with its line.
     PretravelError
         No feature, two of one name, or the name of a feature that there is not.
 
@@ -289,8 +287,6 @@ def read_drawing(path: str | Path) -> Drawing:
     >>> read_drawing(path.write_text(text) and path).feature[0].nominal
     20.0
     """
-    if Path(path).suffix.lower() in _STEP:
-        return _drawing_of_model(path)
     document = read_toml(path, "file of features")
     try:
         return _STRUCTURE.make(document, Drawing)
@@ -300,22 +296,6 @@ def read_drawing(path: str | Path) -> Drawing:
         if str(path) in str(error):
             raise
         raise PretravelError(f"{path}: {error}", inputs=error.inputs) from None
-
-
-_STEP = (".step", ".stp", ".p21")
-
-
-def _drawing_of_model(path: str | Path) -> Drawing:
-    from pretravel.drawing.pmi.model import read_model_drawing
-
-    model = read_model_drawing(path)
-    if not model.has_pmi:
-        raise InputError(
-            "states no tolerances: it has no semantic PMI (AP242). `pretravel drawing` writes its "
-            "features to fill in: give that file",
-            path=path,
-        )
-    return model.drawn.drawing
 
 
 def drawing_text(drawing: Drawing) -> str:

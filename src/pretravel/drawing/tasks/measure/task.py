@@ -391,7 +391,7 @@ class Measure(LaboratoryReport):
 
     def read_drawing(self) -> tuple[Drawing | None, tuple[str, ...]]:
         """What the file of features states, None without one; and what of a plan was left out."""
-        from pretravel.drawing.tolerances.features_file import read_drawing
+        from pretravel.drawing.pmi.drawing_file import read_drawing
         from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 
         if self.drawing is None:

@@ -85,8 +85,8 @@ class PlanForDrawing(PlanTargets):
         """Choose the points."""
         if self.drawing is None:
             return super().run(progress)
+        from pretravel.drawing.pmi.drawing_file import read_drawing
         from pretravel.drawing.tasks.plan.needed import needed_touches
-        from pretravel.drawing.tolerances.features_file import read_drawing
         from pretravel.probing import InspectionRegion
         from pretravel.surface import read_part
 
