@@ -80,7 +80,10 @@ _FEED_WORDS = (
     "feed", "feedrate", "f", "vorschub", "vorschubf", "antastvorschub", "messvorschub",
     "probefeed", "measuringfeed", "avance", "avanzamento", "feedspeed",
 )  # fmt: skip
-_SPINDLE_WORDS = ("spindleangle", "spindleorientation", "spindelwinkel", "spindelorientierung")
+_SPINDLE_WORDS = (
+    "spindleangle", "spindleorientation", "spindelwinkel", "spindelorientierung", "spindlec",
+    "spindelc", "spindelstellung",
+)  # fmt: skip
 _REFERENCE_WORDS = ("reference", "referenz", "artefact", "artifact", "normalkorper", "etalon")
 _TIP_WORDS = (
     "tip", "tipname", "tipid", "tipno", "tipnr", "tipnumber", "stylus", "stylusname", "stylusid",

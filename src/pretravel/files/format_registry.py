@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 from pretravel.base import Plugins, PretravelError
 from pretravel.files.file_format import FileFormat
+from pretravel.files.lines_of_tables import has_known_header, has_worded_rows, is_table, not_a_table
 from pretravel.files.source_file import Source, opened
-from pretravel.files.text_table import has_known_header, has_worded_rows, is_table, not_a_table
 
 _HEAD = 1000
 _NUMBERS = re.compile(r"[-+\d.,;\s]*(?:\de[-+]?\d[-+\d.,;\s]*)*", re.IGNORECASE)

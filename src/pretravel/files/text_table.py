@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import logging
 import re
@@ -18,43 +17,38 @@ from pretravel.files.column_names import (
     unit_of,
 )
 from pretravel.files.comments_of_rows import Record, comments_among
+from pretravel.files.lines_of_tables import (
+    COMMENT,
+    FEWEST_NUMBERS,
+    FEWEST_ROWS,
+    IS_NUMBER,
+    IS_WORD,
+    SAMPLE,
+    SEPARATORS,
+    is_data,
+    is_header,
+    is_number_cell,
+    not_a_table,
+    separator_of,
+    split_cells,
+    together,
+    with_groups,
+)
 from pretravel.files.source_file import SourceFile
-from pretravel.files.spreadsheet_cells import cell_content
 
 _LOG = logging.getLogger(__name__)
 _COUNTED = 20_000
 """Rows after which it is said how many are read: a second of work, about."""
 
-SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
-"""The separators that are tried, in this order, each with its name for people."""
 
-_NUMBER = r"[-+−]?(?:\d+(?:[.,'’]\d+)*\.?|[.,]\d+)(?:[eE][-+]?\d+)?"
-_IS_NUMBER = re.compile(_NUMBER)
-_APART = rf"(?:[-+−]\s+)?{_NUMBER}"
-"""A number, also with blanks between its sign and its digits."""
-_IS_WORD = re.compile(rf"([A-Za-z]{{1,8}})\s*[=:]\s*({_APART})|([A-Za-z])\s*({_APART})")
-_APART_WORD = re.compile(rf"([A-Za-z])\s*({_APART})[\s,;]*")
-"""A letter and its number, with blanks between them."""
-_COMMENT = re.compile(r"#(?!\d+\s*:)|%|//|!|\$\$|\(.*\)$")
-"""But #03: numbers a point."""
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
     r"\b(?:units?|einheit(?:en)?|unites?|unités?|unidad(?:es)?|unità)\b\W*(\w+|\"|\[\w+\])|\b(G2[01])\b",
     re.IGNORECASE,
 )
-_SAMPLE = 300
-"""Rows from which the separator is determined."""
 _LONGEST_CELL = 5
 """Lines over which a quoted cell can run."""
-_FEWEST_NUMBERS = 3
-"""A row of a table of touches has three coordinates or more."""
-_FEWEST_ROWS = 2
-"""Rows from which a header with another number of cells is the odd one."""
-_TITLES = 6
-"""Most lines above a table without a header."""
-_QUOTED = 60
-"""Most characters of a line that a message quotes."""
 
 
 @dataclass(frozen=True)
@@ -143,9 +137,9 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     stated = re.fullmatch(r"\"?sep=(.)\"?", records[0][1]) if records else None
     if stated is not None:
         records = records[1:]
-    records = [(number, _together(line)) for number, line in records if not _is_rule(line)]
-    plain = [record for record in records if not _COMMENT.match(record[1])]
-    comments = [record for record in records if _COMMENT.match(record[1])]
+    records = [(number, together(line)) for number, line in records if not _is_rule(line)]
+    plain = [record for record in records if not COMMENT.match(record[1])]
+    comments = [record for record in records if COMMENT.match(record[1])]
     absent = set(left_out) - {str(number) for number, _ in plain}
     if absent:
         raise file.error(
@@ -160,7 +154,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
             if not comments
             else "the file is empty except for comments; rows are needed"
         )
-    separator = _separator(plain) if stated is None else stated[1]
+    separator = separator_of(plain) if stated is None else stated[1]
     if separator is None:
         raise file.error(not_a_table([plain[0][1]]), plain[0][0])
     comments += [] if separator == ";" else [r for r in plain if r[1].startswith(";")]
@@ -192,161 +186,6 @@ def _is_rule(line: str) -> bool:
     return bool(strokes) and min(map(len, strokes)) >= 3
 
 
-def header_cells(lines: Sequence[str]) -> list[str]:
-    """The cells of the first line near the head that names three columns or more in words.
-
-    >>> header_cells(["Report", "Name;Nominal;Actual;Dev", "D1;10;10.01;0.01"])
-    ['Name', 'Nominal', 'Actual', 'Dev']
-    """
-    found: list[str] = []
-    for line in lines[:20]:
-        for separator in (";", "\t", "|", ",", "  ", " "):
-            cells = split_cells(line, separator)
-            words = [cell for cell in cells if cell and not _is_number_cell(cell)]
-            if len(cells) > 2 and len(words) == len([cell for cell in cells if cell]):
-                if not found and "" in cells[:-1]:  # names of groups, perhaps
-                    found = cells
-                    break
-                return _with_groups(found, cells) if found else cells
-        else:
-            if found:
-                return found
-    return found
-
-
-def is_table(lines: Sequence[str]) -> bool:
-    """Whether lines of text are a table of touches: they have a header, or rows of three numbers.
-
-    >>> is_table(["1.0 2.0 3.0"]), is_table(["Dear all,", "the probe is new."])
-    (True, False)
-    """
-    plain = [(0, line) for line in lines if not _COMMENT.match(line)]
-    return bool(plain) and _separator(plain) is not None
-
-
-def has_known_header(lines: Sequence[str]) -> bool:
-    """Whether a line near the head names the columns of touches.
-
-    >>> has_known_header(["Probe 1", "Nr;X;Y;Z"])
-    True
-    """
-    return any(
-        _is_header(split_cells(line, separator))
-        for line in lines[:20]
-        for separator in SEPARATORS
-        if not _COMMENT.match(line)
-    )
-
-
-def rows_below_a_title(lines: Sequence[str]) -> bool:
-    """Whether all lines but a few at the head are rows of numbers, of one width.
-
-    >>> rows_below_a_title(["Measuring log", "1;0;0;3", "2;5;0;3"])
-    True
-    >>> rows_below_a_title(["Measuring log", "X : 50.001", "Y : 20.002"])
-    False
-    """
-    plain = [line for line in lines if not _COMMENT.match(line)]
-    separator = _separator([(0, line) for line in plain])
-    if separator is None:
-        return False
-    cells = [split_cells(line, separator) for line in plain]
-    first = next((i for i, row in enumerate(cells) if _is_data(row)), len(cells))
-    rows = cells[first:]
-    return (
-        first <= _TITLES
-        and len(rows) >= _FEWEST_ROWS
-        and all(map(_is_data, rows))
-        and len({len(row) for row in rows}) == 1
-    )
-
-
-def has_worded_rows(lines: Sequence[str]) -> bool:
-    """Whether the first line has words such as X1.5, with separators or with I, J, K.
-
-    >>> has_worded_rows(["X=1.5, Y=2, Z=3"]), has_worded_rows(["N1 X1 Y2 Z3 I0 J0 K1"])
-    (True, True)
-    >>> has_worded_rows(["G1 X1 Y2 Z3"]), has_worded_rows(["X 1 Y 2 Z- 3 I 0 J 0 K 1"])
-    (False, True)
-    """
-    plain = [_together(line) for line in lines if not _COMMENT.match(line)]
-    for separator in SEPARATORS:
-        words = [
-            _IS_WORD.fullmatch(cell) for cell in split_cells(plain[0] if plain else "", separator)
-        ]
-        names = {(word[1] or word[3]).lower() for word in words if word is not None}
-        if {"x", "y", "z"} <= names and "g" not in names:
-            return bool(separator.strip()) or {"i", "j", "k"} <= names
-    return False
-
-
-def _together(line: str) -> str:
-    """A row of words with vectors, each letter together with its number.
-
-    >>> _together("X 1.5 Y- 2 Z 3 I 0 J 0 K 1"), _together("X 1.5 Y- 2 Z 3")
-    ('X1.5 Y-2 Z3 I0 J0 K1', 'X 1.5 Y- 2 Z 3')
-    """
-    words = _APART_WORD.findall(line) if _APART_WORD.match(line) else []
-    letters = [word[0].upper() for word in words]
-    if _APART_WORD.sub("", line).strip() or not {*"XYZIJK"} <= {*letters}:
-        return line
-    return " ".join(f"{letter}{''.join(number.split())}" for letter, number in words)
-
-
-def not_a_table(lines: Sequence[str]) -> str:
-    """A sentence about text that is not a table; it quotes a line.
-
-    >>> not_a_table(["Dear all,"])[:58]
-    "the text is not a table of touches: 'Dear all,' is neither"
-    """
-    line = lines[0]
-    shown = line if len(line) <= _QUOTED else line[: _QUOTED - 1] + "…"
-    return (
-        f"the text is not a table of touches: '{shown}' is neither a header (X, Y, Z …) nor a row "
-        "of three numbers or more"
-    )
-
-
-def split_cells(line: str, separator: str) -> list[str]:
-    """Split a line into cells, without the blanks and quotes around them.
-
-    >>> split_cells('"a";1,5 ; 2', ";"), split_cells('a  "b c"', " ")
-    (['a', '1,5', '2'], ['a', 'b c'])
-    """
-    if separator == "  ":
-        return [cell.strip(' "') for cell in re.split(r"\s{2,}|\t", line.strip())]
-    if separator == " ":
-        cells = re.findall(r'"(?:[^"]|"")*"|[^\s"]\S*|"\S*', line)
-        cells = [c[1:-1] if len(c) > 1 and c[0] == c[-1] == '"' else c for c in cells]
-        return _units_joined(cells)
-    if line and '"' not in line:  # as the reader would, in a fraction of its time
-        return [cell_content(cell.strip()) for cell in line.split(separator)]
-    try:
-        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-    except csv.Error:
-        cells = line.split(separator)
-    return [cell_content(cell.strip()) for cell in cells]
-
-
-def _units_joined(cells: list[str]) -> list[str]:
-    """Cells of a header with blanks, where "X [mm]" is one name."""
-    joined: list[str] = []
-    has_unit = True  # a name has one; joined to a second, it would grow along the line
-    for cell in cells:
-        if (
-            not has_unit
-            and cell.startswith(("[", "("))
-            and unit_of(cell)
-            and unit_of(joined[-1]) is None
-        ):
-            joined[-1] += " " + cell
-            has_unit = True
-        else:
-            joined.append(cell)
-            has_unit = False
-    return joined
-
-
 def _records(file: SourceFile, text: str) -> list[Record]:
     """Lines that are not blank; a quoted cell can run over several."""
     lines = re.split(r"\r\n|\r|\n", text)
@@ -373,22 +212,6 @@ def _open_quote(line: str) -> bool:
     return line.count('"') % 2 == 1 and _QUOTE_BEGINS.search(line) is not None
 
 
-def _separator(records: list[Record]) -> str | None:
-    """The separator that splits the most rows into numbers; else the one of a header."""
-    lines = [line for _, line in records[:_SAMPLE]]
-    counts = {
-        separator: sum(_is_data(split_cells(line, separator)) for line in lines)
-        for separator in SEPARATORS
-    }
-    best = max(counts, key=lambda separator: counts[separator])
-    if counts[best]:
-        return best
-    for separator in SEPARATORS:
-        if any(_is_header(split_cells(line, separator)) for line in lines):
-            return separator
-    return None
-
-
 _SPREADSHEET_ERROR = re.compile(r"#[A-ZÄÖÜ/0-9]+[!?]")
 """What spreadsheets write in a cell that they could not compute, such as #REF! and #NAME?."""
 
@@ -401,21 +224,6 @@ def _refuse_spreadsheet_errors(file: SourceFile, comments: list[Record]) -> None
                 "it there, or delete the line",
                 number,
             )
-
-
-def _is_data(cells: list[str]) -> bool:
-    numbers = sum(_is_number_cell(cell) for cell in cells)
-    filled = sum(bool(cell) for cell in cells)
-    return numbers >= _FEWEST_NUMBERS and 2 * numbers >= filled
-
-
-def _is_header(cells: list[str]) -> bool:
-    """Whether cells name the columns of touches; a row "X 1.5 Y 2.5 Z 3.5" does not."""
-    return names_known_columns(cells) and not any(map(_IS_NUMBER.fullmatch, cells))
-
-
-def _is_number_cell(cell: str) -> bool:
-    return bool(_IS_NUMBER.fullmatch(cell) or _IS_WORD.fullmatch(cell))
 
 
 def _table(
@@ -432,14 +240,14 @@ def _table(
                 f"the line has {len(cells)} cells; a table of touches has at most {MOST_COLUMNS}",
                 number,
             )
-    first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), len(split))
+    first = next((i for i, (_, cells) in enumerate(split) if is_data(cells)), len(split))
     header = _header(split, first)
     body = split[first:] if header is None else split[header + 1 :]
     _refuse_spreadsheet_errors(file, comments)
     before = split[: first if header is None else header]
     names = None if header is None else [" ".join(cell.split()) for cell in split[header][1]]
     if header and names is not None:
-        names = _with_groups(split[header - 1][1], names)
+        names = with_groups(split[header - 1][1], names)
     header_line = 0 if header is None else split[header][0]
     if names is None and body and (found := _commented_header(comments, body[0], separator)):
         header_line, names = found
@@ -469,37 +277,20 @@ def _table(
         units=tuple(_padded(units, width)) if units else (),
         unit=_stated_unit(file, notes),
         preamble=tuple((number, " ".join(cells)) for number, cells in before),
-        disabled=tuple(n for n, line in comments if _is_data(split_cells(line[1:], separator))),
+        disabled=tuple(n for n, line in comments if is_data(split_cells(line[1:], separator))),
         among=among,
     )
 
 
-def _with_groups(groups: list[str], names: list[str]) -> list[str]:
-    """Names of columns below names of groups, such as Nominal and Actual above X, Y, Z twice.
-
-    >>> _with_groups(["", "Nominal", "", "Actual", ""], ["Nr", "X", "Y", "X", "Y"])
-    ['Nr', 'Nominal X', 'Nominal Y', 'Actual X', 'Actual Y']
-    """
-    counts = Counter(filter(None, names))
-    twice = any(count > 1 for count in counts.values())
-    if not twice or len(groups) != len(names) or any(map(_is_number_cell, groups)):
-        return names
-    held, found = "", []
-    for group, name in zip(groups, names, strict=True):
-        held = group or held
-        found.append(f"{held} {name}".strip() if counts[name] > 1 else name or group)
-    return found
-
-
 def _is_row(separator: str) -> Callable[[str], bool]:
     """Whether a comment without its sign is a row of the table."""
-    return lambda text: _is_data(split_cells(text, separator))
+    return lambda text: is_data(split_cells(text, separator))
 
 
 def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
     """Index of the header: the line that names known columns; else the last before the numbers."""
     for index, (_, cells) in enumerate(split[: first + 1]):
-        if _is_header(cells):
+        if is_header(cells):
             return index
     if first == len(split) or first == 0:
         return None
@@ -508,7 +299,7 @@ def _header(split: list[tuple[int, list[str]]], first: int) -> int | None:
         cells = split[index][1]
         if is_unit_row(cells):
             continue
-        texts = [cell for cell in cells if cell and not _is_number_cell(cell)]
+        texts = [cell for cell in cells if cell and not is_number_cell(cell)]
         return index if len(cells) == width and len(texts) >= min(width, 3) else None
     return None
 
@@ -519,14 +310,14 @@ def _header_in_wide_blanks(
     """Rows of a table with blanks; names such as "Meas X" are separated by two blanks or more."""
     if separator != " ":
         return split
-    first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), len(split))
+    first = next((i for i, (_, cells) in enumerate(split) if is_data(cells)), len(split))
     header = _header(split, first)
     if header is None or first == len(split):
         return split
     number, cells = split[header]
     width = len(split[first][1])
     wide = split_cells(texts[number], "  ")
-    if len(cells) == width or len(wide) != width or any(map(_is_number_cell, wide)):
+    if len(cells) == width or len(wide) != width or any(map(is_number_cell, wide)):
         return split
     return [*split[:header], (number, wide), *split[header + 1 :]]
 
@@ -549,8 +340,8 @@ def _words_taken(
     file: SourceFile, body: list[tuple[int, list[str]]]
 ) -> tuple[list[str] | None, list[tuple[int, list[str]]]]:
     """Rows such as ``P1, X=1.0, Y=2.0``: their words become the names of the columns."""
-    words = [_IS_WORD.fullmatch(cell) for cell in body[0][1]]
-    if sum(word is not None for word in words) < _FEWEST_NUMBERS:
+    words = [IS_WORD.fullmatch(cell) for cell in body[0][1]]
+    if sum(word is not None for word in words) < FEWEST_NUMBERS:
         return None, body
     names = ["label" if word is None else word[1] or word[3] for word in words]
     if column_name(names[0]).role is None:  # P1 is a label, not a coordinate
@@ -559,7 +350,7 @@ def _words_taken(
     for number, cells in body:
         row = []
         for name, cell in zip(names, cells, strict=False):
-            word = _IS_WORD.fullmatch(cell)
+            word = IS_WORD.fullmatch(cell)
             if name != "label" and (word is None or (word[1] or word[3]) != name):
                 raise file.error(f"'{cell}' is not {name} with a number, as in other lines", number)
             value = "" if word is None else "".join((word[2] or word[4]).split())
@@ -572,7 +363,7 @@ def _refuse_lone_signs(file: SourceFile, body: list[tuple[int, list[str]]]) -> N
     """Refuse signs apart from their numbers, which would be lost with a column of their own."""
     for number, cells in body:
         for sign, after in itertools.pairwise(cells):
-            if sign in {"-", "+", "−"} and _IS_NUMBER.fullmatch(after):
+            if sign in {"-", "+", "−"} and IS_NUMBER.fullmatch(after):
                 raise file.error(
                     f"the sign '{sign}' is separated from {after}: write them together ({sign}"
                     f"{after}), or 0 where the sign is an empty cell",
@@ -587,8 +378,8 @@ def _refuse_row_before(
 ) -> None:
     """Refuse a line before the numbers that can be a row with a bad cell, not a title."""
     for number, cells in before:
-        if len(cells) == len(body[0][1]) and any(map(_is_number_cell, cells)):
-            bad = next(cell for cell in cells if not _is_number_cell(cell))
+        if len(cells) == len(body[0][1]) and any(map(is_number_cell, cells)):
+            bad = next(cell for cell in cells if not is_number_cell(cell))
             raise file.error(
                 f"'{bad}' is not a number, and the line is no header; correct it, or exclude it",
                 number,
@@ -607,7 +398,7 @@ def _refuse_header_of_other_width(
         return  # the last column is empty
     counts = {_filled(cells) for _, cells in body}
     names = _filled(header[1])
-    if len(counts) > 1 or names in counts or len(body) < _FEWEST_ROWS:
+    if len(counts) > 1 or names in counts or len(body) < FEWEST_ROWS:
         return
     count = counts.pop()
     if count > names and not any("." in cell for _, cells in body for cell in cells):
@@ -641,9 +432,9 @@ def suggested_columns(rows: Sequence[tuple[int, Sequence[str]]]) -> str:
     'x=3,y=4,z=5'
     """
     width = min(len(cells) for _, cells in rows)
-    columns = [[cells[i] for _, cells in rows[:_SAMPLE]] for i in range(width)]
+    columns = [[cells[i] for _, cells in rows[:SAMPLE]] for i in range(width)]
     measured = [
-        all(map(_is_number_cell, cells)) and any("." in c or "," in c for c in cells)
+        all(map(is_number_cell, cells)) and any("." in c or "," in c for c in cells)
         for cells in columns
     ]
     for start in range(width - 2):

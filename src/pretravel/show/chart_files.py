@@ -474,14 +474,23 @@ def _covered(positions: FloatArray, chart: SpaceChart) -> BoolArray:
     area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
     seen = np.abs(area) > 0.0
     a, b, c, area = a[seen], b[seen], c[seen], area[seen]
-    for row, place in enumerate(places):
-        off = place - a
-        s = (off[:, 0] * c[:, 1] - off[:, 1] * c[:, 0]) / area
-        t = (b[:, 0] * off[:, 1] - b[:, 1] * off[:, 0]) / area
-        inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
-        height = a[:, 2] + s * b[:, 2] + t * c[:, 2]
-        covered[row] = bool(np.any(inside & (height > place[2] + room)))
+    row, own = _in_boxes(places[:, :2], flat[seen, :, :2])
+    off, a, b, c, area = places[row] - a[own], a[own], b[own], c[own], area[own]
+    s = (off[:, 0] * c[:, 1] - off[:, 1] * c[:, 0]) / area
+    t = (b[:, 0] * off[:, 1] - b[:, 1] * off[:, 0]) / area
+    inside = (s >= 0.0) & (t >= 0.0) & (s + t <= 1.0)
+    height = a[:, 2] + s * b[:, 2] + t * c[:, 2]
+    covered[row[inside & (height > places[row, 2] + room)]] = True
     return covered
+
+
+def _in_boxes(places: FloatArray, triangles: FloatArray) -> tuple[IntArray, IntArray]:
+    """Rows of places, (n, 2), and of the triangles, (t, 3, 2), in whose boxes they lie."""
+    from shapely import STRtree, box, points
+
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    row, own = STRtree(box(*low.T, *high.T)).query(points(places))
+    return row, own
 
 
 def _space_lines(mark: SpaceLines, axes: Axes3D, chart: SpaceChart) -> None:

@@ -11,13 +11,13 @@ from collections.abc import Callable
 
 from pretravel.files.column_names import names_known_columns
 from pretravel.files.file_format import FileFormat
-from pretravel.files.logs.log_lines import without_comments
-from pretravel.files.text_table import (
+from pretravel.files.lines_of_tables import (
     has_known_header,
     header_cells,
     is_table,
     rows_below_a_title,
 )
+from pretravel.files.logs.log_lines import without_comments
 
 _CODE = re.compile(r"(?:G(?:38\.[2-5]|31|65|28|0?[23])|M(?:0?[3-6]|30))(?![\d.])|#", re.IGNORECASE)
 """Orders that no log of positions contains."""

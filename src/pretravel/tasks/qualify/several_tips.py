@@ -25,6 +25,7 @@ _TIP = re.compile(r"([^=@,/]+)=([\d.]+)(?:@([-\d.,]+))?")
 
 
 def _with_diameters(tips: object) -> bool:
+    """A project can state anything."""
     return any("=" in str(tip) for tip in (tips if isinstance(tips, list | tuple) else (tips,)))
 
 
@@ -159,18 +160,17 @@ class QualifiedTips(Result):
                     Column.of(f"u {a}", u[:, i] / MICROMETRE, "µm", two)
                     for i, a in enumerate("xyz")
                 ),
-                Column.of("u of points", of_points.max(axis=1) / MICROMETRE, "µm", two),
+                Column.of("of points", of_points.max(axis=1) / MICROMETRE, "µm", two),
                 Column.of("repeats to", [q.repeatability / MICROMETRE for q in made], "µm", two),
             ),
-            f"Offsets of the tips from tip {star.names[0]}",
-            "u x, u y, u z: of the offset as a distance between centres, which a sphere determines "
-            "only together with the map. u of points: the largest share in points that are "
-            "compensated with these maps.",
+            f"Tips from {star.names[0]}:",
+            "u: of the offset as a place, with the uncertainty that separates a centre from its "
+            "map; of points: what points compensated with these maps have of it, at most.",
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
         report = Document(
             title=f"{self.touches_name}: {len(made)} tips on one sphere",
-            verdict=f"{len(made)} tips: a map of each, and the offsets from tip {star.names[0]}",
+            verdict=f"{len(made)} tips have a map each, and their offsets from {star.names[0]}",
             figures=tuple(
                 KeyFigure(f"effective radius, {name}", q.effective_radius, "mm", decimals(5),
                           u=q.u_effective_radius / MICROMETRE, u_unit="µm", u_digits=two)
