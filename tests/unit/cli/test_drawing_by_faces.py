@@ -93,7 +93,7 @@ def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None
         "not measured: no touch is on face 5",
         "not measured: face5: no touch is on face 5",
     ]
-    assert "0 of 2 tolerances" in result.report()
+    assert "0 of 2 within the tolerance" in result.report()
 
 
 def test_points_without_faces_are_refused_by_name(points: Points) -> None:

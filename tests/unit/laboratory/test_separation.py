@@ -238,8 +238,8 @@ class TestShares:
         words = f"up to {to_probe:.3g} µm² can move from every machine direction to every probe "
         assert f"{words}direction, or {to_machine:.3g} µm² back" in of_variances
         assert of_errors.startswith(
-            "360 readings, 3 machine and 4 probe directions. The readings do not "
-            "determine a constant "
+            "360 readings, 3 machine and 4 probe directions. The readings determine "
+            "everything except a constant "
         )
         assert "rank 6 of 7" in of_errors
 

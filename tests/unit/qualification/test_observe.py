@@ -300,7 +300,7 @@ def test_normals_of_the_other_sign(ring: bool) -> None:
     touches = _ring() if ring else _touches()
     told = _told(Touches(touches.positions, -touches.normals), replace(SETUP, ring=ring))
     assert "point the wrong way" in told
-    assert ("towards its axis" in told) == ring
+    assert ("out of the ring's material" in told) == ring
     assert ("or is this a ring gauge" in told) != ring
 
 

@@ -31,6 +31,7 @@ def test_of_a_probe(scatter_mm: float, dof: float, expected: tuple[str, str]) ->
         fit=SimpleNamespace(observation=SimpleNamespace(repeats=SimpleNamespace(dof=dof))),
         effects=SimpleNamespace(step=0.0),
         repeatability=scatter_mm,
+        copies=0,
     )
     assert judgement(result) == Judgement(*expected)  # type: ignore[arg-type]
 

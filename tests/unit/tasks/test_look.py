@@ -83,9 +83,9 @@ def test_a_cap_of_a_reference_is_a_sphere(tmp_path: Path, cap_deg: float) -> Non
     touches = np.c_[radius[:, None] * directions, directions]
     told = _figures(tmp_path, touches)
     assert "sphere: the positions lie on a sphere of diameter" in told
-    assert "they point out of it" in told
+    assert "they point out of the sphere" in told
     turned = _figures(tmp_path, touches * [1, 1, 1, -1, -1, -1])
-    assert "INTO it" in turned
+    assert "INTO the sphere" in turned
 
 
 @pytest.mark.parametrize("name", REFUSED_FILES)
