@@ -225,8 +225,8 @@ def refuse_known_touches(
             raise StaleTouchesError(
                 f"these touches are in the history already, from {entry['touches_file']} on "
                 f"{entry['time']}. The control has written no new log (folder, full disk, "
-                "read-only), or an old file was copied: touch the reference again. Touches that "
-                "are to be tested once more are tested without the history",
+                "read-only), or an old file was copied: touch the reference again. To test "
+                "the same touches once more, leave out the history",
                 path=path,
                 line=entry.number,
             )

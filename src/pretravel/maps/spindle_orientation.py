@@ -118,8 +118,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "no spindle orientation is given (spindle_deg): U lacks up to "
-            f"{size * 1e3:.1f} µm of another orientation"
+            "no spindle_deg is given: at another orientation points are up to "
+            f"{size * 1e3:.1f} µm wrong, not in U"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"

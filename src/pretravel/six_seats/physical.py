@@ -536,7 +536,8 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
             "follows from the model and is not measured"
         )
     return (
-        "the six-seat model, which determines the shift of the reference (the first harmonic of "
-        f"the map) to {float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. u of the map "
-        f"is that of distances, without this shift{tip}"
+        "the six-seat model, which determines the map's zero (its first harmonic, which touches do "
+        f"not distinguish from the centre) to {float(np.max(u_gauge[:2])):.2f} µm across the "
+        f"axis{along}. u of the map does not contain this common shift, which cancels in "
+        f"distances{tip}"
     )

@@ -183,8 +183,8 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity of the first line and of the pictures, with the force: pretravel; the sensing "
-    "distance, which is the deflection across the axis (Rodrigues 2021); or the force alone.",
+    help="Quantity in the first line and in the pictures, next to the force. The sensing distance "
+    "is the deflection across the axis (Rodrigues 2021).",
     label="Quantity of the pictures",
     words={
         "pretravel": "pretravel",

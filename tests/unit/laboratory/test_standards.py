@@ -122,11 +122,11 @@ class TestMachineTools:
         ("normals", "name", "note"),
         [
             (RING, "2D", ""),
-            (RING[:35], "2D", "P_FTU,2D has 36 touches; these are 35"),
+            (RING[:35], "2D", "P_FTU,2D needs 36 touches; there are 35"),
             (np.vstack([RING, RING[:4]]), "2D", ""),
-            (N[:24], "3D", "P_FTU,3D has 25 touches; these are 24"),
+            (N[:24], "3D", "P_FTU,3D needs 25 touches; there are 24"),
             (N, "3D", ""),
-            (np.vstack([N, RING[:1]]), "3D", "P_FTU,3D has 25 touches; these are 26"),
+            (np.vstack([N, RING[:1]]), "3D", "P_FTU,3D needs 25 touches; there are 26"),
         ],
     )
     def test_another_number_of_touches_is_told(

@@ -253,9 +253,9 @@ class MeasuredFeature(WithPlot):
             shapes = [text for text in form.hidden if not text.endswith(" lobes")]
             words = [f"{', '.join(lobes)} lobes"] if lobes else []
             found.append(
-                f"{len(self.points)} touches at these places do not show "
-                f"{' or '.join([*words, *shapes])}, which look like another "
-                f"{'size or place' if lobes else 'place or direction'}. U does not contain this "
+                f"{len(self.points)} touches at these places cannot reveal a form of "
+                f"{' or '.join([*words, *shapes])}: it would look like another "
+                f"{'size or place' if lobes else 'place or direction'}. U does not contain such a "
                 "form. If the part may have it, touch at unequal steps or at more places"
             )
         if form.by_prior:

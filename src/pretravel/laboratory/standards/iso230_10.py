@@ -131,7 +131,7 @@ def _plane_form(
         UNCHECKED,
         FORM_OF_REFERENCE,
     )
-    few = f"P_FTU,2D has {_TOUCHES_2D} touches; these are {count}"
+    few = f"P_FTU,2D needs {_TOUCHES_2D} touches; there are {count}"
     fitted = FittedSet("circle of P_FTU,2D", fit, points[equator, :2], limit, "probe")
     return _ProbingTest(figure, fitted, few if count < _TOUCHES_2D else "")
 
@@ -153,7 +153,7 @@ def _space_form(
         UNCHECKED,
         FORM_OF_REFERENCE,
     )
-    other = f"P_FTU,3D has {_TOUCHES_3D} touches; these are {count}"
+    other = f"P_FTU,3D needs {_TOUCHES_3D} touches; there are {count}"
     fitted = FittedSet("sphere of P_FTU,3D", fit, points, limit, "probe")
     return _ProbingTest(figure, fitted, other if count != _TOUCHES_3D else "")
 

@@ -161,7 +161,7 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
             ),
             title="Deviation from nominal before and after"
             if nominal
-            else "Errors after simpler corrections, by the map",
+            else "Errors that simpler corrections would leave, according to the map",
             explanation="Along the normal, positive outside; spread is the standard deviation. Tip "
             "radius alone: the tip centre less the tip radius, without compensation. One radius "
             "for all: the same with the radius that fits these points best (least squares); a "

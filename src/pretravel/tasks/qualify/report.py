@@ -146,10 +146,10 @@ def _assumed_figures(result: Qualification) -> tuple[KeyFigure, ...]:
         )
     if result.setup.u_diameter is None:
         assumed.append(
-            f"u = {USUAL_U_DIAMETER / MICROMETRE:g} µm of the {result.setup.reference}'s diameter"
+            f"u of the {result.setup.reference}'s diameter = {USUAL_U_DIAMETER / MICROMETRE:g} µm"
         )
     words = " and ".join(assumed)
-    return (KeyFigure("assumed", f"{words}; give what you know"),) if assumed else ()
+    return (KeyFigure("assumed", f"{words}; give yours"),) if assumed else ()
 
 
 def _outlier_figures(result: Qualification) -> tuple[KeyFigure, ...]:

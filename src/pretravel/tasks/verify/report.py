@@ -148,7 +148,7 @@ def cause_text(cause: LikelyCause) -> str:
         ),
         TIP_SIZE: lambda: (
             f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
-            "diameter (or another diameter of the reference, or another delay)"
+            "diameter (or a wrong diameter of the reference, or a changed delay)"
         ),
         LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
         SOFT_SIDE: lambda: (
@@ -174,7 +174,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         return KeyFigure(
             name, change.value / factor, unit, replace(digits, signed=True),
             change.u / factor, "", digits,
-            remark=f"a change of {limit} is detected in 95 %",
+            remark=f"a change of {limit} is detected in 95 % of cases",
         )  # fmt: skip
 
     return (

@@ -31,7 +31,7 @@ def _is_wish(text: str) -> bool:
 
 
 class Design(Reported):
-    """Search the probe that fits a specification best, within ranges and limits."""
+    """Find the probe that fits a specification best, within ranges and limits."""
 
     name = "design"
     group = "Predict"

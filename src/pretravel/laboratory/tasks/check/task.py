@@ -99,7 +99,7 @@ def _limit(name: str, label: str, text: str) -> Field:
 
 
 class Check(TouchFiles, OfOneTip, LaboratoryReport):
-    """Determine the probing errors of a standard, from touches on a reference sphere.
+    """Determine the probing errors that an ISO standard defines, from touches on a sphere.
 
     The definitions are from memory and have not been checked against the published standards: there
     is no statement of conformity, unless the file of the laboratory (--lab) declares a comparison.
@@ -430,7 +430,7 @@ class CheckedProbe(Result):
 
 
 class Pattern(Task):
-    """Write the touches of a standard as targets, for simulate or for a machine's program.
+    """Write the touches that an ISO standard asks for, for simulate or for a machine's program.
 
     Each touch starts with the tip centre at start_x_mm,… and moves along -n.
     """
