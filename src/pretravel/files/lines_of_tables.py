@@ -208,7 +208,7 @@ def separator_of(records: Sequence[Record]) -> str | None:
 def is_data(cells: list[str]) -> bool:
     """Whether cells are a row of a table of touches: three numbers, and half of all.
 
-    >>> is_data(["p1", "1.5", "2", "3"]), is_data(["p1", "1.5", "2"])
+    >>> is_data(["top", "1.5", "2", "3"]), is_data(["top", "1.5", "2"])
     (True, False)
     """
     numbers = sum(is_number_cell(cell) for cell in cells)

@@ -52,7 +52,7 @@ def test_the_tips_in_their_file(folder: Path) -> None:
     assert place == pytest.approx(np.diag(alone))
     assert np.all(place >= of_points)
     out = run("qualify", folder / "star.csv", *SPHERE, *TIPS)
-    assert out.startswith("2 tips: a map of each, and the offsets from tip a")
+    assert out.startswith("2 tips have a map each, and their offsets from a")
 
 
 def test_points_of_both_tips_are_those_of_one(folder: Path) -> None:

@@ -11,12 +11,14 @@ from __future__ import annotations
 import logging
 import math
 import os
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import chain
 from multiprocessing import get_context
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -309,7 +311,8 @@ def _all_sets(
     began, count = time.perf_counter(), len(generators)
     first = simulated(generators[0])
     left = (time.perf_counter() - began) * (count - 1)
-    if left < _WORTH_PROCESSES or (processors := os.cpu_count() or 1) == 1:
+    processors = (os.cpu_count() or 1) if left >= _WORTH_PROCESSES and _is_command() else 1
+    if processors == 1:
         rest: Iterable[_Rows | str] = map(simulated, generators[1:])
         yield from _counted(chain([first], rest), count)
         return
@@ -318,6 +321,14 @@ def _all_sets(
             yield from _counted(chain([first], pool.map(simulated, generators[1:])), count)
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _is_command() -> bool:
+    """Whether pretravel itself runs: other processes run a script once more, which may have no
+    guard, and cannot be sent its functions.
+    """
+    started = Path(getattr(sys.modules["__main__"], "__file__", None) or "-")
+    return "pretravel" in (started.stem, started.parent.name)
 
 
 def _counted(sets: Iterable[_Rows | str], count: int) -> Iterator[_Rows | str]:
