@@ -85,6 +85,8 @@ OTHERS: dict[str, dict[str, str]] = {
 """Further files, and others than the usual ones."""
 KINDS = ("touches.csv", "map.json", "probe.toml", "part.step", "results.nc", "script.py")
 """One file of each kind, which is dropped where it does not belong."""
+LONG = ("align", "check-budget", "hysteresis")
+"""Tasks whose computations with all files take a quarter of the time of this law."""
 SLOW = {("fem", "probe.toml"): "a mesh; tests of finite elements have it"}
 STUDY = """[study]
 name = "few"
@@ -239,7 +241,10 @@ def _run(inputs: Inputs) -> str:
     return ""
 
 
-@every_screen
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in ON_SCREENS],
+)
 def test_every_task_takes_or_refuses_every_file(name: str, dropped: dict[str, Path]) -> None:
     """It runs with the files that belong there; a script is never executed."""
     settings, files = _given(name, dropped)
