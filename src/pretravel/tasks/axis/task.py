@@ -377,7 +377,7 @@ class FoundAxis(Result):
 
 
 def _view(found: RotaryAxis) -> View:
-    from pretravel.show import SERIES, Axis, Dots, PlaneChart, Rule, View
+    from pretravel.show import SERIES, Axis, Dots, PlaneChart, Rule, View, number_text
 
     angle = found.angles / DEGREE
     dots = tuple(
@@ -385,7 +385,7 @@ def _view(found: RotaryAxis) -> View:
         for axis, colour in enumerate(SERIES[:3])
     )
     chart = PlaneChart(
-        "Centres off their circle",
+        f"axis {found.letter}, wander {number_text(found.wander / MICROMETRE)} µm",
         Axis(f"angle of {found.letter}", "°"),
         Axis("off the circle", "µm"),
         (Rule(0.0), *dots),
