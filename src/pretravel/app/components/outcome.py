@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from nicegui import ui
 from nicegui.element import Element
 
-from pretravel.app.components.layout import here, live, note, rebuild, text, warning
+from pretravel.app.components.layout import folded, here, live, note, rebuild, text, warning
 from pretravel.app.components.newer import newer_input
 from pretravel.app.jobs import WORKS, Job, Work
 from pretravel.app.project import ScreenState
@@ -213,11 +213,21 @@ def follow(state: ScreenState, job: Job, handler: Callable[[Any], None]) -> Work
     return work
 
 
+_FORMATS = "Formats that can be read (pretravel formats describes them):"
+
+
 def error_view(message: str) -> None:
-    """An error as the library says it."""
+    """An error as the library says it; the formats that can be read are folded."""
+    from pretravel.files import FORMATS
+
+    words, formats, listed = message.partition(_FORMATS)
     with ui.element("div").classes("error-view").props('role="alert"'):
         text("strong", "This cannot be computed")
-        text("p", message)
+        text("p", words.strip())
+        if formats:
+            with folded("Formats that can be read"), ui.element("ul"):
+                for name in listed.strip().split(", "):
+                    text("li", f"{name}: {FORMATS[name].what}")
 
 
 def _answers(work: Work, answer: Answer) -> None:
