@@ -20,6 +20,7 @@ from .file_format import NormalsFrom as NormalsFrom
 from .file_format import ReadingOptions as ReadingOptions
 from .file_format import missed_sentence as missed_sentence
 from .format_registry import FORMATS as FORMATS
+from .format_registry import READABLE_FORMATS as READABLE_FORMATS
 from .format_registry import format_named as format_named
 from .format_registry import format_of as format_of
 from .history_drift import drift_of_entries as drift_of_entries

@@ -10,6 +10,8 @@ from pretravel.files.file_format import FileFormat
 from pretravel.files.lines_of_tables import has_known_header, has_worded_rows, is_table, not_a_table
 from pretravel.files.source_file import Source, opened
 
+READABLE_FORMATS = "Formats that can be read (pretravel formats describes them):"
+"""Begins the list of names in the error of a file of no known format; the workbench folds it."""
 _HEAD = 1000
 _NUMBERS = re.compile(r"[-+\d.,;\s]*(?:\de[-+]?\d[-+\d.,;\s]*)*", re.IGNORECASE)
 FORMATS: Mapping[str, FileFormat] = Plugins(
@@ -102,8 +104,7 @@ def format_of(source: Source) -> FileFormat:
     readable = ", ".join(each.name for each in formats if each.parse or each.parse_features)
     first = next(number for number, line in numbered if line)
     raise file.error(
-        f"{not_a_table(lines)}. Formats that can be read (pretravel formats describes them): "
-        f"{readable}",
+        f"{not_a_table(lines)}. {READABLE_FORMATS} {readable}",
         first,
     )
 

@@ -213,14 +213,11 @@ def follow(state: ScreenState, job: Job, handler: Callable[[Any], None]) -> Work
     return work
 
 
-_FORMATS = "Formats that can be read (pretravel formats describes them):"
-
-
 def error_view(message: str) -> None:
     """An error as the library says it; the formats that can be read are folded."""
-    from pretravel.files import FORMATS
+    from pretravel.files import FORMATS, READABLE_FORMATS
 
-    words, formats, listed = message.partition(_FORMATS)
+    words, formats, listed = message.partition(READABLE_FORMATS)
     with ui.element("div").classes("error-view").props('role="alert"'):
         text("strong", "This cannot be computed")
         text("p", words.strip())
