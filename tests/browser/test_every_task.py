@@ -43,6 +43,8 @@ def test_a_map_made_here_measures_a_part_without_a_download(
     drop(page, SPHERE.read_bytes())
     state_diameters(page)
     step(page, "Choose your control")
+    # The click ends a value: the map of this value is waited for.
+    page.get_by_label("Diameter of the tip [mm]").fill("6.0001")
     page.get_by_role("button", name="Measure a part with this map").click()
     page.wait_for_url("**/part?*")
     page.wait_for_selector('.file-name:has-text("map.json")')

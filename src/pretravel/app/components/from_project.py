@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from nicegui import background_tasks, ui
+from nicegui import Client, background_tasks, ui
 
 from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.components.newer import take_file, take_reference_of, take_result
@@ -14,7 +14,7 @@ from pretravel.app.project import ScreenState, StoredFile
 from pretravel.app.recognised import kind_of
 from pretravel.app.screens import QUALIFYING, title_of_screen
 from pretravel.app.session import SESSION, address_in
-from pretravel.base import object_at
+from pretravel.base import PretravelError, object_at
 
 _MOST = 6
 """Files that are offered."""
@@ -31,11 +31,19 @@ def _qualifying() -> Work:
     return WORKS.of(state, object_at(QUALIFYING.jobs[0]))
 
 
-async def give_map(state: ScreenState, purpose: str) -> None:
-    """Put the map of the engineer's screen into a place; the place is a link to it."""
-    if made_map() is not None:
-        job = object_at(QUALIFYING.jobs[0])
-        await take_result(state, purpose, SESSION.project.screen(QUALIFYING.name), job.name)
+async def _give_map(state: ScreenState, purpose: str, client: Client) -> bool:
+    """Put the map of the engineer's screen into a place, as a link; or say why there is none.
+
+    A map that is being computed, as after a value that the click itself has ended, is waited for.
+    """
+    source = SESSION.project.screen(QUALIFYING.name)
+    try:
+        await take_result(state, purpose, source, object_at(QUALIFYING.jobs[0]).name)
+    except PretravelError as error:
+        with client:
+            ui.notify(str(error), type="negative", multi_line=True, close_button="Close")
+        return False
+    return True
 
 
 def follow_map(state: ScreenState, purpose: str) -> None:
@@ -44,9 +52,10 @@ def follow_map(state: ScreenState, purpose: str) -> None:
     def take() -> None:
         if not state.files[purpose] and made_map() is not None and not taking:
             taking.append(True)
-            background_tasks.create(give_map(state, purpose), name="map")
+            background_tasks.create(_give_map(state, purpose, client), name="map")
 
     taking: list[bool] = []
+    client = ui.context.client
     take()
     here([_qualifying().listen], take)
 
@@ -55,10 +64,10 @@ def measure_with_map() -> None:
     """A button that gives the map of the engineer's screen to the part's, and shows that."""
 
     async def go() -> None:
-        client, address = ui.context.client, address_in("/part")  # the button may be gone after it
-        await give_map(SESSION.project.screen("part"), "map")
-        with client:
-            ui.navigate.to(address)
+        client, address = ui.context.client, address_in("/part")
+        if await _give_map(SESSION.project.screen("part"), "map", client):
+            with client:
+                ui.navigate.to(address)
 
     button = ui.button("Measure a part with this map", icon="view_in_ar", on_click=go)
     button.props("no-caps flat")
@@ -113,7 +122,8 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
             text("span", "From this project:")
             if with_map:
                 button = ui.button("the map of Qualify a probe", icon="radar")
-                button.on_click(partial(give_map, state, purpose)).props("no-caps flat dense")
+                take_map = partial(_give_map, state, purpose, ui.context.client)
+                button.on_click(take_map).props("no-caps flat dense")
             for file, place in files.items():
                 take = partial(take_file, state, purpose, *place, file)
                 button = ui.button(file.name, on_click=take)
