@@ -49,10 +49,14 @@ async def _give_map(state: ScreenState, purpose: str, client: Client) -> bool:
 def follow_map(state: ScreenState, purpose: str) -> None:
     """Take the map of the engineer's screen into an empty place, as soon as there is one."""
 
+    async def give() -> None:
+        await _give_map(state, purpose, client)
+        taking.clear()  # after an error the next map is taken
+
     def take() -> None:
         if not state.files[purpose] and made_map() is not None and not taking:
             taking.append(True)
-            background_tasks.create(_give_map(state, purpose, client), name="map")
+            background_tasks.create(give(), name="map")
 
     taking: list[bool] = []
     client = ui.context.client
