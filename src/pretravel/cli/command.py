@@ -173,10 +173,14 @@ def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
     if whole:
         return name, text
     default = re.search(r"default: ([^;\]]+?)\.?(?: +\[|;|\]|$)", text)
-    first = _SENTENCE.split(parameter.help or text, maxsplit=1)[0]
-    if len(first) > _LONG:
-        first = re.split(r": " + _OUTSIDE, first, maxsplit=1)[0]
+    first = parameter.help or text
+    if parameter.rich_help_panel != OUTPUT:  # of an output all formats are named
+        first = _SENTENCE.split(first, maxsplit=1)[0]
+        if len(first) > _LONG:
+            first = re.split(r": " + _OUTSIDE, first, maxsplit=1)[0]
     first = first.rstrip(".")
+    if parameter.required and name.startswith("-"):
+        return name, f"{first}. [required]"
     return name, f"{first}. [{default[1]}]" if default else f"{first}."
 
 

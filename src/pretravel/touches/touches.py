@@ -628,7 +628,8 @@ def with_spindle(touches: Touches, angle: float) -> Touches:
     """
     if touches.spindle is not None:
         raise PretravelError(
-            "the touches have their own orientation of the spindle: do not give it",
+            "the file already contains the orientation of the spindle of each touch (column "
+            "spindle_deg): leave out the orientation that you gave",
             inputs=("spindle",),
         )
     return replace(touches, spindle=np.full(len(touches), angle))

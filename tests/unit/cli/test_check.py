@@ -202,7 +202,7 @@ class TestTipOffset:
         assert read_touches(both).spindle == pytest.approx(touches.spindle)
         command = ["check", "iso230-10-tip-offset", both, "--diameter", 25]
         assert "tip offset" in run(*command)
-        assert "their own orientation" in run(*command, "--spindle", "0", code=2)
+        assert "already contains the orientation" in run(*command, "--spindle", "0", code=2)
         assert "2 orientations" in run("check", "iso230-10", both, "--diameter", 25, code=2)
 
     @pytest.mark.parametrize(

@@ -118,8 +118,8 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     bores: Annotated[
         tuple[str, ...],
         Field(
-            help="Circle, cylinder or sphere of a CMM's listing that was touched from inside, with "
-            "* and ?; may be repeated; none: all were touched from outside.",
+            help="Name of a circle, cylinder or sphere of a CMM's listing that was touched from "
+            "inside; * and ? are wildcards. May be repeated. none: all were touched from outside.",
             option="--bore",
             metavar="NAME",
         ),

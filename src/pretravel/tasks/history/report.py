@@ -93,9 +93,23 @@ def _verifications_table(entries: Sequence[Entry]) -> Table:
             Column.of("amplitude", numbers("amplitude_percent"), "%", signed_decimals(1)),
             Column.of("turn", numbers("turn_deg"), "°", signed_decimals(2)),
             Column.of("repeat.", numbers("repeatability_um"), "µm", decimals(2)),
-            Column.of("decision", [str(entry["decision"]) for entry in entries]),
+            Column.of("old map", [decision_words(str(entry["decision"])) for entry in entries]),
         )
     )
+
+
+def decision_words(decision: str) -> str:
+    """What was done with the old map, from the word of a history.
+
+    Parameters
+    ----------
+    decision : str
+        "kept", or "accepted NEW_MAP".
+
+    >>> decision_words("accepted new.json")
+    'replaced by new.json'
+    """
+    return decision.replace("accepted ", "replaced by ", 1)
 
 
 def history_columns(entries: Sequence[Entry]) -> dict[str, npt.ArrayLike]:
@@ -158,7 +172,8 @@ def _time_axis(entries: Sequence[Entry]) -> Axis:
 
 def _labels(entries: Sequence[Entry]) -> tuple[str, ...]:
     return tuple(
-        f"{str(entry['time'])[:16].replace('T', ' ')} UTC, map {entry['map']}, {entry['decision']}"
+        f"{str(entry['time'])[:16].replace('T', ' ')} UTC, map {entry['map']}, "
+        f"{decision_words(str(entry['decision']))}"
         for entry in entries
     )
 

@@ -483,17 +483,17 @@ def _planned(
 
 
 class ProgramMdi(Task):
-    """Write pretravel_sphere: touches on any reference sphere, called from MDI.
+    """Write the subroutine pretravel_sphere, which touches a reference sphere when MDI calls it.
 
-    It needs neither a map nor a machine file. pretravel export --to linuxcnc writes it too, with
-    cycles that need a map.
+    The command needs neither a map nor a machine file. With a map, pretravel export --to linuxcnc
+    writes the same subroutine together with the cycles that compensate.
     """
 
     name = "program mdi"
     group = "Control"
     example = "pretravel program mdi -o subroutines"
 
-    output: Annotated[Path, output("Folder of subroutines, of SUBROUTINE_PATH.", *FOLDER)]
+    output: Annotated[Path, output("Folder for the subroutines, on SUBROUTINE_PATH.", *FOLDER)]
     tool: Annotated[
         int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
     ] = None

@@ -180,4 +180,4 @@ def _touches_chart(result: MapUpdate) -> PlaneChart:
         Dots(azimuth, changes, "less the old map", "before", symbol="ring", labels=labels),
         Dots(azimuth, residuals, "less the new map", "after", labels=labels),
     )
-    return PlaneChart("touches less map", azimuth_axis(), Axis("pretravel less map", "µm"), marks)
+    return PlaneChart("touches and map", azimuth_axis(), Axis("touches − map", "µm"), marks)

@@ -41,7 +41,8 @@ class Repeat(Reported):
         tuple[Path, ...],
         Field(
             help="Log of any probe, without a reference: Klipper, Marlin, RepRapFirmware, grbl, "
-            "LinuxCNC, any file of pretravel formats; or a table of x, y, z, or of heights alone.",
+            "LinuxCNC, any format that pretravel formats lists; or a table of x, y, z, or of "
+            "heights alone.",
             positional=True,
             metavar="LOG",
             reads=files_meant,

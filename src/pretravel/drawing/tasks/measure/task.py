@@ -243,7 +243,7 @@ class Measure(LaboratoryReport):
     u_machine_um: Annotated[
         float,
         Field(
-            help="Standard uncertainty of a length by the machine's geometry, temperature and "
+            help="Standard uncertainty of a length due to the machine's geometry, temperature and "
             "clamping, in µm.",
             range=(0.0, 1e4),
             label="u of the machine",
@@ -268,9 +268,9 @@ class Measure(LaboratoryReport):
     trials: Annotated[
         int | None,
         Field(
-            help="Monte Carlo, in addition to the analytic U: draw the points so often with their "
-            "errors (those of machine and probe by direction, after compensate --machine), and "
-            "fit again.",
+            help="Number of Monte Carlo trials, in addition to the analytic U. Each trial draws "
+            "new errors of the points (after compensate --machine, the errors of machine and probe "
+            "by direction), and fits again.",
             range=(100, 1_000_000),
             label="Trials of a Monte Carlo, with U",
             hint="Empty: none; 2000 takes seconds",
@@ -279,8 +279,8 @@ class Measure(LaboratoryReport):
     annex: Annotated[
         bool,
         Field(
-            help="Print all quantities, budgets, settings and hashes on a .pdf, too; it has one or "
-            "two pages without them.",
+            help="Append all quantities, budgets, settings and hashes to a .pdf, which otherwise "
+            "has one or two pages.",
             label="All quantities, budgets and settings on the PDF",
         ),
     ] = False

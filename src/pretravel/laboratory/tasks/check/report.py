@@ -144,13 +144,13 @@ def _compared(check: StandardCheck) -> str:
             f"{figure.name.partition(' (')[0]} {value_text(figure.value / MICROMETRE, 'µm')}"
             for figure in check.figures
         )
-        return f"{values}; no limit given"
+        return f"{values} (no limit is given)"
     exceeding = _names(limited, LimitOutcome.EXCEEDS)
     undecided = _names(limited, LimitOutcome.UNDECIDED)
     if exceeding:
         return f"{exceeding} exceed{'' if ',' in exceeding else 's'} the limit"
     if undecided:
-        return f"undecided: {undecided} within U of the limit"
+        return f"undecided: {undecided} differ from the limit by less than U"
     count, all_figures = len(limited), len(check.figures)
     one = "figure is within its limit" if all_figures == 1 else "figures are within their limits"
     if count == all_figures:
@@ -188,10 +188,10 @@ def _figures_table(check: StandardCheck) -> Table:
             Column.of("verdict", [figure.verdict for figure in figures]),
             Column.of("definition", [_ORIGIN.get(f.status, f.status) for f in figures]),
         ),
-        explanation="u of test: standard uncertainty of the test value from the calibration of the "
-        "reference, for an offset from the touches; empty where it is not given. verdict: "
-        "outside the zone of U about the limit (the rule of ISO 14253-1; U = 2 u, or more where u "
-        "has few degrees of freedom); without u the value alone is compared.",
+        explanation="u of test: standard uncertainty of the test value, from the calibration of "
+        "the reference (of an offset, from the touches); empty if it is not known. verdict: by the "
+        "rule of ISO 14253-1, with U = 2 u, or more if u has few degrees of freedom; without u, by "
+        "the value alone.",
     )
 
 
