@@ -312,9 +312,8 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Join positions with the plan that was run."""
     if options.plan is None:
         raise InputError(
-            "the file contains positions, but not the targets that were touched there; give the "
-            "plan that was run and the tip's diameter, or the normal that all touches have "
-            "(0,0,1 for heights)",
+            "the file contains positions, but no normals: give the plan that was run and the tip's "
+            "diameter, or one normal for all touches (0,0,1 for heights)",
             path=found.path,
             inputs=("plan", "tip_diameter", "normal"),
         )

@@ -174,8 +174,9 @@ def _normals_of(part: Path) -> npt.ArrayLike:
         if not part.is_file():
             raise
         raise PretravelError(
-            f"{error}. The points that compensate writes of this file have normals: take them as "
-            f"the part; or make touches of it: pretravel convert {part.name}",
+            f"{error}. Compensate these touches first, and compare on the points: pretravel "
+            f"compensate {part.name} --map map.json --feature bore -o points.csv (boss or sphere, "
+            "if they lie on one; else --plan, --nominal or --columns)",
             inputs=error.inputs,
         ) from None
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
-_MORE = "--verbose, or -o report.html"
+_MORE = "--verbose or -o report.html"
 
 
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
@@ -311,7 +311,7 @@ class AlignedPart(Result):
         left = f"{len(report.tables) - 1} tables of deviations"
         output = self.task.output
         page = output is not None and output.suffix in PAGES
-        note = f"{left} and notes are in {'the page and --verbose' if page else _MORE}"
+        note = f"not shown: {left} and notes (see {'the page or --verbose' if page else _MORE})"
         return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
 
     def page(self) -> Document:

@@ -648,8 +648,8 @@ class MeasuredFeatures(Result):
         warnings = []
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
-                "u contains only the errors of probing; conformity also needs the errors of the "
-                "machine's geometry, of temperature and clamping: give u of the machine"
+                "u contains only the errors of probing. For a statement of conformity, give the u "
+                "of the machine, too: its geometry, temperature and clamping"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(
@@ -706,7 +706,7 @@ class MeasuredFeatures(Result):
         from pretravel.drawing.tasks.measure.tables_of_features import TRIALS
 
         page = self.task.output is not None and self.task.output.suffix in PAGES
-        more = {"more_in": "in the page, or --verbose"} if page else {}
+        more = {"more_in": "the page or --verbose"} if page else {}
         brief = features_summary(report, self.features, self.relations, **more)
         by_trials = [table for table in report.tables if table.title == TRIALS]
         return replace(brief, tables=(*brief.tables, *by_trials))
