@@ -183,8 +183,8 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity in the first line and in the pictures, next to the force. The sensing distance "
-    "is the deflection across the axis (Rodrigues 2021).",
+    help="Quantity in the first line and, with the force, in the pictures. The sensing distance is "
+    "the deflection across the axis (Rodrigues 2021).",
     label="Quantity of the pictures",
     words={
         "pretravel": "pretravel",
@@ -252,13 +252,16 @@ Polars: TypeAlias = Annotated[
 ]
 Approach: TypeAlias = Annotated[
     Literal["normal", "file"],
-    Field(help="normal: against the surface normal; file: the columns ax,ay,az of the targets."),
+    Field(
+        help="Direction of approach. normal: against the surface normal; file: the columns "
+        "ax,ay,az of the targets.",
+    ),
 ]
 Units: TypeAlias = Literal["mm", "inch"]
 StatedUnits: TypeAlias = Annotated[
     Units | None,
     Field(
-        help="Unit of length of a file that does not give it.",
+        help="Unit of length, for a file that does not give it.",
         label="Unit of the file",
         words={"": "as the file gives"},
     ),

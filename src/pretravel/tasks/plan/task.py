@@ -41,7 +41,7 @@ class PlanTargets(Reported):
     surface: Annotated[
         str,
         Field(
-            help="part.step#face, part.step for all faces, sphere:…, convex, …",
+            help="Surface: part.step#face, part.step for all faces, sphere:…, convex, …",
             positional=True,
             reads=surface_files,
             word=is_shape,

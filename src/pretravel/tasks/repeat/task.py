@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Repeat(Reported):
-    """Say what touches of one point show: noise, drift, first touch apart, and the next touch."""
+    """Evaluate repeated touches of one point: noise, drift, first touch, limits of the next."""
 
     name = "repeat"
     group = "Qualify"

@@ -69,8 +69,8 @@ class Measure(LaboratoryReport):
     points: Annotated[
         Path,
         Field(
-            help="Points from compensate: .csv, .parquet, .json or .nc; or a table of coordinates "
-            "alone, of points that something else compensated.",
+            help="Points from compensate (.csv, .parquet, .json or .nc), or a table of coordinates "
+            "of points that other software compensated.",
             positional=True,
             reads=True,
         ),
@@ -78,9 +78,9 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus, slot, by-label; "
-            "by-label: each group of labels is the feature that its name says, as bore1-1; a "
-            "bore or boss at several heights is a cylinder.",
+            help="Kind of feature: circle, bore, boss, sphere, plane, line, cylinder, cone, torus, "
+            "slot, by-label. by-label: the labels name the kind, such as bore1-1; a bore or boss "
+            "at several heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
@@ -91,8 +91,8 @@ class Measure(LaboratoryReport):
         Criterion,
         Field(
             help="How a feature is fitted. gaussian: least squares. minimum-zone: smallest range. "
-            "inscribed, circumscribed: largest feature with no point inside, smallest with none "
-            "outside. tangent: outside the material.",
+            "inscribed: largest feature with no point inside. circumscribed: smallest feature with "
+            "no point outside. tangent: outside the material.",
             words={
                 "gaussian": "least squares (Gaussian)",
                 "minimum-zone": "minimum zone",
@@ -118,8 +118,8 @@ class Measure(LaboratoryReport):
     part: Annotated[
         Path | None,
         Field(
-            help="The part, .step or .iges, in whose frame the points are: its faces are the "
-            "nominal surface of a profile, and nominal places that are not in the drawing's file.",
+            help="The part (.step or .iges), in whose frame the points are: its faces give the "
+            "nominal surface of a profile, and nominal positions that the drawing does not give.",
             label="Part",
             reads=True,
             only=("drawing",),
@@ -128,8 +128,8 @@ class Measure(LaboratoryReport):
     select: Annotated[
         tuple[str, ...],
         Field(
-            help='Points by label, with * and ?: "bore1*"; or by number: 10..21. Each --select is '
-            "one feature.",
+            help='Points of one feature, by label with wildcards * and ?: "bore1*", or by number: '
+            "10..21. Each --select is one feature.",
             metavar="LABELS",
             label="Points by label",
             hint="bore1* bore2*: each is one; empty: all points",
@@ -139,7 +139,8 @@ class Measure(LaboratoryReport):
     by_prefix: Annotated[
         bool,
         Field(
-            help="One feature for each name before a number: bore1-1, …",
+            help="Make one feature of all labels that differ in the last number only: bore1-1, "
+            "bore1-2, …",
             option="--group",
             label="One feature for each name before a number",
             without=("drawing",),
@@ -148,8 +149,8 @@ class Measure(LaboratoryReport):
     axis: Annotated[
         Vector | None,
         Field(
-            help="Axis of a circle, bore or boss; without it, across the plane of the points. Of a "
-            "cylinder or cone: where the search starts.",
+            help="Axis of a circle, bore or boss; the default is the normal of the plane of the "
+            "points. Of a cylinder or cone: where the search starts.",
             hint="0,0,1; empty: across the plane of the points",
             parse=unit_vector,
             metavar="X,Y,Z",
@@ -205,7 +206,7 @@ class Measure(LaboratoryReport):
     form_tolerance: Annotated[
         float | None,
         Field(
-            help="Roundness, flatness, straightness, cylindricity, form, in mm.",
+            help="Form tolerance (roundness, flatness, straightness, cylindricity), in mm.",
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the form",
@@ -224,7 +225,7 @@ class Measure(LaboratoryReport):
     probability: Annotated[
         float,
         Field(
-            help="Probability at which a decision is proven (ISO 14253-1).",
+            help="Probability that proves a decision (ISO 14253-1).",
             range=(0.5, 0.9999),
             label="Probability at which a decision is proven",
         ),
