@@ -298,7 +298,7 @@ class TestOnASphere:
         file = SourceFile("a.xyz", self._text(self._touches(), None))
         with pytest.raises(InputError, match="give the plan that was run") as error:
             read_readings(file, ReadingOptions(units="mm"))
-        assert error.value.inputs == ("plan", "normal", "columns", "nominal", "feature")
+        assert error.value.inputs == ("feature", "plan", "nominal", "normal", "columns")
 
 
 class TestSeveralFiles:

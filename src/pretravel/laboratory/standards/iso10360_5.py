@@ -180,7 +180,7 @@ def _size_figure(
         )
     return StandardFigure(
         "P_Size.Sph.1x25:SS:Tact (P_STU in the edition of 2010)",
-        "diameter of the least-squares sphere less the calibrated one",
+        "diameter of the least-squares sphere minus the calibrated diameter",
         worst,
         sphere.u_diameter,
         limit,

@@ -416,5 +416,5 @@ def _difference(triggers: tuple[Trigger, Trigger]) -> tuple[TopView, ...]:
     levels, turns, values = values_on_grid(polar, azimuth, change)
     if np.isnan(values).any() or len(levels) < 3:
         return ()
-    scale = Scale.of("B less A", "µm", values, signed=True)
-    return (TopView("pretravel of B less that of A", levels, turns, values, scale),)
+    scale = Scale.of("B − A", "µm", values, signed=True)
+    return (TopView("pretravel of B − pretravel of A", levels, turns, values, scale),)

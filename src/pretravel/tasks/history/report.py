@@ -155,7 +155,9 @@ def control_charts(entries: Sequence[Entry]) -> tuple[PlaneChart, ...]:
     known = [entry for entry in entries if entry["size_um"] is not None]
     if not known:
         nothing = "no verification has determined the size"
-        return (PlaneChart(nothing, Axis("verification"), Axis("size less the map's", "µm"), ()),)
+        return (
+            PlaneChart(nothing, Axis("verification"), Axis("size − size of the map", "µm"), ()),
+        )
     number = np.arange(len(known), dtype=np.float64)
     return _sizes_chart(known, number), _tests_chart(known, number)
 
@@ -202,7 +204,7 @@ def _sizes_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
         for k, i in enumerate(accepted)
     ]
     return PlaneChart("size of the pretravel at each verification", _time_axis(entries),
-                      Axis("size less that of the map", "µm"), tuple(marks))  # fmt: skip
+                      Axis("size − size of the map", "µm"), tuple(marks))  # fmt: skip
 
 
 def _verdicts(

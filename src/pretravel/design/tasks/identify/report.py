@@ -60,7 +60,7 @@ def identification_document(found: Identification, *, model: str, map_name: str 
         f"the model differ by {value_text(rms / MICROMETRE, 'µm', decimals(3))} (rms of "
         f"{len(found.directions)} directions)",
         figures=(
-            KeyFigure("map less model", rms / MICROMETRE, "µm", decimals(3), remark="rms"),
+            KeyFigure("map − model", rms / MICROMETRE, "µm", decimals(3), remark="rms"),
             KeyFigure("largest difference", largest / MICROMETRE, "µm", decimals(3)),
             KeyFigure(
                 "shift",
@@ -73,9 +73,7 @@ def identification_document(found: Identification, *, model: str, map_name: str 
         ),
         tables=(_numbers_table(found), *_force_table(found)),
         pictures=(
-            Picture(
-                "Map less model over the directions", lambda: identification_view(found, title)
-            ),
+            Picture("Map − model over the directions", lambda: identification_view(found, title)),
             *_force_picture(found, title),
         ),
         warnings=found.unknown,
@@ -92,7 +90,7 @@ def _of_forces(found: Identification, title: str, model: str) -> Document:
         f"and the predicted forces differ by {value_text(rms, 'N', decimals(4))} (rms of "
         f"{len(found.force_residuals)} directions)",
         figures=(
-            KeyFigure("measured less predicted", rms, "N", decimals(4), remark="rms"),
+            KeyFigure("measured − predicted", rms, "N", decimals(4), remark="rms"),
             KeyFigure("largest difference", largest, "N", decimals(4)),
         ),
         tables=(_numbers_table(found), *_force_table(found)),
@@ -154,7 +152,7 @@ def forces_view(found: Identification, title: str = "") -> View:
          Dots(azimuth, forces.force - residuals, "predicted", "series2", labels=labels)),
     )  # fmt: skip
     difference = PlaneChart(
-        "measured less predicted", axis, Axis("difference", "N"),
+        "measured − predicted", axis, Axis("difference", "N"),
         (Rule(0.0), Dots(azimuth, residuals, "bars: 2 u", "series1", u=2.0 * forces.u,
                          labels=labels)),
     )  # fmt: skip
@@ -183,7 +181,7 @@ def _numbers_table(found: Identification) -> Table:
 
 
 def identification_view(found: Identification, title: str = "") -> View:
-    """Map less model of the identified description: by place, and over the polar angle.
+    """Map − model of the identified description: by place, and over the polar angle.
 
     Parameters
     ----------
@@ -197,14 +195,14 @@ def identification_view(found: Identification, title: str = "") -> View:
     inside = found.directions @ found.probe.orientation.matrix
     residuals = found.residuals / MICROMETRE
     labels = tuple(direction_words(inside))
-    scale = Scale.of("map less model", "µm", residuals, signed=True)
-    by_place = chart_by_place(inside, residuals, scale, "map less model from above", labels=labels)
+    scale = Scale.of("map − model", "µm", residuals, signed=True)
+    by_place = chart_by_place(inside, residuals, scale, "map − model from above", labels=labels)
     polar, azimuth = angles_deg(inside)
     over = PlaneChart(
-        "map less model over the polar angle",
+        "map − model over the polar angle",
         Axis("polar angle (90° = wall)", "°", ticks=tuple(15.0 * k for k in range(7))),
-        Axis("map less model", "µm"),
+        Axis("map − model", "µm"),
         (Rule(0.0), Dots(polar, residuals, "", values=azimuth, labels=labels)),
         Scale("azimuth", "°", 0.0, 360.0),
     )  # fmt: skip
-    return View(title or "Map less model", (by_place, over), 2)
+    return View(title or "Map − model", (by_place, over), 2)

@@ -221,7 +221,7 @@ def check_view(check: StandardCheck, title: str = "") -> View:
     around = PlaneChart(
         "residuals over the azimuth",
         azimuth_axis(drawn.frame),
-        Axis("distance less radius", "µm"),
+        Axis("distance − radius", "µm"),
         tuple(marks),
         note="several polar angles may lie at one azimuth",
     )
@@ -266,7 +266,7 @@ def _circle_chart(fitted: FittedSet, index: int) -> PolarChart:
     span = max(float(np.ptp(ends)), 1e-3)
     return PolarChart(
         f"{fitted.name}: residuals on the circle",
-        Axis("distance less radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
+        Axis("distance − radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
         (Dots(_azimuth(fitted), residuals, "touches", series(index), labels=_labels(fitted)),
          *rules),
         fitted.frame,
@@ -290,7 +290,7 @@ def _sphere_chart(fitted: FittedSet) -> SpaceChart:
             SpacePoints(ends, values=residuals, size=6.0, labels=_labels(fitted)),
         ),
         fitted.frame,
-        scale=Scale.of("distance less radius", "µm", residuals, signed=True),
+        scale=Scale.of("distance − radius", "µm", residuals, signed=True),
         note="about the centre of the fitted sphere",
     )
 
