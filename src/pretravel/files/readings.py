@@ -137,7 +137,7 @@ def _touches_of_frame(frame: object, options: ReadingOptions) -> Touches:
         raise PretravelError(
             f"expected touches, not a {type(frame).__name__}: read_touches makes them of a file, "
             "Touches(positions, normals) of arrays, and data frames of pandas, polars and Arrow "
-            "are taken by the names of their columns"
+            "are read by the names of their columns"
         )
     source = source_of_frame(frame)
     if (known := format_of(source)).refusal:

@@ -529,7 +529,7 @@ class TouchTables(Task):
 
     @property
     def chosen_tip(self) -> str | None:
-        """The tip whose touches are taken; None: the file states none, or one."""
+        """The tip whose touches are used; None: the file states none, or one."""
         tip = getattr(self, "tip", None)
         return tip if isinstance(tip, str) else None
 

@@ -99,7 +99,7 @@ def shares_table(trigger: Trigger) -> Table:
                 "share", [100.0 * float(mean[name] / total) for name in names], "%", decimals(0)
             ),
         ),
-        title="Elastic parts of the pretravel",
+        title="Contributions to the pretravel",
         detail=True,
     )
 

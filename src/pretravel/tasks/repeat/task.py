@@ -67,7 +67,7 @@ class Repeat(Reported):
         float | None,
         Field(
             help="Step of the positions, in µm, such as that of a motor or a scale; it is looked "
-            "for where it is not given.",
+            "for if it is not given.",
             range=(0.0, 1000.0),
             label="Step of the positions",
         ),

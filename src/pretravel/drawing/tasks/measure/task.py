@@ -236,7 +236,7 @@ class Measure(LaboratoryReport):
         float | None,
         Field(
             help="Diameter of the tip, in mm, where a table of coordinates contains tip centres of "
-            "a bore, boss or sphere; without it they are taken as points of the surface.",
+            "a bore, boss or sphere; without it the coordinates are points of the surface.",
             range=TIP_BALL,
             label="Diameter of the tip, of tip centres",
         ),
