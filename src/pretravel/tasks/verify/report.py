@@ -90,7 +90,7 @@ def verification_document(
             *_cause_figures(result),
             *_change_figures(result),
             *_test_figures(result),
-            KeyFigure("map", decision_words(decision)),
+            KeyFigure("old map", decision_words(decision)),
         ),
         pictures=(
             Picture(

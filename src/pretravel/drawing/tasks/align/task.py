@@ -202,12 +202,12 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
         tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
         extrapolate = self.extrapolate or self.map_file is None
-        start, found_from = self._start(tips), "the start"
+        start, found_from = self._start(tips), "as given"
         if start is None:
             start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
-            found_from = "the touches alone"
+            found_from = "a search over all placements"
         elif self.start is None:
-            found_from = "the targets of the touches"
+            found_from = "the targets of the plan"
         alignment = align(
             tips,
             part,
