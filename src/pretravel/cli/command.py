@@ -95,6 +95,11 @@ class Command(TyperCommand):
         if not whole:
             formatter.write_text(f"All options in full: {WHOLE_HELP}")
 
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """The words of the usage; an argument that is needed without typer's braces."""
+        pieces: list[str] = super().collect_usage_pieces(ctx)
+        return [re.sub(r"^\{(\w+)\}", lambda name: name[1].upper(), piece) for piece in pieces]
+
     def _parts(self, ctx: Any) -> dict[str, list[Any]]:
         """Arguments and options below their titles, those for all work first."""
         parts: dict[str, list[Any]] = {"Arguments": [], OPTIONS: [], OUTPUT: []}
@@ -168,15 +173,20 @@ def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
     """Spelling and text of an argument or option; of a short one the first sentence."""
     name, text = parameter.get_help_record(ctx) or (typed_name(parameter), parameter.help or "")
     name = re.sub(r"(?: RANGE)? *\[[^\]]*<=[^\]]*\]", "", name)
+    name = name if name.startswith("-") else name.upper()
     for kinds, word in _TYPES if name.startswith("-") else ((r" <.*", ""),):
         name = re.sub(kinds, word, name)
     if whole:
         return name, text
     default = re.search(r"default: ([^;\]]+?)\.?(?: +\[|;|\]|$)", text)
-    first = _SENTENCE.split(parameter.help or text, maxsplit=1)[0]
-    if len(first) > _LONG:
-        first = re.split(r": " + _OUTSIDE, first, maxsplit=1)[0]
+    first = parameter.help or text
+    if parameter.rich_help_panel != OUTPUT:  # of an output all formats are named
+        first = _SENTENCE.split(first, maxsplit=1)[0]
+        if len(first) > _LONG:
+            first = re.split(r": " + _OUTSIDE, first, maxsplit=1)[0]
     first = first.rstrip(".")
+    if parameter.required and name.startswith("-"):
+        return name, f"{first}. [required]"
     return name, f"{first}. [{default[1]}]" if default else f"{first}."
 
 

@@ -146,8 +146,8 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
                       remark="largest on the curved part; "
                       f"with eight radii {value_text(left['eight sectors', 'part'], 'µm')}"),
             KeyFigure("real probe in a ring", ring[BEST], "µm",
-                      remark="error in directions that were not fitted; one radius "
-                      f"{value_text(ring['mean'], 'µm')}"),
+                      remark="rms error of the map in directions that were not fitted; with one "
+                      f"radius {value_text(ring['mean'], 'µm')}"),
         ),
     )  # fmt: skip
 
@@ -163,11 +163,12 @@ def _bores_sentence(job: MainJob) -> str:
     left = max(bore.feature.association.form for bore in job.bores) / MICROMETRE
     u = max(size.expanded_u for size in sizes) / MICROMETRE
     return (
-        f"Bores of {_limits()}: with the tip's radius alone {_sizes(before)} mm, {outside} "
-        f"outside; with the map of the probe {_sizes([size.value for size in sizes])} mm, U = "
-        f"{value_text(u, 'µm')}, {inside} within the tolerance. The range of the points about a "
-        f"circle falls from {value_text(ranges)} to {value_text(left, 'µm')}. This is no statement "
-        "of conformity: U contains the errors of probing alone"
+        f"Two bores of {_limits()}: corrected by the tip's radius alone they measure "
+        f"{_sizes(before)} mm, {outside} outside the tolerance; corrected by the map "
+        f"{_sizes([size.value for size in sizes])} mm, {inside} within the tolerance, U = "
+        f"{value_text(u, 'µm')}. The range of the points about the circle falls from "
+        f"{value_text(ranges)} to {value_text(left, 'µm')}. This is no statement of conformity: U "
+        "contains the errors of probing alone"
     )
 
 
@@ -278,7 +279,7 @@ def ring_kinds_view(
         (
             PolarChart("pretravel", Axis("pretravel", "µm", 0.0), tuple(around)),
             PlaneChart("errors left (standard deviation)", Axis("azimuth", "°", 0.0, 360.0),
-                       Axis("measured less map", "µm"), tuple(errors)),
+                       Axis("measured − map", "µm"), tuple(errors)),
         ),
         columns=2,
     )  # fmt: skip

@@ -137,7 +137,7 @@ def _touches_of_frame(frame: object, options: ReadingOptions) -> Touches:
         raise PretravelError(
             f"expected touches, not a {type(frame).__name__}: read_touches makes them of a file, "
             "Touches(positions, normals) of arrays, and data frames of pandas, polars and Arrow "
-            "are taken by the names of their columns"
+            "are read by the names of their columns"
         )
     source = source_of_frame(frame)
     if (known := format_of(source)).refusal:
@@ -312,9 +312,8 @@ def _joined(found: FilePositions, options: ReadingOptions) -> FileReadings:
     """Join positions with the plan that was run."""
     if options.plan is None:
         raise InputError(
-            "the file contains positions, but not the targets that were touched there; give the "
-            "plan that was run and the tip's diameter, or the normal that all touches have "
-            "(0,0,1 for heights)",
+            "the file contains positions, but no normals: give the plan that was run and the tip's "
+            "diameter, or one normal for all touches (0,0,1 for heights)",
             path=found.path,
             inputs=("plan", "tip_diameter", "normal"),
         )

@@ -264,7 +264,7 @@ def _without_names(text: TextTable, problem: str) -> InputError:
 def _without_known_names(text: TextTable) -> InputError:
     """The error about a header that names nothing that is known: another language, or a title."""
     return text.file.error(
-        f"this line is taken for the header, and names no coordinate: {_names_of(text)}. Give the "
+        f"this line seems to be the header, but names no coordinate: {_names_of(text)}. Give the "
         f"columns by these names or by their numbers, such as {_example_of(text)}; if "
         f"the line is a title, leave it out (line {text.header_line})",
         text.header_line or None,

@@ -184,8 +184,8 @@ def with_sphere_normals(found: FilePositions, reference_diameter: float) -> File
             inputs=("plan", "columns"),
         )
     warning = (
-        "the file has no normals: those of the sphere fitted to the touches are taken (they are "
-        f"uncertain by {turn / DEGREE:.2g}°), and approaches along them"
+        "the file has no normals: the normals of the sphere fitted to the touches are used, also "
+        f"as approaches (they are uncertain by {turn / DEGREE:.2g}°)"
     )
     touches = made.touches(offset / radius[:, None])
     return FileReadings(touches, found.misses(), warnings=(*found.warnings, warning))

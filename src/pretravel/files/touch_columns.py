@@ -339,8 +339,14 @@ def _unit(text: TextTable, roles: ColumnRoles, options: ReadingOptions) -> _Unit
         return _Unit("mm", "not given; the diameters are compared")
     if options.look_only:
         return _Unit(NO_UNIT, "not stated")
-    text.file.scale(None, "the table does not give its unit of length (such as x_mm or X [in])")
+    text.file.scale(None, _NO_UNIT)
     raise AssertionError  # scale refuses
+
+
+_NO_UNIT = (
+    "the table does not give its unit of length (as x_mm or X [in] does), and only qualify can "
+    "recognise it, from the diameters"
+)
 
 
 def _scale(role: str, roles: ColumnRoles, unit: _Unit | None) -> float:

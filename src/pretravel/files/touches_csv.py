@@ -113,12 +113,12 @@ def read_table_of_touches(
         given = options.plan or options.normal or options.normals_from
         if not (given or round_one or options.look_only):
             raise file.error(
-                "the table has positions, but no normals (columns nx, ny, nz or I, J, K); give the "
-                "plan that was run, or the normal that all touches have (0,0,1 for heights), or "
-                "give which columns are the normals. To compensate, a nominal surface or the kind "
-                "of feature (bore, boss, sphere) gives them, too",
+                "the table has positions, but no normals (columns nx, ny, nz or I, J, K). Touches "
+                "in a bore, on a boss or on a sphere: compensate them with the kind of feature, "
+                "which gives the normals. Others: give the plan that was run, the nominal surface, "
+                "one normal for all touches (0,0,1 for heights), or the columns of the normals",
                 table.header_line or table.lines[0],
-                inputs=("plan", "normal", "columns", "nominal", "feature"),
+                inputs=("feature", "plan", "nominal", "normal", "columns"),
             )
         return found
     table.require(*_POSITION, *_NORMAL, what="touches")

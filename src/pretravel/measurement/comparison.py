@@ -49,7 +49,7 @@ class CorrectionResidual:
     count : int
         Directions in which there is a correction.
     largest, rms : float
-        Of correction less map.
+        Of correction minus map.
     """
 
     method: str
@@ -69,7 +69,7 @@ class Comparison:
         Method by method, the finest last.
     azimuth_deg : (a,) float
     curves : mapping of str to (a,) float
-        Correction less map on the equator, by method. [mm]
+        Correction minus map on the equator, by method. [mm]
     u_map : float
         Root mean square of the standard uncertainty of the map over all directions; zero where the
         map states none. [mm]

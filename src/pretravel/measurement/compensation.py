@@ -373,8 +373,8 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
     if stated or not _delay_is_unknown(pretravel_map):
         return ""
     return (
-        "neither the map nor the touches have a feed (column feed_mm_min): 100 mm/min of "
-        "difference are 3.3 µm for a signal delay of 2 ms. U does not contain this"
+        "neither the map nor the touches have a feed (column feed_mm_min). If the feeds differ by "
+        "100 mm/min, points are wrong by 3.3 µm for a signal delay of 2 ms. U does not contain this"
     )
 
 

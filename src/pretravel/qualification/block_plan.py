@@ -1,4 +1,4 @@
-"""Touches on a block that tell scale, squareness, backlash and pretravel apart.
+"""Touches on a block that separate scale, squareness, backlash and pretravel.
 
 The block stands on a plate and is touched at several turns:
 

@@ -110,7 +110,7 @@ def own_touches_warnings(
     which = f"{found} of {compared} touches{part}"
     if found == compared == len(touches):
         which = f"all {found} touches"
-    return [f"{which} are touches that the map was made from, to the last digit: {consequence}"]
+    return [f"{which} are identical to touches that the map was made from: {consequence}"]
 
 
 def _by_chance(positions: FloatArray, pretravel_map: PretravelMap, compared: int) -> float:

@@ -83,7 +83,7 @@ class Verification:
     directions : (g, 3) float
         Probe frame.
     differences, u_differences : (g,) float
-        Mean pretravel less map, and its standard uncertainty. [mm]
+        Mean pretravel minus map, and its standard uncertainty. [mm]
     touches : int
     warnings : tuple of str
     touches_digest : str

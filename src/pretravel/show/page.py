@@ -81,7 +81,7 @@ def write_page(
     files : sequence of str
         Names of files next to the page, to link to.
     record : WorkRecord or None
-        What was done with what.
+        The command and its input files.
     template : str
         The form: page.html or certificate.html.
 

@@ -30,7 +30,7 @@ class PageContent:
     ----------
     document : Document
     record : WorkRecord or None
-        What was done with what.
+        The command and its input files.
     files : tuple of str
         Names of files next to the page.
     template : str

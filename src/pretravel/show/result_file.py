@@ -1,4 +1,4 @@
-"""A result as a file of values: its report and what was done with what, as JSON.
+"""A result as a file of values: its report with the command and input files, as JSON.
 
 Such a file is a stranger's: its values are checked when it is read, and its texts are escaped where
 they are shown.
@@ -39,7 +39,7 @@ def write_report(
         Ending in .json, .html or .pdf.
     document : Document
     record : WorkRecord or None
-        What was done with what.
+        The command and its input files.
     template : str
         The form of its page.
 

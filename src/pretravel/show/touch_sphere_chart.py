@@ -96,7 +96,7 @@ def touches_chart(
         title,
         marks,
         unit=unit,
-        scale=Scale("pretravel less fit", "µm", -largest, largest, signed=True),
+        scale=Scale("pretravel − fit", "µm", -largest, largest, signed=True),
         note=f"Bars show the residuals {enlarged:g} times enlarged.",
     )
 

@@ -1,4 +1,4 @@
-"""What was done with what: the command, its input files with checksums, settings and versions."""
+"""The record of work: the command, its input files with checksums, settings and versions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class StatedSetting:
 
 @dataclass(frozen=True)
 class WorkRecord:
-    """What was done with what.
+    """The command and its input files.
 
     Attributes
     ----------

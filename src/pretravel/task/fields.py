@@ -145,12 +145,12 @@ SPHERE_FORM = Field(
     label="Form deviation of the reference",
 )
 TOOL_OF_SUBROUTINES = (
-    "linuxcnc: number of the probe in the tool table. Cycles stop where another tool is in the "
-    "spindle or another length is active; without a number, where any tool length is active."
+    "linuxcnc: number of the probe in the tool table. Cycles stop if another tool is in the "
+    "spindle or another length is active; without a number, if any tool length is active."
 )
 STYLUS_OF_SUBROUTINES = (
-    "linuxcnc: length of the stylus from the tip's centre to the probe's body, in mm; 50 where "
-    "it is not given. Cycles stop where the tip could go deeper than a fifth of it."
+    "linuxcnc: length of the stylus from the tip's centre to the probe's body, in mm; the default "
+    "is 50. Cycles stop if the tip could go deeper than a fifth of this length."
 )
 REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)
 SphereCenter: TypeAlias = Annotated[
@@ -183,8 +183,8 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity in the first line and in the pictures, next to the force. The sensing distance "
-    "is the deflection across the axis (Rodrigues 2021).",
+    help="Quantity in the first line and, with the force, in the pictures. The sensing distance is "
+    "the deflection across the axis (Rodrigues 2021).",
     label="Quantity of the pictures",
     words={
         "pretravel": "pretravel",
@@ -194,7 +194,7 @@ SHOWN_QUANTITY = Field(
 )
 ShownQuantity: TypeAlias = Annotated[QuantityWord, SHOWN_QUANTITY]
 WORKPIECE = Field(
-    help="Material of the part: of the package, or of the probe's description.",
+    help="Material of the part, from the package or from the probe's description.",
     metavar="MATERIAL",
     without=(When("model", ("shen",)),),
 )
@@ -252,19 +252,22 @@ Polars: TypeAlias = Annotated[
 ]
 Approach: TypeAlias = Annotated[
     Literal["normal", "file"],
-    Field(help="normal: against the surface normal; file: the columns ax,ay,az of the targets."),
+    Field(
+        help="Direction of approach. normal: against the surface normal; file: the columns "
+        "ax,ay,az of the targets.",
+    ),
 ]
 Units: TypeAlias = Literal["mm", "inch"]
 StatedUnits: TypeAlias = Annotated[
     Units | None,
     Field(
-        help="Unit of length of a file that does not give it.",
+        help="Unit of length, for a file that does not give it.",
         label="Unit of the file",
         words={"": "as the file gives"},
     ),
 ]
 TIP_OF_MAP = Field(
-    help="Diameter of the tip, in mm; the default is that of the map.",
+    help="Diameter of the tip, in mm; the default is the diameter in the map.",
     range=TIP_BALL,
     label="Diameter of the tip",
     hint="Empty: that of the map",
@@ -293,7 +296,7 @@ class PlacedPart(Task):
     frame: Annotated[
         Literal["part", "machine"],
         Field(
-            help="Frame of the touches; with the file of a placement, that of the machine.",
+            help="Frame of the touches; with the file of a placement, the frame of the machine.",
             only=("place",),
         ),
     ] = "part"
@@ -408,9 +411,9 @@ FileFormatName: TypeAlias = Annotated[
 Series: TypeAlias = Annotated[
     tuple[str, ...],
     Field(
-        help="Part, set, pass or orientation whose touches are taken, where the file gives "
-        "several, as its columns part, pass, orientation call it; may be repeated; all: those of "
-        "all parts and passes are one series.",
+        help="Use only the touches of this part, set, pass or orientation (columns part, pass, "
+        "orientation of the file). May be repeated. all: the touches of all parts and passes are "
+        "one series.",
         metavar="NAME",
         label="Part or series",
     ),
@@ -425,8 +428,7 @@ class OfOneTip(Task):
     tip: Annotated[
         str | None,
         Field(
-            help="Tip whose touches are taken, where the file gives several, as its column tip "
-            "calls it.",
+            help="Use only the touches of this tip (column tip of the file).",
             metavar="NAME",
             label="Tip",
         ),
@@ -445,8 +447,8 @@ class TouchTables(Task):
         StatedColumns | None,
         Field(
             help="Columns of a table by name or number, for x,y,z,nx,ny,nz,ax,ay,az,feed,spindle,"
-            "label,tip,part,pass,orientation,a,b,c,nominal_x…; nx=-I changes the sign; label=none "
-            "leaves that column out. Other columns are found by their names.",
+            "label,tip,part,pass,orientation,a,b,c,nominal_x…; nx=-I changes the sign; label=none: "
+            "no column is used as label. Other columns are found by their names.",
             parse=stated_columns,
             metavar="x=X,nx=I,…",
         ),
@@ -465,7 +467,7 @@ class TouchTables(Task):
     plan_columns: Annotated[
         StatedColumns | None,
         Field(
-            help="Columns of the table with the plan, as --columns gives those of the touches.",
+            help="Columns of the table with the plan, written as in --columns.",
             only=("plan",),
             parse=stated_columns,
             metavar="x=X,nx=I,…",
@@ -474,17 +476,17 @@ class TouchTables(Task):
     join: Annotated[
         Literal["line", "label", "feature"],
         Field(
-            help="How positions find their targets of the plan. line: each lies on the line of "
-            "its target; label: they have one label; feature: their labels without the number at "
-            "the end are one.",
+            help="How positions are assigned to the targets of the plan. line: a position lies on "
+            "the line of its target; label: both have the same label; feature: both have the same "
+            "label without the number at its end.",
             only=("plan",),
         ),
     ] = "line"
     double_touches: Annotated[
         Literal["last", "all"] | None,
         Field(
-            help="Each place was touched twice, fast to find it and then slowly. last: the slow "
-            "touches alone; all: both with their feeds, which separate the signal delay.",
+            help="Each place was touched twice, first fast and then slowly. last: use the slow "
+            "touches alone; all: use both, and determine the signal delay from their feeds.",
         ),
     ] = None
     normal: Annotated[
@@ -527,7 +529,7 @@ class TouchTables(Task):
 
     @property
     def chosen_tip(self) -> str | None:
-        """The tip whose touches are taken; None: the file states none, or one."""
+        """The tip whose touches are used; None: the file states none, or one."""
         tip = getattr(self, "tip", None)
         return tip if isinstance(tip, str) else None
 
@@ -558,8 +560,9 @@ class TouchFiles(TouchTables):
     touches: Annotated[
         tuple[Path, ...],
         Field(
-            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …) or a file of "
-            "pretravel formats; several files, a folder or a name with * are read as one series.",
+            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …), or a file in a "
+            "format that the command pretravel formats lists; several files, a folder or a name "
+            "with * are read as one series.",
             positional=True,
             metavar="TOUCHES",
             reads=files_meant,
@@ -643,7 +646,7 @@ class TouchFiles(TouchTables):
 
 
 FEED_OF_TOUCHES = Field(
-    help="Feed of the touches, in mm/min, without a column feed_mm_min.",
+    help="Feed of the touches, in mm/min, for a file without a column feed_mm_min.",
     range=FEED,
     label="Feed of the touches",
     hint="Only where the file does not give it",

@@ -154,9 +154,9 @@ def _missing(unit_known: bool, without_normals: bool) -> list[str]:
         missing.append("the unit of length: give mm or inch")
     if without_normals:
         missing.append(
-            "normals: give the plan that was run, or the normal that all touches have (0,0,1 "
-            "for heights), or give their columns; on a reference sphere, qualify takes those of "
-            "the sphere"
+            "normals: give the plan that was run, one normal for all touches (0,0,1 for heights) "
+            "or the columns of the normals. Not needed: on a sphere for qualify, on a bore, boss "
+            "or sphere for compensate --feature, on a STEP file for align"
         )
     return missing
 

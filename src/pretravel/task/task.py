@@ -420,7 +420,7 @@ class Result:
         ----------
         path : Path
         record : WorkRecord or None
-            What was done with what.
+            The command and its input files.
         """
         from pretravel.show import write_report
 

@@ -50,7 +50,7 @@ _ONE_EACH = {
     "tip": ("tips", "a map is that of one tip: choose one of them", ("tip",)),
     "part": (
         "parts or series",
-        "they are taken as one: choose one of them, or all, if they are the same",
+        "they would be used as one: choose one of them, or all, if they are the same",
         ("series",),
     ),
     "pass": (
@@ -603,7 +603,8 @@ def with_feed(touches: Touches, feed: float | None) -> Touches:
         return touches
     if touches.feeds is not None:
         raise PretravelError(
-            "the touches have their own feeds: do not give a feed", inputs=("feed",)
+            "the file already contains the feed of each touch: leave out the feed that you gave",
+            inputs=("feed",),
         )
     checked(feed, "the feed", FEED, inputs=("feed",))
     return replace(touches, feeds=np.full(len(touches), feed))
@@ -628,7 +629,8 @@ def with_spindle(touches: Touches, angle: float) -> Touches:
     """
     if touches.spindle is not None:
         raise PretravelError(
-            "the touches have their own orientation of the spindle: do not give it",
+            "the file already contains the orientation of the spindle of each touch (column "
+            "spindle_deg): leave out the orientation that you gave",
             inputs=("spindle",),
         )
     return replace(touches, spindle=np.full(len(touches), angle))

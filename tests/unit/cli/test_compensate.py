@@ -92,7 +92,7 @@ def test_normals_from_neighbouring_touches(tmp_path: Path, map_file: Path) -> No
     run("compensate", source, "--map", map_file, "-o", tmp_path / "with.csv")
     _, warned = both_outputs("compensate", bare, "--map", map_file, "--feature", "surface",
                              "-o", tmp_path / "without.csv")  # fmt: skip
-    assert "those of the neighbouring touches (z > 0) are taken" in warned
+    assert "the normals of the neighbouring touches (z > 0) are used" in warned
     assert "which is in the covariance of the points" in warned
     assert "touches are doubtful" in warned
     found = read_points(tmp_path / "without.csv")

@@ -265,7 +265,7 @@ class TestOnASphere:
         turn = np.arccos(np.clip(np.sum(found.touches.normals * touches.normals, axis=1), -1, 1))
         # The file's directions were those about the nominal centre, a few µm from the fitted one.
         assert np.degrees(turn.max()) < 0.1
-        assert "those of the sphere fitted" in found.warnings[0]
+        assert "the normals of the sphere fitted" in found.warnings[0]
         maps = [
             qualify(t, diameter=24.9987, tip_diameter=6.0, kind="harmonic").pretravel_map
             for t in (touches, found.touches)
@@ -298,7 +298,7 @@ class TestOnASphere:
         file = SourceFile("a.xyz", self._text(self._touches(), None))
         with pytest.raises(InputError, match="give the plan that was run") as error:
             read_readings(file, ReadingOptions(units="mm"))
-        assert error.value.inputs == ("plan", "normal", "columns", "nominal", "feature")
+        assert error.value.inputs == ("feature", "plan", "nominal", "normal", "columns")
 
 
 class TestSeveralFiles:

@@ -88,7 +88,7 @@ def test_a_plane_through_three_touches_has_a_usual_form() -> None:
     places = np.array([[0.0, 0.0, 0.0], [40.0, 0.0, 0.0], [0.0, 30.0, 0.0]])
     plane = measure_feature(feature_points(places, np.tile(Z, (3, 1)), shared={}), "plane")
     assert plane.errors.form.by_prior
-    assert "usual one, of 1 µm" in " ".join(plane.warnings)
+    assert "a usual form of 1 µm" in " ".join(plane.warnings)
     # Their mean: between one touch and three independent ones of this form, at corners more.
     assert UNSEEN / np.sqrt(3.0) < plane.quantity("z").parts[FORM_OF_PART] < 2.5 * UNSEEN
 

@@ -48,9 +48,7 @@ def test_the_touches_of_a_map_are_known_after_it_was_stored(tmp_path: Path) -> N
     write_map(tmp_path / "map.json", _map(touches))
     stored = read_map(tmp_path / "map.json")
     (found,) = own_touches_warnings(touches, stored, "why.")
-    assert found.startswith(
-        "all 25 touches are touches that the map was made from, to the last digit"
-    )
+    assert found.startswith("all 25 touches are identical to touches that the map was made from")
     # New touches in a file of the same name are others: `today.csv` is rewritten every day.
     assert own_touches_warnings(replace(_touches(2), source="a.csv"), stored, "why.") == []
 
@@ -91,7 +89,7 @@ def test_touches_that_were_left_out_did_not_make_the_map() -> None:
         replace(good, positions=positions), 24.9987, kind="mean", tip_diameter=6.0
     ).pretravel_map
     (found,) = own_touches_warnings(good, made, "why.")
-    assert found.startswith(f"{len(good) - 1} of {len(good)} touches are touches that")
+    assert found.startswith(f"{len(good) - 1} of {len(good)} touches are identical to touches that")
 
 
 # Digests.
@@ -171,6 +169,4 @@ def test_only_more_touches_than_by_chance_are_named() -> None:
     smooth = np.random.default_rng(2).uniform(-9.0, 9.0, (50, 3))
     known = _known(touch_digests(smooth[:1]))
     (found,) = own_touches_warnings(Touches(smooth, np.tile(N, (2, 1))), known, "why.")
-    assert found == (
-        "1 of 50 touches are touches that the map was made from, to the last digit: why."
-    )
+    assert found == ("1 of 50 touches are identical to touches that the map was made from: why.")

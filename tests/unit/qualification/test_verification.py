@@ -356,7 +356,7 @@ class TestHistory:
         assert found["size_um"] == pytest.approx(2.0, abs=4.0 * found["u_size_um"])
         run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.json", "--diameter", 25)
         told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
-        assert "accepted new.json" in told
+        assert "replaced by new.json" in told
         assert [row["changed"] for row in rows(tmp_path / "h.csv")] == ["0", "1"]
         assert coloured_share(tmp_path / "h.png") > 0.001
         assert "must be .jsonl" in run(

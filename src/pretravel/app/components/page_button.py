@@ -1,4 +1,4 @@
-"""A button that gives a result as a page, with what was done with what."""
+"""A button that gives a result as a page, with its command and input files."""
 
 from __future__ import annotations
 

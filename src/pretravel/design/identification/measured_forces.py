@@ -59,7 +59,7 @@ class MeasuredForces:
         return len(self.force)
 
     def residuals(self, probe: Probe, model: str | ComplianceModel) -> FloatArray:
-        """Measured less predicted, (n,). [N]"""
+        """Measured minus predicted, (n,). [N]"""
         own = self.directions @ probe.orientation.matrix
         return np.asarray(self.force - predict(probe, own, model).force)
 

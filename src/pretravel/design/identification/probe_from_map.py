@@ -66,7 +66,7 @@ class Identification:
     forces : MeasuredForces or None
         That were fitted, too.
     force_residuals : (m,) float
-        Measured less predicted. [N]
+        Measured minus predicted. [N]
     """
 
     probe: Probe

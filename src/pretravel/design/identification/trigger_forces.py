@@ -12,7 +12,7 @@ from pretravel.files import read_csv_table
 
 
 def read_trigger_forces(path: str | Path) -> MeasuredForces:
-    """Read measured trigger forces: azimuth_deg, force_N, u_N and, off the walls, polar_deg.
+    """Read measured trigger forces: azimuth_deg, force_N, u_N and, not across the axis, polar_deg.
 
     Parameters
     ----------

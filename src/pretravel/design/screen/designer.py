@@ -82,7 +82,7 @@ _PICTURES = {
     "probe": "The probe in space",
     "pretravel": "Pretravel around, both designs",
     "force": "Trigger force around, both designs",
-    "parts": "Elastic parts of the pretravel, both designs",
+    "parts": "Contributions to the pretravel, both designs",
 }
 
 

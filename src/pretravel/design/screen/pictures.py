@@ -133,7 +133,7 @@ def _parts(shown: Sequence[_Shown], polar_deg: float) -> PlaneChart:
             )
         )
     return PlaneChart(
-        f"Elastic parts of the pretravel, polar angle {polar_deg:g}°",
+        f"Contributions to the pretravel, polar angle {polar_deg:g}°",
         Axis("mean pretravel", "µm", low=0.0),
         Axis("", categories=tuple(name.replace("_", " ") for name in names)),
         tuple(marks),

@@ -254,13 +254,13 @@ class MeasuredFeature(WithPlot):
             words = [f"{', '.join(lobes)} lobes"] if lobes else []
             found.append(
                 f"{len(self.points)} touches at these places cannot reveal a form of "
-                f"{' or '.join([*words, *shapes])}: it would look like another "
-                f"{'size or place' if lobes else 'place or direction'}. U does not contain such a "
-                "form. If the part may have it, touch at unequal steps or at more places"
+                f"{' or '.join([*words, *shapes])}, which would appear as an error of "
+                f"{'size or position' if lobes else 'position or direction'}. U does not contain "
+                "it. If the part may have such a form, touch at unequal steps or more places"
             )
         if form.by_prior:
             found.append(
-                "no residual shows its form; u contains a usual one, of "
+                "no residual shows the form of the part; u contains a usual form of "
                 f"{UNSEEN / MICROMETRE:g} µm (standard deviation over the face). Touch more places"
             )
         return tuple(found)

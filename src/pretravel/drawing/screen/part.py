@@ -137,7 +137,7 @@ def _where(state: ScreenState) -> None:
     elif stated is None and asks_where(state):
         note("Does the part lie elsewhere than in its file, as on the table of a machine?")
     else:
-        note("Touches are taken in the frame of the part. Do they lie elsewhere?")
+        note("The touches are used in the frame of the part. Do they lie elsewhere?")
     if not stated:
         answer("Find the part", "my_location", aligned=True)
     if stated or (stated is None and asks_where(state)):

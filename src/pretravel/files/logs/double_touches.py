@@ -103,7 +103,7 @@ def with_passes(
 ) -> FileReadings | FilePositions:
     """Readings with their passes, where places were touched twice: fast to find them, then slowly.
 
-    The feeds tell the passes apart. Where they are not known, the positions do: the first touches
+    The feeds distinguish the passes. Where they are not known, the positions do: the first touches
     of at least `_FEWEST_PAIRS` pairs all lie on one side of the second ones, by about the same. Of
     fewer a warning asks, where `asks`.
 
@@ -149,8 +149,9 @@ def _with_few_pairs(
     apart = 1e3 * float(np.linalg.norm(away[~first], axis=1).mean())
     asked = (
         f"at each of {places} places the first touch lies about {apart:.1f} µm from the next, to "
-        "the same side: a fast touch to find the place, as many cycles make it? So few do not "
-        "show it, and all are taken. If so, keep the last one of each place, or state the feeds"
+        "the same side, as after a fast touch that only finds the place. So few touches do not "
+        "decide this, and all are used. If the first ones are fast, keep the last touch of each "
+        "place, or give the feeds"
     )
     return replace(found, warnings=(*found.warnings, asked))
 

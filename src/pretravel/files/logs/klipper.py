@@ -92,7 +92,7 @@ def _told(discarded: Sequence[int], rejected: Sequence[int]) -> list[str]:
         said.append(
             f"Klipper rejected the touches before line {rejected[0]}"
             + (f" and {len(rejected) - 1} more times" if len(rejected) > 1 else "")
-            + ", since they exceed its tolerance, and touched again: all are taken"
+            + ", since they exceed its tolerance, and touched again: all are used"
         )
     return said
 

@@ -130,7 +130,7 @@ class Separation(ShownInNotebooks, WithPlot):
         words = (
             f"the variance of the residuals is {self.sense_ratio:.2g} times that with the "
             "orientations of the probe counted the other way: they seem to be counted clockwise, "
-            "seen from the spindle, so that errors of the probe are taken for scatter"
+            "seen from the spindle, which makes errors of the probe look like scatter"
         )
         return (*coarse, words)
 

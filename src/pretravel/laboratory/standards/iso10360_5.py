@@ -48,10 +48,9 @@ _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
 _READINGS = {
     False: "the rings of the pattern are turned by 22.5° back and forth: the rings at 22.5° "
-    "and 67.5° "
-    "begin at the same azimuth",
-    True: "the rings of the pattern are turned further by 22.5° each (read cumulatively): that at "
-    "67.5° begins 45° after that at 22.5°",
+    "and 67.5° begin at the same azimuth",
+    True: "each ring of the pattern is turned by 22.5° further than the ring before (read "
+    "cumulatively): the ring at 67.5° begins 45° after the ring at 22.5°",
 }
 """What the touches follow, by whether the pattern is read cumulatively."""
 
@@ -181,7 +180,7 @@ def _size_figure(
         )
     return StandardFigure(
         "P_Size.Sph.1x25:SS:Tact (P_STU in the edition of 2010)",
-        "diameter of the least-squares sphere less the calibrated one",
+        "diameter of the least-squares sphere minus the calibrated diameter",
         worst,
         sphere.u_diameter,
         limit,

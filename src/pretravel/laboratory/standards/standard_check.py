@@ -35,8 +35,8 @@ FORM_OF_REFERENCE = "form error of the reference"
 DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
 """Sources of the uncertainty of test values."""
 RANGE_AS_DEFINED = (
-    "by definition, the probing error of form is the range of these touches with their noise: "
-    "another run gives another range. That is not in u of the test value"
+    "by definition, the probing error of form is the range of these touches, which contains their "
+    "noise and differs from run to run. u of the test value does not contain this"
 )
 """A note of tests whose figure is the range of residuals."""
 
@@ -202,7 +202,8 @@ class StandardCheck:
         reasons = []
         if any(figure.status == UNCHECKED for figure in self.figures):
             reasons.append(
-                "its definitions here are from memory and have not been checked against its text"
+                "its definitions were written from memory and have not been checked against its "
+                "text"
             )
         if any(f.limit is not None and f.u_test is None for f in self.figures):
             reasons.append("the uncertainty of the reference is not given")

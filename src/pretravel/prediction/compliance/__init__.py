@@ -13,8 +13,8 @@ MODELS: Mapping[str, str] = {
     "fem": "finite elements",
     "ren": "closed form of Ren's Abbé paper",
     "shen": "stylus as one cantilever, rigid seats",
-    "wozniak": "one constant, as five touches would determine it; the stem and the tip's contact "
-    "where the description gives the opening of the contact or a piezo stage",
+    "wozniak": "Woźniak's constant, as five touches would determine it; with a contact opening or "
+    "a piezo stage in the description, also the stem and the tip's contact",
 }
 """Names of the compliance models, each with what it represents. All have the same statics."""
 ELSEWHERE = {"fem": "pretravel.design.fem.compliance"}

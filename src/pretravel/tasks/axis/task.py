@@ -41,8 +41,8 @@ _AT = re.compile(r"at(-?\d+(?:\.\d+)?)_")
 class FindAxis(TouchFilesWithFeed, Reported):
     """Determine a rotary axis, from touches of a sphere at several of its angles.
 
-    A file for each angle, in the order of --angles; or one file whose labels begin with the angle,
-    at60_s1. Positions of the log are those of the machine's axes.
+    Give one file for each angle, in the order of --angles, or one file whose labels begin with the
+    angle (at60_s1). The positions in the files are those of the machine's axes.
     """
 
     name = "axis"
@@ -66,8 +66,8 @@ class FindAxis(TouchFilesWithFeed, Reported):
     map_file: Annotated[
         Path | None,
         Field(
-            help="Map of the probe. Without it the place contains what the pretravel moves the "
-            "centre of a sphere, and the uncertainty does not.",
+            help="Map of the probe. Without a map, the pretravel shifts the centres of the sphere "
+            "and so the axis, and the uncertainty does not contain this.",
             option="--map",
             reads=True,
         ),
@@ -90,8 +90,8 @@ class FindAxis(TouchFilesWithFeed, Reported):
     check: Annotated[
         tuple[Path, ...],
         Field(
-            help="Files of the sphere at another radius, at the same angles: both must give the "
-            "same axis.",
+            help="Files with touches of the sphere at another distance from the axis, at the same "
+            "angles: both must give the same axis.",
             reads=files_meant,
         ),
     ] = ()

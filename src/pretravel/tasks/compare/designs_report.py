@@ -75,21 +75,21 @@ def design_comparison_document(
     return Document(
         title=title,
         verdict=f"{title}: on vertical walls the {words} of B is {_against(mean)} that of A: "
-        f"{number_text(mean[1])} instead of {number_text(mean[0])} {unit} in the mean",
+        f"{number_text(mean[1])} instead of {number_text(mean[0])} {unit} on average",
         figures=tuple(
             figure
             for name, one in (("A", first), ("B", second))
             for figure in (
                 KeyFigure(f"trigger force on walls, {name}", Span.of(one.force), "N", decimals(3)),
                 KeyFigure(f"pretravel on walls, {name}", Span.of(one.pretravel), "µm",
-                          remark=f"a lobe of {number_text(float(np.ptp(one.pretravel)))} µm"),
+                          remark=f"range {number_text(float(np.ptp(one.pretravel)))} µm"),
             )
         ),
         tables=(_results_table(triggers), *_description_tables(probes)),
         pictures=(
             Picture(f"Both designs: force and {words} over directions"
                     if quantity != "pretravel"
-                    else "Both designs: force and pretravel over directions, elastic parts",
+                    else "Both designs: force and pretravel over directions, contributions",
                     lambda: design_comparison_view(triggers, names, quantity)),
         ),
         notes=(
@@ -137,7 +137,9 @@ def results_of(trigger: Trigger) -> dict[str, float]:
     walls = _on_walls(trigger)
     pretravel = trigger.pretravel / MICROMETRE
     shares = {
-        f"{name.replace('_', ' ')}, mean on walls / µm": _rounded(share[walls.rows].mean())
+        f"pretravel by {name.replace('_', ' ')}, mean on walls / µm": _rounded(
+            share[walls.rows].mean()
+        )
         for name, share in trigger.shares.items()
     }
     return {
@@ -147,9 +149,9 @@ def results_of(trigger: Trigger) -> dict[str, float]:
         "trigger force, largest in all directions / N": float(trigger.force.max()),
         "pretravel on walls, largest / µm": float(walls.pretravel.max()),
         "pretravel on walls, mean / µm": float(walls.pretravel.mean()),
-        "pretravel on walls, lobe (largest less smallest) / µm": float(np.ptp(walls.pretravel)),
+        "pretravel on walls, range / µm": float(np.ptp(walls.pretravel)),
         "pretravel in all directions, largest / µm": float(pretravel.max()),
-        "pretravel in all directions, largest less smallest / µm": float(np.ptp(pretravel)),
+        "pretravel in all directions, range / µm": float(np.ptp(pretravel)),
         **shares,
     }
 
@@ -193,7 +195,7 @@ def elements_comparison_table(
     -------
     Table
         A quantity that a model does not have is an empty cell: finite elements have other
-        elastic parts.
+        contributions.
     """
     by_model = [
         [results_of(trigger) for trigger in analytic],
@@ -220,7 +222,7 @@ def elements_comparison_table(
         (Column.of("predicted", names), *beside, *changes),
         title="Both designs, by both models",
         explanation="Columns with fem: by finite elements; the others: by the model analytic. "
-        "A model has no value of what is not a part of it.",
+        "A cell is empty where a model does not contain the quantity.",
     )
 
 
@@ -321,7 +323,7 @@ def design_comparison_view(
     Returns
     -------
     View
-        Force and pretravel over azimuth on walls and over the polar angle, elastic parts on
+        Force and pretravel over azimuth on walls and over the polar angle, contributions on
         walls, and the difference of the pretravel over directions.
 
     References
@@ -403,7 +405,7 @@ def _parts(triggers: tuple[Trigger, Trigger], names: tuple[str, str]) -> PlaneCh
                           texts=tuple(number_text(value) for value in mean)))  # fmt: skip
     words = tuple(part.replace("_", " ") for part in parts)
     longest = max(float(mark.values.max()) for mark in marks if isinstance(mark, Bars))
-    return PlaneChart("elastic parts on walls", Axis("mean pretravel", "µm", 0.0, 1.2 * longest),
+    return PlaneChart("contributions on walls", Axis("mean pretravel", "µm", 0.0, 1.2 * longest),
                       Axis("", categories=words), tuple(marks))  # fmt: skip
 
 
@@ -414,5 +416,5 @@ def _difference(triggers: tuple[Trigger, Trigger]) -> tuple[TopView, ...]:
     levels, turns, values = values_on_grid(polar, azimuth, change)
     if np.isnan(values).any() or len(levels) < 3:
         return ()
-    scale = Scale.of("B less A", "µm", values, signed=True)
-    return (TopView("pretravel of B less that of A", levels, turns, values, scale),)
+    scale = Scale.of("B − A", "µm", values, signed=True)
+    return (TopView("pretravel of B − pretravel of A", levels, turns, values, scale),)

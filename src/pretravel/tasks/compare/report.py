@@ -73,7 +73,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
     ]
     best = min(simpler, key=lambda row: row.largest)
     u_map = KeyFigure("u of the map", result.u_map / MICROMETRE, "µm",
-                      remark="rms; other corrections: without touching errors")  # fmt: skip
+                      remark="rms; not in the errors of other corrections")  # fmt: skip
     return Document(
         title=title,
         verdict=f"The best correction simpler than the map is '{_shown(best.method)}': its error "
@@ -87,7 +87,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 
 def _shown(method: str) -> str:
-    return "map (2 u, u)" if method == FULL_MAP else _SHOWN.get(method, method)
+    return "full map: 2 u, u" if method == FULL_MAP else _SHOWN.get(method, method)
 
 
 def _colour(method: str) -> Colour:
@@ -113,9 +113,9 @@ def _errors_table(result: Comparison) -> Table:
         columns += [Column.of(f"{_WHERE[where]}: max", largest, "µm"), Column.of("rms", rms, "µm")]
     return Table(
         tuple(columns),
-        explanation="The row map gives 2 u and u of the map (none for a prediction); the other "
-        "rows are differences from the map. The radii of a control describe one plane, and the "
-        "length of its tool the axis; between plane and axis the control mixes both.",
+        explanation="Largest (max) and rms difference of each correction from the map; of the full "
+        "map, 2 u and u instead (none for a prediction). The radii of a control describe one "
+        "plane, and the tool length describes the axis; between them the control mixes both.",
     )
 
 
@@ -165,7 +165,7 @@ def _curves_chart(result: Comparison) -> PlaneChart:
         for name in (*_CURVES, *(name for name in result.curves if name not in _COLOURS))
     ]
     return PlaneChart("errors left on the equator", azimuth_axis("machine"),
-                      Axis("correction less map", "µm"), tuple(marks))  # fmt: skip
+                      Axis("error left (correction − map)", "µm"), tuple(marks))  # fmt: skip
 
 
 def _largest_chart(result: Comparison, where: str) -> PlaneChart:

@@ -39,24 +39,25 @@ def _controls_with_maps() -> list[str]:
 
 
 class Compare(Reported):
-    """Compare the errors after corrections, from none to the full map; or compare two probes.
+    """Compare the errors that corrections leave, from none to the full map; or compare two probes.
 
-    The corrections are none, one mean radius, two axis radii, four directions, eight sectors as
-    touched and as resampled, Woźniak's constant and the full map; the errors are those on the
-    equator, in all directions and on a part, in µm. With two probes (names of the catalogue or
-    .toml), their predicted force, pretravel and elastic parts are compared.
+    The corrections are the tip radius alone, one mean radius, two axis radii, four directions,
+    eight radii (as touched, or made from the map), Woźniak's constant and the full map. The errors
+    are those on the equator, in all directions and, with --part, on a part, in µm. Of two probes
+    (MAP and PROBE), the predicted forces, pretravels and their contributions are compared.
 
-    Example: pretravel compare map.json --part part.csv --plot compare.png
+    Two designs: pretravel compare omp40-2 mine.toml -o designs.html
     """
 
     name = "compare"
     group = "Measure"
-    example = "pretravel compare omp40-2 mine.toml -o designs.html"
+    example = "pretravel compare map.json --part part.csv -o compare.html"
 
     map_file: Annotated[
         str,
         Field(
-            help="Map: .json or .csv; or a probe, whose map is predicted.",
+            help="Map (.json or .csv), or a probe (catalogue name or .toml), whose map is "
+            "predicted.",
             label="Map",
             positional=True,
             metavar="MAP",
@@ -67,7 +68,8 @@ class Compare(Reported):
     other: Annotated[
         str | None,
         Field(
-            help="A second probe, of the catalogue or .toml: two descriptions are compared.",
+            help="Second probe (catalogue name or .toml), where MAP is a probe, too: the two "
+            "designs are compared.",
             label="Second probe",
             positional=True,
             metavar="PROBE",
@@ -79,8 +81,9 @@ class Compare(Reported):
     part: Annotated[
         Path | None,
         Field(
-            help="Touches, targets or compensated points of a part, to compare there too. Of a "
-            "table the columns nx,ny,nz (or I,J,K) are read alone: its unit does not matter.",
+            help="Touches, targets or compensated points of a part: compare on its normals, too. "
+            "The file needs the columns nx,ny,nz (or I,J,K), and no unit. Of touches without "
+            "normals, give the points that compensate writes.",
             reads=True,
             without=("other",),
         ),
@@ -88,8 +91,8 @@ class Compare(Reported):
     control: Annotated[
         str | None,
         Field(
-            help="Also the correction that this control will make with the files of pretravel "
-            "export: linuxcnc, fanuc, haas or siemens.",
+            help="Compare also the correction by this control with the files of pretravel export: "
+            "linuxcnc, fanuc, haas or siemens.",
             option="--for",
             names=_controls_with_maps,
             metavar="CONTROL",
@@ -171,8 +174,9 @@ def _normals_of(part: Path) -> npt.ArrayLike:
         if not part.is_file():
             raise
         raise PretravelError(
-            f"{error}. The points that compensate writes of this file have normals: take them as "
-            f"the part; or make touches of it: pretravel convert {part.name}",
+            f"{error}. Compensate these touches first, and compare on the points: pretravel "
+            f"compensate {part.name} --map map.json --feature bore -o points.csv (boss or sphere, "
+            "if they lie on one; else --plan, --nominal or --columns)",
             inputs=error.inputs,
         ) from None
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pretravel.surface import Part, Surface
     from pretravel.touches import Touches
 _LOG = logging.getLogger(__name__)
-_NORMALS_TAKEN = "the touches have no normals: those of the {} are taken, and approaches along them"
+_NORMALS_TAKEN = "the touches have no normals: the normals of the {} are used, also as approaches"
 _SURFACE, _NAMED = "surface", 8
 _OTHER_SURFACE = 20.0
 """Median angle from which the stated normals are those of another surface: a bore whose expected
@@ -73,9 +73,9 @@ class Compensate(
     map_file: Annotated[
         str,
         Field(
-            help="Map from qualify or predict: .json (also that of several tips, which the column "
-            "tip chooses from), or a .csv table; or a probe (catalogue name or .toml), whose map "
-            "is predicted.",
+            help="Map from qualify or predict: .json or .csv. A map of several tips: the column "
+            "tip of the touches chooses one. Or a probe (catalogue name or .toml), whose map is "
+            "predicted.",
             option="--map",
             label="Map",
             reads=existing,
@@ -95,8 +95,8 @@ class Compensate(
         str | None,
         Field(
             help="Nominal surface: part.step, part.step#face, plane:…, sphere:… (as in simulate); "
-            "the contact is computed on it. Without it, the normals are those of the touches, and "
-            "deviations refer to the columns nominal_x_mm…, where these exist.",
+            "the contacts are computed on this surface. Without it, the normals are those of the "
+            "touches, and deviations refer to the columns nominal_x_mm…, if the file has them.",
             reads=surface_files,
             word=is_shape,
         ),
@@ -104,9 +104,9 @@ class Compensate(
     machine: Annotated[
         Path | None,
         Field(
-            help="Separation of machine and probe on this machine, from separate: .json or .csv. "
-            "Its variances in the direction of each touch take the place of the map's "
-            "repeatability.",
+            help="Errors of this machine and the probe by direction, from pretravel separate: "
+            ".json or .csv. The variances in the direction of each touch replace the repeatability "
+            "of the map.",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),
@@ -116,10 +116,11 @@ class Compensate(
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
-            help="The touches lie on features of this kind: the normals are those of the fitted "
-            "feature, one for each name before a number (bore1-1, bore1-2, …), also where the file "
-            "gives others. surface: touches without normals have those of neighbouring touches of "
-            "a digitised surface, on the side of +z.",
+            help="Fit features of this kind and use their normals, also if the file gives normals. "
+            "Touches without normals in a bore, on a boss or a sphere need this. Labels that "
+            "differ in the last "
+            "number only (bore1-1, bore1-2, …) are one feature. surface: normals from neighbouring "
+            "touches of a digitised surface, on the side of +z.",
             label="Feature whose normals the touches have",
             words={"": "the touches give normals"},
             without=("nominal", SEVERAL_TIPS),

@@ -78,8 +78,8 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     output: Annotated[
         Path | None,
         output(
-            "Touches: .csv, .parquet, .qif; .msr or .txt for Fusion. Without it, a preview; which "
-            "is also a page, .html or .pdf.",
+            "Touches: .csv, .parquet, .qif; for Fusion .msr, .txt; the preview as a page: .html, "
+            ".pdf. Without -o the preview is printed.",
             ".csv",
             ".parquet",
             ".qif",
@@ -91,7 +91,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     machine: Annotated[
         Path | None,
         Field(
-            help="Machine file: tip diameter, and the overtravel, which identifies misses.",
+            help="Machine file, for the tip diameter and, to recognise misses, the overtravel.",
             reads=True,
         ),
     ] = None
@@ -118,8 +118,8 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     bores: Annotated[
         tuple[str, ...],
         Field(
-            help="Circle, cylinder or sphere of a CMM's listing that was touched from inside, with "
-            "* and ?; may be repeated; none: all were touched from outside.",
+            help="Name of a circle, cylinder or sphere of a CMM's listing that was touched from "
+            "inside; * and ? are wildcards. May be repeated. none: all were touched from outside.",
             option="--bore",
             metavar="NAME",
         ),

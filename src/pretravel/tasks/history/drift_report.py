@@ -316,7 +316,7 @@ def _days_table(history: FolderDrift) -> Table:
             Column.of(one.name, one.values, one.unit, signed_decimals(2)),
             Column.of("u", one.u, one.unit),
         ]
-    return Table(tuple(columns), "Each day, less the map")
+    return Table(tuple(columns), "Each day: difference from the map")
 
 
 def day_columns(history: FolderDrift) -> dict[str, npt.ArrayLike]:
@@ -438,7 +438,7 @@ def _chart(drift: DriftOverTime, quantity: DailyQuantity) -> PlaneChart:
         Rule(_middle(times, start), "" if k else "jump or new map", "ink", upright=True)
         for k, start in enumerate(drift.starts[1:])
     ]
-    y = Axis(f"{quantity.name} less the map's", quantity.unit)
+    y = Axis(f"{quantity.name}, day − map", quantity.unit)
     return PlaneChart(quantity.name, _time_axis(drift.moments[0], end), y, tuple(marks))
 
 

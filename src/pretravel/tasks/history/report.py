@@ -93,9 +93,23 @@ def _verifications_table(entries: Sequence[Entry]) -> Table:
             Column.of("amplitude", numbers("amplitude_percent"), "%", signed_decimals(1)),
             Column.of("turn", numbers("turn_deg"), "°", signed_decimals(2)),
             Column.of("repeat.", numbers("repeatability_um"), "µm", decimals(2)),
-            Column.of("decision", [str(entry["decision"]) for entry in entries]),
+            Column.of("decision", [decision_words(str(entry["decision"])) for entry in entries]),
         )
     )
+
+
+def decision_words(decision: str) -> str:
+    """What was done with the old map, from the word of a history.
+
+    Parameters
+    ----------
+    decision : str
+        "kept", or "accepted NEW_MAP".
+
+    >>> decision_words("accepted new.json")
+    'replaced by new.json'
+    """
+    return decision.replace("accepted ", "replaced by ", 1)
 
 
 def history_columns(entries: Sequence[Entry]) -> dict[str, npt.ArrayLike]:
@@ -141,7 +155,9 @@ def control_charts(entries: Sequence[Entry]) -> tuple[PlaneChart, ...]:
     known = [entry for entry in entries if entry["size_um"] is not None]
     if not known:
         nothing = "no verification has determined the size"
-        return (PlaneChart(nothing, Axis("verification"), Axis("size less the map's", "µm"), ()),)
+        return (
+            PlaneChart(nothing, Axis("verification"), Axis("size − size of the map", "µm"), ()),
+        )
     number = np.arange(len(known), dtype=np.float64)
     return _sizes_chart(known, number), _tests_chart(known, number)
 
@@ -158,7 +174,8 @@ def _time_axis(entries: Sequence[Entry]) -> Axis:
 
 def _labels(entries: Sequence[Entry]) -> tuple[str, ...]:
     return tuple(
-        f"{str(entry['time'])[:16].replace('T', ' ')} UTC, map {entry['map']}, {entry['decision']}"
+        f"{str(entry['time'])[:16].replace('T', ' ')} UTC, map {entry['map']}, "
+        f"{decision_words(str(entry['decision']))}"
         for entry in entries
     )
 
@@ -187,7 +204,7 @@ def _sizes_chart(entries: Sequence[Entry], number: FloatArray) -> PlaneChart:
         for k, i in enumerate(accepted)
     ]
     return PlaneChart("size of the pretravel at each verification", _time_axis(entries),
-                      Axis("size less that of the map", "µm"), tuple(marks))  # fmt: skip
+                      Axis("size − size of the map", "µm"), tuple(marks))  # fmt: skip
 
 
 def _verdicts(

@@ -68,8 +68,8 @@ class History(
 ):
     """Show how a probe drifts over time, and when its next qualification is due.
 
-    From a folder of touches, one file a day; or from the verifications of pretravel verify
-    --history, with their control chart.
+    The input is a folder of touches, one file for each day; or the history file of pretravel verify
+    --history, which is shown as a control chart.
     """
 
     name = "history"
@@ -79,9 +79,9 @@ class History(
     places: Annotated[
         tuple[Path, ...],
         Field(
-            help="History file of one probe, .jsonl; or a folder with touches on the reference, "
-            "one file for each day or shift, with the date in its name (2026-03-14, 20260314, "
-            "14-03-2026; else the time of its last change). Several files or a name with * too.",
+            help="History file of one probe (.jsonl), or a folder with one file of touches for "
+            "each day or shift. The date is that in the name of the file (2026-03-14, 20260314, "
+            "14-03-2026), else that of its last change. Also several files, or a name with *.",
             label="History",
             positional=True,
             metavar="HISTORY",
@@ -105,8 +105,8 @@ class History(
     map_file: Annotated[
         Path | None,
         Field(
-            help="Map of pretravel qualify, .json, that every day is compared with; without it, "
-            "the first file is qualified.",
+            help="Map (.json) with which every day is compared; the default is the map of the "
+            "first file.",
             states="the map gives it",
             without=(_VERIFICATIONS,),
             option="--map",
@@ -117,7 +117,7 @@ class History(
     kind: Annotated[
         str | None,
         Field(
-            help="Kind of the first file's map, auto, harmonic or physical.",
+            help="Kind of map for the first file: auto, harmonic or physical.",
             without=(_VERIFICATIONS, "map_file"),
             names=_kinds,
             metavar="KIND",

@@ -41,7 +41,7 @@ class PlanTargets(Reported):
     surface: Annotated[
         str,
         Field(
-            help="part.step#face, part.step for all faces, sphere:…, convex, …",
+            help="Surface: part.step#face, part.step for all faces, sphere:…, convex, …",
             positional=True,
             reads=surface_files,
             word=is_shape,
@@ -64,8 +64,12 @@ class PlanTargets(Reported):
         ),
     ] = None
     margin: Annotated[float, Field(help="Distance from the edges, in mm.", range=DISTANCE)] = 1.0
-    u: Annotated[Pair | None, Field(help="Range of u.", parse=pair, metavar="FROM,TO")] = None
-    v: Annotated[Pair | None, Field(help="Range of v.", parse=pair, metavar="FROM,TO")] = None
+    u: Annotated[
+        Pair | None, Field(help="Range of the surface parameter u.", parse=pair, metavar="FROM,TO")
+    ] = None
+    v: Annotated[
+        Pair | None, Field(help="Range of the surface parameter v.", parse=pair, metavar="FROM,TO")
+    ] = None
     max_polar_deg: Annotated[
         float,
         Field(

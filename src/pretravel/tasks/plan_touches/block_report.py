@@ -48,10 +48,10 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
         figures=(
             KeyFigure("0°, 90°", "lengths along both axes; squareness of x and y, with the block "
                       "reversed"),
-            KeyFigure("30°", "backlash: the same contact with the other axis arriving from either "
-                      "side"),
+            KeyFigure("30°", "backlash: each contact twice, with the other axis arriving from "
+                      "either side"),
             KeyFigure("180°", "squareness to z, with the block reversed"),
-            KeyFigure("plate", "next to the block: with its top, the scale of z"),
+            KeyFigure("plate", "next to the block; with the top of the block, the scale of z"),
         ),
         tables=(
             Table(
@@ -64,8 +64,8 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
         ),
         pictures=(Picture("Touches at each turn, from above", lambda: block_plan_view(plan)),),
         notes=(
-            ("A turn is right to some degrees: the fit finds where the block lies. Its zero is "
-            "square to the axes of the machine to 5 degrees."),
+            ("The turns may be off by some degrees, because the fit determines them. At 0° the "
+            "block is parallel to the axes of the machine within 5 degrees."),
         ),
     )  # fmt: skip
 

@@ -86,7 +86,7 @@ def _directions_table(plan: TouchPlan) -> Table:
             Column.of("azimuth", azimuth, "°", decimals(1)),
         ),
         title="Directions, in their order:",
-        explanation="probe frame; the order varies the touch before each touch",
+        explanation="in the probe frame; the order varies from which direction the tip comes",
     )
 
 

@@ -28,10 +28,11 @@ if TYPE_CHECKING:
 
 
 class PlanTouches(Reported):
-    """Choose the few touches that keep an old map good, or those on a block.
+    """Choose the few touches that bring an old map up to date, or the touches on a block.
 
-    Give the touches to pretravel qualify --prior. With --block, the touches on a block that tell
-    scale, squareness, backlash and pretravel apart: give them to pretravel qualify --block.
+    Make these touches, and update the map with pretravel qualify --prior. With --block, the
+    touches on a gauge block separate scale, squareness and backlash of the machine from the
+    pretravel: evaluate them with pretravel qualify --block.
     """
 
     name = "plan-touches"
@@ -77,7 +78,7 @@ class PlanTouches(Reported):
     diameter: Annotated[
         float | None,
         Field(
-            help="Diameter of the sphere, in mm; that of the map's qualification by default.",
+            help="Diameter of the sphere, in mm; the default is that of the qualification.",
             range=REFERENCE_DIAMETER,
             without=("block",),
         ),
@@ -87,9 +88,10 @@ class PlanTouches(Reported):
     block: Annotated[
         Lengths | None,
         Field(
-            help="Plan touches on a block of these lengths in mm, one of a cube "
-            "or those along x, y and z at a turn of zero, for example 25.4,50.8,76.2. Its middle "
-            "is at --center; it is turned about it by 0, 90, 30 and 180 degrees.",
+            help="Plan touches on a block with these lengths in mm: 50.8 for a cube, or the "
+            "lengths along x, y and z before the block is turned, such as 25.4,50.8,76.2. The "
+            "middle of the block is at --center, about which it is turned to 0, 90, 30 and 180 "
+            "degrees.",
             parse=block_lengths,
             metavar="L or X,Y,Z",
         ),

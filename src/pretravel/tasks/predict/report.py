@@ -66,7 +66,7 @@ def prediction_document(
 
 
 _PICTURES: Mapping[QuantityWord, str] = {
-    "pretravel": "Force and pretravel over directions, and the elastic parts of the pretravel",
+    "pretravel": "Force and pretravel over directions, and the contributions to the pretravel",
     "sensing_distance": "Force and sensing distance over directions",
     "trigger_force": "Trigger force over directions",
 }
@@ -99,7 +99,7 @@ def shares_table(trigger: Trigger) -> Table:
                 "share", [100.0 * float(mean[name] / total) for name in names], "%", decimals(0)
             ),
         ),
-        title="Elastic parts of the pretravel",
+        title="Contributions to the pretravel",
         detail=True,
     )
 

@@ -48,7 +48,9 @@ class Predict(Reported):
     model: Annotated[
         str,
         Field(
-            help="; ".join(f"{name}: {meaning}" for name, meaning in MODELS.items()) + ".",
+            help=f"Model of the probe's compliance, one of {', '.join(MODELS)}; "
+            + "; ".join(f"{name}: {meaning}" for name, meaning in MODELS.items())
+            + ".",
             names=models,
             metavar="MODEL",
         ),
@@ -58,8 +60,8 @@ class Predict(Reported):
     lever: Annotated[
         float | None,
         Field(
-            help="Distance from the tip centre to the plane of the rods, in mm; the hub offset is "
-            "changed to it.",
+            help="Distance from the tip centre to the plane of the rods, in mm, in place of the "
+            "distance in the description.",
             range=STEP,
         ),
     ] = None

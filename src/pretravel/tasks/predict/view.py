@@ -1,4 +1,4 @@
-"""A prediction as a picture: force and pretravel over directions, and its elastic parts."""
+"""A prediction as a picture: force and pretravel over directions, and its contributions."""
 
 from __future__ import annotations
 
@@ -224,14 +224,14 @@ def polar_axis(levels: FloatArray) -> Axis:
 
 
 def _names(trigger: Trigger) -> list[str]:
-    """The elastic parts, the largest share first."""
+    """The contributions of elastic parts, the largest first."""
     return sorted(trigger.shares, key=lambda name: -float(np.mean(trigger.shares[name])))
 
 
 def _shares_over_polar(trigger: Trigger, polar: FloatArray) -> PlaneChart:
     levels = np.unique(polar)
     shares = {name: by_level(trigger.shares[name], polar)[1][1] for name in _names(trigger)}
-    return _stacked(shares, levels, polar_axis(levels), "elastic parts, mean over the azimuths")
+    return _stacked(shares, levels, polar_axis(levels), "contributions, mean over the azimuths")
 
 
 def _shares_over_azimuth(trigger: Trigger, polar: FloatArray, level: float) -> PlaneChart:
@@ -239,7 +239,7 @@ def _shares_over_azimuth(trigger: Trigger, polar: FloatArray, level: float) -> P
     azimuth = angles_deg(trigger.directions[rows])[1]
     order = np.argsort(azimuth)
     shares = {name: trigger.shares[name][rows[order]] for name in _names(trigger)}
-    return _stacked(shares, azimuth[order], azimuth_axis(), f"elastic parts at polar {level:g}°")
+    return _stacked(shares, azimuth[order], azimuth_axis(), f"contributions at polar {level:g}°")
 
 
 def _stacked(shares: dict[str, FloatArray], x: FloatArray, axis: Axis, title: str) -> PlaneChart:
@@ -260,5 +260,5 @@ def _mean_shares(trigger: Trigger) -> PlaneChart:
     bars = Bars(np.arange(len(names), dtype=np.float64), mean, horizontal=True,
                 texts=tuple(f"{number_text(value)} µm" for value in mean))  # fmt: skip
     words = tuple(name.replace("_", " ") for name in names)
-    return PlaneChart("elastic parts of the pretravel", Axis("mean pretravel", "µm", low=0.0),
+    return PlaneChart("contributions to the pretravel", Axis("mean pretravel", "µm", low=0.0),
                       Axis("", categories=words), (bars,))  # fmt: skip

@@ -76,8 +76,8 @@ class ProgramTask(Task):
     feeds: Annotated[
         Feeds | None,
         Field(
-            help="Measuring feeds a,b,…, in mm/min: every touch is made at each; the default is "
-            "that of the machine file.",
+            help="Measuring feeds a,b,…, in mm/min: every touch is made once at each feed; the "
+            "default is the feed of the machine file.",
             parse=feeds_list,
             metavar="FEEDS",
         ),
@@ -86,15 +86,15 @@ class ProgramTask(Task):
         str | None,
         Field(
             help="Log file on the machine, next to its INI file: NAME_log.ngc, which the control "
-            "can read back; the default is the name of the program with this ending."
+            "can read again; the default NAME is that of the program."
         ),
     ] = None
 
     spindle_deg: Annotated[
         float | None,
         Field(
-            help="Orientation of the spindle during the touches, in degrees (M19), which the log "
-            "gives: make one program for 0 and one for 180, for pretravel reversal.",
+            help="Orientation of the spindle during the touches (M19), in degrees, as the "
+            "log gives it. For pretravel reversal make one program for 0 and one for 180.",
             range=ANGLE,
             label="Orientation of the spindle",
         ),
@@ -102,8 +102,8 @@ class ProgramTask(Task):
     by_hand: Annotated[
         bool,
         Field(
-            help="For a machine without M19: the program stops at the safe height until the "
-            "spindle was turned by hand.",
+            help="For a machine without M19: the program stops at the safe height, where you turn "
+            "the spindle by hand.",
             only=("spindle_deg",),
         ),
     ] = False
@@ -220,11 +220,12 @@ class ProgramSphere(ProgramTask):
 class ProgramAxis(ProgramTask):
     """Touch a reference sphere at several angles of a rotary axis, for pretravel axis.
 
-    The centre of the sphere at the first angle and a place on the axis are known roughly: the
-    sphere may be off by less than clearance_mm, and is off by up to twice the error of the axis.
-    The axis turns while the tip is at the safe height. At each angle the same directions are
-    touched; labels of the log begin with the angle. The control must not move X, Y and Z with the
-    axis (tool centre point): M429 in LinuxCNC's sample of xyzac-trt-kins.
+    Give the centre of the sphere at the first angle and a point on the axis roughly: at each angle
+    the sphere must be within clearance_mm (machine file) of where it is expected, and an error of
+    the point on the axis shifts it by up to twice this error. The axis turns while the tip is at
+    the safe height. The same directions are touched at each angle; labels of the log begin with
+    the angle. Switch off tool centre point control, which moves X, Y and Z with the axis: M429 in
+    LinuxCNC's sample of xyzac-trt-kins.
     """
 
     name = "program axis"
@@ -258,7 +259,7 @@ class ProgramAxis(ProgramTask):
     about: Annotated[
         Vector,
         Field(
-            help="A place on the axis, in work coordinates, in mm; along the axis any.",
+            help="A point on the axis, in work coordinates, in mm, anywhere along the axis.",
             parse=vector,
             metavar="X,Y,Z",
         ),
@@ -358,7 +359,7 @@ class ProgramPart(ProgramTask):
         Path | None,
         Field(
             help="Compute surface points on the control, with the subroutines of pretravel export "
-            "MAP --to linuxcnc; the program stops where the control has those of another map.",
+            "MAP --to linuxcnc; the program stops if the control has those of another map.",
             metavar="MAP",
             reads=True,
         ),
@@ -366,8 +367,8 @@ class ProgramPart(ProgramTask):
     allow_misses: Annotated[
         bool,
         Field(
-            help="Go on after a touch without contact; not after the first touch, and not after "
-            "two in a row."
+            help="Continue after a touch without contact, except if the first touch or two touches "
+            "in a row have none."
         ),
     ] = False
     leave_out: Annotated[bool, Field(help="Leave out targets that cannot be reached.")] = False
@@ -483,17 +484,17 @@ def _planned(
 
 
 class ProgramMdi(Task):
-    """Write pretravel_sphere: touches on any reference sphere, called from MDI.
+    """Write the subroutine pretravel_sphere, which touches a reference sphere when MDI calls it.
 
-    It needs neither a map nor a machine file. pretravel export --to linuxcnc writes it too, with
-    cycles that need a map.
+    The command needs neither a map nor a machine file. With a map, pretravel export --to linuxcnc
+    writes the same subroutine together with the cycles that compensate.
     """
 
     name = "program mdi"
     group = "Control"
     example = "pretravel program mdi -o subroutines"
 
-    output: Annotated[Path, output("Folder of subroutines, of SUBROUTINE_PATH.", *FOLDER)]
+    output: Annotated[Path, output("Folder for the subroutines, on SUBROUTINE_PATH.", *FOLDER)]
     tool: Annotated[
         int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
     ] = None

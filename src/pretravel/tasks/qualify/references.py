@@ -60,8 +60,8 @@ def stated_reference(text: str) -> StatedReference:
     """
     if not _REFERENCE.fullmatch(text):
         raise PretravelError(
-            f"'{text}': a reference is NAME=SHAPE:SIZE:U, for example r50=ring:50.0003:0.3 "
-            "(mm, and its standard uncertainty in µm) or hole=ring:unknown"
+            f"'{text}': a reference is NAME=SHAPE:SIZE:u, for example r50=ring:50.0003:0.3 "
+            "(size in mm, its standard uncertainty u in µm) or hole=ring:unknown"
         )
     return StatedReference(text)
 
@@ -72,8 +72,8 @@ class OnReferences(Task):
     pin: Annotated[
         bool,
         Field(
-            help="The reference is a pin or boss, touched outside all around; --ring is one that "
-            "is touched inside, a bore too. Several heights are taken as they are.",
+            help="The reference is a pin or boss, touched from outside all around. Use --ring for "
+            "a ring or bore, touched from inside. Touches may be at several heights.",
             label="The reference is a pin or boss",
             without=("ring", "block", "reference", STAR),
         ),
@@ -81,8 +81,8 @@ class OnReferences(Task):
     unknown_size: Annotated[
         bool,
         Field(
-            help="The diameter of the reference is not known: the shape of the map alone is "
-            "determined, and its mean is not.",
+            help="The diameter of the reference is not known: only the shape of the map is "
+            "determined, not its mean.",
             label="The diameter is not known",
             without=("block", "reference", STAR),
         ),
@@ -90,9 +90,10 @@ class OnReferences(Task):
     block: Annotated[
         Lengths | None,
         Field(
-            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels: the "
-            "calibrated distance of opposite faces in mm (50.8), or the three along x, y and z at "
-            "a turn of zero (25.4,50.8,76.2). A column reference gives the turn: block@90.",
+            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels: give the "
+            "calibrated distance of opposite faces in mm (50.8), or the three distances along x, y "
+            "and z with the block not turned (25.4,50.8,76.2). The column reference of the file "
+            "gives the turn of the block in degrees: block@90.",
             parse=block_lengths,
             metavar="L or X,Y,Z",
             states="a block or a reference gives its shape and size itself",
@@ -101,20 +102,20 @@ class OnReferences(Task):
     reference: Annotated[
         tuple[StatedReference, ...],
         Field(
-            help="One of several references of one fit, NAME=SHAPE:SIZE:U: shape block, ring "
-            "(bore), pin (boss) or sphere, size in mm or unknown, U its standard uncertainty in "
-            "µm. Touches give the name in a column reference or at the beginning of their labels "
-            "(r50/1). For example --reference r50=ring:50.0003:0.3 --block 50.8; may be repeated.",
+            help="One of several references that are fitted together, such as "
+            "r50=ring:50.0003:0.3. NAME: as in the column reference or at the beginning of the "
+            "labels (r50/1); SHAPE: block, ring (bore), pin (boss) or sphere; SIZE: in mm, or "
+            "unknown; u: standard uncertainty of the size, in µm. May be repeated.",
             parse=stated_reference,
-            metavar="NAME=SHAPE:SIZE:U",
+            metavar="NAME=SHAPE:SIZE:u",
             states="a block or a reference gives its shape and size itself",
         ),
     ] = ()
     u_scale_ppm: Annotated[
         float | None,
         Field(
-            help="Standard uncertainty of the scales of the machine, in µm/m, where it is known, "
-            "for example 20; 0 takes them as exact.",
+            help="Standard uncertainty of the scales of the machine, in µm/m, if it is known, "
+            "for example 20; 0: the scales are exact.",
             range=(0.0, 1e5),
             unit="µm/m",
             only=("block", "reference"),

@@ -189,7 +189,7 @@ def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
             detail=True,
         ),
         KeyFigure(
-            "scatter of places", pretravel_map.fixed_scatter / MICROMETRE, "µm",
+            "fixed scatter", pretravel_map.fixed_scatter / MICROMETRE, "µm",
             remark="between places; repeats at one place do not reduce it",
             detail=True,
         ),
@@ -309,7 +309,7 @@ def qualification_view(qualification: Qualification, title: str = "") -> View:
         around = replace(around, note=f"{around.note} Outliers are not drawn here.")
     if is_ring(directions):
         return View(title, (around, _residuals_on_ring(qualification, directions, labels)), 2)
-    scale = Scale.of("touch less map", "µm", residuals[used], signed=True)
+    scale = Scale.of("residual (touch − map)", "µm", residuals[used], signed=True)
     by_place = chart_by_place(
         directions, residuals, scale, "residuals by place", labels=labels,
         groups=qualification.groups, ringed=("named as outlier", outliers),
@@ -344,4 +344,4 @@ def _residuals_on_ring(
         marks.append(Dots(at, drawn, "named as outlier", "limit", symbol="ring", size=11.0,
                           labels=tuple(labels[row] for row in outliers)))  # fmt: skip
     return PlaneChart("residuals by place", azimuth_axis(),
-                      Axis("touch less map", "µm"), tuple(marks))  # fmt: skip
+                      Axis("residual (touch − map)", "µm"), tuple(marks))  # fmt: skip

@@ -29,7 +29,7 @@ def _with_diameters(tips: object) -> bool:
     return any("=" in str(tip) for tip in (tips if isinstance(tips, list | tuple) else (tips,)))
 
 
-STAR = When("tip", is_so=_with_diameters, what="several tips, --tip NAME=DIAMETER")
+STAR = When("tip", is_so=_with_diameters, what="several tips")
 """The mode of several tips; a name alone chooses the touches of one."""
 
 
@@ -82,13 +82,13 @@ class OfSeveralTips(Task):
     tip: Annotated[
         tuple[StatedTip, ...],
         Field(
-            help="A tip of a star stylus or a tool, NAME=DIAMETER@X,Y,Z: its name in the column "
-            "tip, its diameter in mm, and the direction from the tip to its hub (0,0,1 where it "
-            "is left out). For example --tip down=6 --tip front=4@0,1,0; the others refer to the "
-            "first one. All touch one sphere that is not moved. A NAME alone: its touches are "
-            "taken, where the file gives several tips.",
+            help="Name, diameter in mm and direction to the hub of one tip of a star stylus or a "
+            "tool, such as front=4@0,1,0. Repeat the option for each tip: --tip down=6 --tip "
+            "front=4@0,1,0. The column tip of the file contains the names; the default direction "
+            "is 0,0,1. All tips touch the same sphere, which is not moved; offsets refer to the "
+            "first tip. A name alone: use only the touches of this tip.",
             parse=stated_tip,
-            states="a tip gives its diameter and its axis itself, and all touch one sphere",
+            states="--tip gives the diameter and axis of each tip, and all tips touch one sphere",
             without=("block", "reference"),
             metavar="NAME=D@X,Y,Z",
         ),

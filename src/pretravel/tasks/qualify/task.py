@@ -125,8 +125,8 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     axial_pretravel_um: Annotated[
         Length,
         Field(
-            help="Assumed pretravel along the probe axis, in µm: touches on a sphere do not "
-            "determine it; none: least-squares centre.",
+            help="Assumed pretravel along the probe axis, in µm, which touches on a sphere do not "
+            "determine; none: use the least-squares centre.",
             only=(kinds_where(lambda kind: kind.takes_axial_pretravel),),
             without=("prior",),
             parse=length_or_none,
@@ -141,9 +141,9 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     prior: Annotated[
         Path | None,
         Field(
-            help="Old map of this probe, .json: a few touches (5 or more directions, see pretravel "
-            "plan-touches) bring it up to date. Kind, axis and conventions are those of the old "
-            "map.",
+            help="Old map of this probe (.json), which a few new touches bring up to date. They "
+            "need 5 or more directions (see pretravel plan-touches). Kind, axis and conventions "
+            "stay as in the old map.",
             reads=True,
             states="the old map gives it",
             without=("block", "reference", STAR, "unknown_size"),

@@ -124,11 +124,11 @@ def _touches_table(result: MapUpdate) -> Table:
             Column.of("touch", [str(i + 1) for i in range(len(directions))]),
             Column.of("polar", polar, "°", decimals(1)),
             Column.of("azimuth", azimuth, "°", decimals(1)),
-            Column.of("less old map", result.changes / MICROMETRE, "µm", signed_decimals(2)),
-            Column.of("less new map", result.residuals / MICROMETRE, "µm", signed_decimals(2)),
+            Column.of("touch − old map", result.changes / MICROMETRE, "µm", signed_decimals(2)),
+            Column.of("touch − new map", result.residuals / MICROMETRE, "µm", signed_decimals(2)),
         ),
         title="Touches",
-        explanation="pretravel of each touch less that of the map; the centre is fitted",
+        explanation="difference of each touch from the map; the centre is fitted",
         detail=True,
     )
 
@@ -162,7 +162,7 @@ def _change_chart(result: MapUpdate, new: Mapping[str, FloatArray]) -> TopView:
     change = new["pretravel_um"] - old["pretravel_um"]
     scale = Scale.of("change", "µm", change, signed=True)
     touched = result.contact_normals @ result.pretravel_map.rotation
-    return TopView("new map less old map", new["polar_deg"], new["azimuth_deg"], change, scale,
+    return TopView("new map − old map", new["polar_deg"], new["azimuth_deg"], change, scale,
                    "probe", *angles_deg(touched), "new touches",
                    tuple(direction_words(touched)))  # fmt: skip
 
@@ -172,12 +172,12 @@ def _touches_chart(result: MapUpdate) -> PlaneChart:
     touched = result.contact_normals @ result.pretravel_map.rotation
     changes, residuals = result.changes / MICROMETRE, result.residuals / MICROMETRE
     labels = labels_of(
-        touched, [("less old map", changes, True), ("less new map", residuals, True)]
+        touched, [("touch − old map", changes, True), ("touch − new map", residuals, True)]
     )
     azimuth = angles_deg(touched)[1]
     marks = (
         Rule(0.0),
-        Dots(azimuth, changes, "less the old map", "before", symbol="ring", labels=labels),
-        Dots(azimuth, residuals, "less the new map", "after", labels=labels),
+        Dots(azimuth, changes, "touches − old map", "before", symbol="ring", labels=labels),
+        Dots(azimuth, residuals, "touches − new map", "after", labels=labels),
     )
-    return PlaneChart("touches less map", azimuth_axis(), Axis("pretravel less map", "µm"), marks)
+    return PlaneChart("touches and map", azimuth_axis(), Axis("touches − map", "µm"), marks)

@@ -231,7 +231,7 @@ def _series_table(series: Sequence[NamedSeries]) -> Table:
             Column.of("plain", lengths([one.plain_deviation for one in judged]), "µm", _TWO),
             Column.of("drift a touch", lengths([one.drift for one in judged]), "µm", _SIGNED),
             Column.of("U", lengths([one.drift_u95 for one in judged]), "µm", _TWO),
-            Column.of("first less others", lengths([one.first.size for one in judged]), "µm",
+            Column.of("first − others", lengths([one.first.size for one in judged]), "µm",
                       _SIGNED),
             Column.of("apart", ["yes" if one.first.apart else "no" for one in judged]),
             Column.of("outliers", [float(len(one.outliers)) for one in judged], "", decimals(0)),
@@ -311,7 +311,7 @@ def _touches_chart(judged: RepeatSeries, title: str) -> PlaneChart:
             Dots(number[~kept], y[~kept], "not usual", "limit", symbol="diamond", size=7.0)
         )
     return PlaneChart(f"{title}touches", Axis("touch", "", 0.4, len(y) + 1.8),
-                      Axis(f"position less {middle:.4f} mm", "µm"), tuple(marks))  # fmt: skip
+                      Axis(f"position − {middle:.4f} mm", "µm"), tuple(marks))  # fmt: skip
 
 
 def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:

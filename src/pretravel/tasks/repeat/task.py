@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Repeat(Reported):
-    """Say what touches of one point show: noise, drift, first touch apart, and the next touch."""
+    """Evaluate repeated touches of one point: noise, drift, first touch, limits of the next."""
 
     name = "repeat"
     group = "Qualify"
@@ -41,7 +41,8 @@ class Repeat(Reported):
         tuple[Path, ...],
         Field(
             help="Log of any probe, without a reference: Klipper, Marlin, RepRapFirmware, grbl, "
-            "LinuxCNC, any file of pretravel formats; or a table of x, y, z, or of heights alone.",
+            "LinuxCNC, any format that pretravel formats lists; or a table of x, y, z, or of "
+            "heights alone.",
             positional=True,
             metavar="LOG",
             reads=files_meant,
@@ -66,7 +67,7 @@ class Repeat(Reported):
         float | None,
         Field(
             help="Step of the positions, in µm, such as that of a motor or a scale; it is looked "
-            "for where it is not given.",
+            "for if it is not given.",
             range=(0.0, 1000.0),
             label="Step of the positions",
         ),

@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 
 class Report(Task):
-    """Bind several results into one page, or make a page of one.
+    """Combine several results in one page, or make a page of one result.
 
-    Values, pictures and what was done with what are taken over; each result keeps its date.
+    The page contains the values and pictures, and which command used which files; each result
+    keeps its date.
     """
 
     name = "report"
@@ -26,8 +27,8 @@ class Report(Task):
     results: Annotated[
         tuple[Path, ...],
         Field(
-            help="Results that pretravel wrote: -o NAME.report.json on every command with a page, "
-            "-o NAME.json where it is the report.",
+            help="Results that pretravel wrote: NAME.report.json by -o of every command with a "
+            "page, or NAME.json of commands whose .json is the report.",
             positional=True,
             metavar="RESULTS",
             reads=True,
@@ -35,9 +36,7 @@ class Report(Task):
     ]
     output: Annotated[
         Path,
-        Field(
-            help="All of them in one page: .html or .pdf.", short="-o", writes=PAGES, in_run=True
-        ),
+        Field(help="Page with all results: .html or .pdf.", short="-o", writes=PAGES, in_run=True),
     ]
     title: Annotated[
         str | None, Field(help="Title of the page; the default names the results.")

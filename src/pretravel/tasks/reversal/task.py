@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
-    """Average touches at 0° and 180° of the spindle, which takes out run-out and odd lobes.
+    """Average touches at 0° and 180° of the spindle, which cancels run-out and odd lobes.
 
     The means go to pretravel qualify, compensate or measure like other touches.
     """

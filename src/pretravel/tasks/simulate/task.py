@@ -73,8 +73,8 @@ class Simulate(PlacedPart, Reported):
     surface: Annotated[
         str,
         Field(
-            help="plane:polar=40, sphere:radius=12.5, cylinder:…, cone:…, torus:…, ellipsoid:…, "
-            "convex, part.step, part.step#face.",
+            help="Surface to touch, such as plane:polar=40, sphere:radius=12.5, part.step or "
+            "part.step#face; also cylinder:…, cone:…, torus:…, ellipsoid:…, convex.",
             reads=surface_files,
             word=is_shape,
         ),
@@ -112,9 +112,9 @@ class Simulate(PlacedPart, Reported):
     machine: Annotated[
         Path | None,
         Field(
-            help="Separation of machine and probe, from separate: .json or .csv. The machine's "
-            "errors and the scatter of both act in the direction of each touch; --noise is then "
-            "that along the axis, which a separation does not know.",
+            help="Errors of machine and probe by direction, from pretravel separate: .json or "
+            ".csv. The machine's errors and the scatter of both apply in the direction of each "
+            "touch; --noise is then the noise along the probe axis, which separate does not give.",
             label="Separation of machine and probe",
             reads=True,
         ),

@@ -46,7 +46,7 @@ class Slide(Reported):
     surface: Annotated[
         str,
         Field(
-            help="plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face, … (as in simulate).",
+            help="Surface to touch: plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face, …",
             reads=surface_files,
             word=is_shape,
         ),
@@ -67,8 +67,8 @@ class Slide(Reported):
     step: Annotated[
         float | None,
         Field(
-            help="Travel of a step, in mm; of process vertical the deflection, in mm, of inclined "
-            "the force, in N. The default is 0.001, for inclined 0.1.",
+            help="Travel of a step, in mm; for process vertical the deflection, in mm, for "
+            "inclined the force, in N. The default is 0.001, for inclined 0.1.",
             range=STEP,
         ),
     ] = None
@@ -76,8 +76,8 @@ class Slide(Reported):
     process: Annotated[
         Literal["curved", "inclined", "vertical"],
         Field(
-            help="Process of the thesis: curved (any surface), or that for inclined or vertical "
-            "planes."
+            help="Process of Rodrigues' thesis: curved (any surface), inclined or vertical "
+            "(planes)."
         ),
     ] = "curved"
     search: Annotated[

@@ -47,7 +47,7 @@ from pretravel.show import (
     number_text,
     value_text,
 )
-from pretravel.tasks.history import control_charts
+from pretravel.tasks.history import control_charts, decision_words
 
 
 def verification_document(
@@ -90,7 +90,7 @@ def verification_document(
             *_cause_figures(result),
             *_change_figures(result),
             *_test_figures(result),
-            KeyFigure("map", decision),
+            KeyFigure("old map", decision_words(decision)),
         ),
         pictures=(
             Picture(
@@ -270,14 +270,14 @@ def verification_view(result: Verification, entries: Sequence[Entry] = (), title
             direction_words(result.directions), difference.tolist(), u.tolist(), strict=True
         )
     )
-    scale = Scale.of("pretravel less map", "µm", difference, signed=True)
+    scale = Scale.of("change (touches − map)", "µm", difference, signed=True)
     words = "changed" if result.changed else "no change"
     by_place = chart_by_place(result.directions, difference, scale, f"{words}: from above",
                               labels=labels)  # fmt: skip
     name = "mean of a direction, ± 2 u"
     dots = Dots(azimuth, difference, name, "reference", polar, 2.0 * u, labels=labels)
     over = PlaneChart(f"{words}: over the azimuth", azimuth_axis(),
-                      Axis("pretravel less map", "µm"), (Rule(0.0, "the map"), dots),
+                      Axis("change (touches − map)", "µm"), (Rule(0.0, "the map"), dots),
                       Scale("polar angle", "°", 0.0, 90.0))  # fmt: skip
     charts = control_charts(entries) if entries else ()
     return View(title or "Verification", (by_place, over, *charts), 2)

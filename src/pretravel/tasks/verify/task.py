@@ -40,8 +40,7 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
-    The exit code is also 3, and nothing is tested, where the touches are not those of a new,
-    complete run.
+    If the touches are not from a new, complete run, nothing is tested, and the exit code is 3, too.
 
     The old map is kept unless --accept names a new one.
     """

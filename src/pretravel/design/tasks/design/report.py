@@ -56,7 +56,7 @@ def design_document(found: FoundDesign) -> Document:
         pictures=(
             *_front_pictures(found, title),
             Picture(
-                "Force and pretravel of the best design, and the elastic parts of the pretravel",
+                "Force and pretravel of the best design, and the contributions to the pretravel",
                 lambda: prediction_view(
                     predict(found.best.probe, _directions(found), model), title
                 ),

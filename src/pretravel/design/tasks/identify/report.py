@@ -28,6 +28,11 @@ from pretravel.show import (
 )
 from pretravel.uncertainty import COVERAGE_FACTOR
 
+_UNITS = {"deg": "°", "mm": "mm", "N": "N"}
+"""Units by the endings of keys."""
+_NEGLIGIBLE = 1e-6
+"""Share of u below which a value is only rounding of the numbers."""
+
 
 def identification_document(found: Identification, *, model: str, map_name: str = "") -> Document:
     """The report of an identification: the free numbers of the description, with uncertainties.
@@ -51,11 +56,11 @@ def identification_document(found: Identification, *, model: str, map_name: str 
     largest = float(np.abs(found.residuals).max())
     return Document(
         title=title,
-        verdict=f"{found.probe.name}, model {model}: with the identified numbers the map and the "
-        f"model differ by {value_text(rms / MICROMETRE, 'µm', decimals(3))} (rms of "
+        verdict=f"{found.probe.name}, model {model}: with the identified quantities the map and "
+        f"the model differ by {value_text(rms / MICROMETRE, 'µm', decimals(3))} (rms of "
         f"{len(found.directions)} directions)",
         figures=(
-            KeyFigure("map less model", rms / MICROMETRE, "µm", decimals(3), remark="rms"),
+            KeyFigure("map − model", rms / MICROMETRE, "µm", decimals(3), remark="rms"),
             KeyFigure("largest difference", largest / MICROMETRE, "µm", decimals(3)),
             KeyFigure(
                 "shift",
@@ -68,9 +73,7 @@ def identification_document(found: Identification, *, model: str, map_name: str 
         ),
         tables=(_numbers_table(found), *_force_table(found)),
         pictures=(
-            Picture(
-                "Map less model over the directions", lambda: identification_view(found, title)
-            ),
+            Picture("Map − model over the directions", lambda: identification_view(found, title)),
             *_force_picture(found, title),
         ),
         warnings=found.unknown,
@@ -83,11 +86,11 @@ def _of_forces(found: Identification, title: str, model: str) -> Document:
     largest = float(np.abs(found.force_residuals).max())
     return Document(
         title=title,
-        verdict=f"{found.probe.name}, model {model}: with the identified numbers the measured and "
-        f"the predicted forces differ by {value_text(rms, 'N', decimals(4))} (rms of "
+        verdict=f"{found.probe.name}, model {model}: with the identified quantities the measured "
+        f"and the predicted forces differ by {value_text(rms, 'N', decimals(4))} (rms of "
         f"{len(found.force_residuals)} directions)",
         figures=(
-            KeyFigure("measured less predicted", rms, "N", decimals(4), remark="rms"),
+            KeyFigure("measured − predicted", rms, "N", decimals(4), remark="rms"),
             KeyFigure("largest difference", largest, "N", decimals(4)),
         ),
         tables=(_numbers_table(found), *_force_table(found)),
@@ -149,7 +152,7 @@ def forces_view(found: Identification, title: str = "") -> View:
          Dots(azimuth, forces.force - residuals, "predicted", "series2", labels=labels)),
     )  # fmt: skip
     difference = PlaneChart(
-        "measured less predicted", axis, Axis("difference", "N"),
+        "measured − predicted", axis, Axis("difference", "N"),
         (Rule(0.0), Dots(azimuth, residuals, "bars: 2 u", "series1", u=2.0 * forces.u,
                          labels=labels)),
     )  # fmt: skip
@@ -159,26 +162,26 @@ def forces_view(found: Identification, title: str = "") -> View:
 def _numbers_table(found: Identification) -> Table:
     units = np.array([FREE[name].unit for name in found.names])
     keys = ["lever_mm" if name == "lever" else FREE[name].key for name in found.names]
+    endings = [key.rpartition("_")[2] for key in keys]
+    values, u = found.values / units, found.standard_uncertainty / units
+    values = np.where(np.abs(values) < _NEGLIGIBLE * u, 0.0, values)
     return Table(
         (
-            Column.of("number", found.names),
-            Column.of("key", keys),
-            Column.of("value", found.values / units, digits=significant(5)),
-            Column.of("u", found.standard_uncertainty / units, digits=significant(2)),
-            Column.of(
-                "U (k = 2)",
-                COVERAGE_FACTOR * found.standard_uncertainty / units,
-                digits=significant(2),
-            ),
+            Column.of("quantity", found.names),
+            Column.of("key of the description", keys),
+            Column.of("value", values, digits=significant(5)),
+            Column.of("u", u, digits=significant(2)),
+            Column.of("U (k = 2)", COVERAGE_FACTOR * u, digits=significant(2)),
+            Column.of("unit", [_UNITS.get(ending, "") for ending in endings]),
         ),
-        title="Identified numbers",
-        explanation="The key names the unit (deg for degrees). u: standard uncertainty from "
-        "the scatter of the touches and the u of the reference, and from u of measured forces.",
+        title="Identified quantities",
+        explanation="u: standard uncertainty from the scatter of the touches and the u of the "
+        "reference, and from u of measured forces.",
     )
 
 
 def identification_view(found: Identification, title: str = "") -> View:
-    """Map less model of the identified description: by place, and over the polar angle.
+    """Map − model of the identified description: by place, and over the polar angle.
 
     Parameters
     ----------
@@ -192,14 +195,14 @@ def identification_view(found: Identification, title: str = "") -> View:
     inside = found.directions @ found.probe.orientation.matrix
     residuals = found.residuals / MICROMETRE
     labels = tuple(direction_words(inside))
-    scale = Scale.of("map less model", "µm", residuals, signed=True)
-    by_place = chart_by_place(inside, residuals, scale, "map less model from above", labels=labels)
+    scale = Scale.of("map − model", "µm", residuals, signed=True)
+    by_place = chart_by_place(inside, residuals, scale, "map − model from above", labels=labels)
     polar, azimuth = angles_deg(inside)
     over = PlaneChart(
-        "map less model over the polar angle",
+        "map − model over the polar angle",
         Axis("polar angle (90° = wall)", "°", ticks=tuple(15.0 * k for k in range(7))),
-        Axis("map less model", "µm"),
+        Axis("map − model", "µm"),
         (Rule(0.0), Dots(polar, residuals, "", values=azimuth, labels=labels)),
         Scale("azimuth", "°", 0.0, 360.0),
     )  # fmt: skip
-    return View(title or "Map less model", (by_place, over), 2)
+    return View(title or "Map − model", (by_place, over), 2)

@@ -46,8 +46,8 @@ class Identify(Reported):
     forces: Annotated[
         Path | None,
         Field(
-            help="Measured trigger forces, .csv: azimuth_deg,force_N,u_N and, off the walls, "
-            "polar_deg; alone or with a map.",
+            help="Measured trigger forces, .csv: azimuth_deg,force_N,u_N and, for directions not "
+            "across the axis, polar_deg; alone or with a map.",
             label="Measured trigger forces",
             reads=True,
         ),
@@ -55,9 +55,12 @@ class Identify(Reported):
     free: Annotated[
         str,
         Field(
-            help="Quantities to fit, a,b,…: preload, lever, tripod_radius, support_angle, "
-            "ball_radius, rod_radius, stem_diameter, rotation, rod_azimuth_1, _2, _3; from forces "
-            "alone also friction."
+            help="Quantities to identify, separated by commas. preload: force of the spring; "
+            "lever: distance from the tip to the plane of the rods; tripod_radius; support_angle "
+            "and ball_radius of the seats; rod_radius; stem_diameter; rotation of the tripod about "
+            "the probe axis; rod_azimuth_1, rod_azimuth_2, rod_azimuth_3; from forces alone also "
+            "friction at the seats.",
+            metavar="NAMES",
         ),
     ] = "rotation,stem_diameter"
     model: ModelName = "analytic"

@@ -42,7 +42,7 @@ def _is_study(text: str) -> bool:
 
 
 class RunStudy(Reported):
-    """Predict many designs of a probe: what varies, and what decides it.
+    """Predict many designs of a probe: how results vary, and which parameters decide it.
 
     A study that was interrupted goes on where it ended when the command is run again.
     """

@@ -22,9 +22,9 @@ _LARGE = 0.1
 
 _MOVES = 1e-9  # smallest change of a motion by a touch, in mm or rad for 1 mm
 _NOT_IN_U = (
-    "u of a motion contains the errors of the touches and the form of the part as far as the "
-    "residuals show it; errors of the machine's geometry, of temperature and clamping are not in "
-    "it. Turns are about the middle of the touches"
+    "u of a motion contains the errors of the touches and, as far as the residuals show it, the "
+    "form of the part. u does not contain the errors of the machine's geometry, of temperature and "
+    "of clamping"
 )
 
 
@@ -69,7 +69,7 @@ def alignment_document(
         verdict=verdict,
         figures=(
             KeyFigure("placement", typed_placement(alignment.placement), remark="x,y,z,a,b,c"),
-            KeyFigure("began from", found_from, detail=True),
+            KeyFigure("start", found_from, detail=True),
         ),
         tables=(_motions_table(alignment), _faces_table(alignment), _worst_table(alignment)),
         pictures=(
@@ -116,9 +116,9 @@ def _motions_table(alignment: Alignment) -> Table:
             Column.of("unit of U", ["µm"] * 3 + ["°"] * 3),
         ),
         title="Placement of the part in the machine",
-        explanation="Shifts of the part's origin along the machine's axes, and turns about them. U "
-        "(k = 2) is that of shifts and turns about the middle of the touches; it is empty where "
-        "the touches do not determine a motion.",
+        explanation="Shifts of the part's origin along the machine's axes, and rotations about "
+        "these axes. U (k = 2) is the U of shifts of, and rotations about, the middle of the "
+        "touches; U is empty where the touches do not determine a motion.",
     )
 
 

@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from pretravel.surface import Part
 
 _LETTERS = dict(zip("xyzabc", ("x", "y", "z", "about x", "about y", "about z"), strict=True))
-_MORE = "--verbose, or -o report.html"
+_MORE = "--verbose or -o report.html"
 
 
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
-    Touches need no normals: the normals of the faces are used, and the pretravel is solved together
-    with the placement. Without a start and a plan the placement is searched over all positions.
+    Touches need no normals: the normals are those of the faces, and the pretravel is determined
+    together with the placement. With neither --start nor --plan all placements are searched.
     """
 
     name = "align"
@@ -68,9 +68,9 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     start: Annotated[
         str | None,
         Field(
-            help="Approximate placement of the part: x,y,z in mm, then turns about the machine's "
-            "axes in degrees, or a file of pretravel align. Without it: from the targets of a "
-            "plan, or searched for.",
+            help="Approximate placement of the part: x,y,z in mm, then rotations about the "
+            "machine's axes in degrees, or a file of pretravel align. Without a start, the "
+            "placement follows from the plan (--plan), or is searched.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,
@@ -90,8 +90,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         Literal["gaussian", "outside"],
         Field(
             help="How datums are fitted. gaussian: least squares of all touches. outside: from "
-            "outside the material (ISO 5459), as planes that touch it, inscribed bores and "
-            "circumscribed bosses; these rest on a few touches.",
+            "outside the material (ISO 5459): tangent planes, inscribed bores and circumscribed "
+            "bosses, which rest on a few touches.",
             label="Datums are associated",
             words={
                 "gaussian": "by least squares (Gaussian)",
@@ -102,8 +102,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     free: Annotated[
         str,
         Field(
-            help="Motions that are determined: shifts x, y, z and turns a, b, c about x, y, z of "
-            "the machine.",
+            help="Motions to determine: shifts along x, y, z and rotations a, b, c about x, y, z "
+            "of the machine. The other motions stay as in --start.",
             metavar="x,y,z,a,b,c",
         ),
     ] = "x,y,z,a,b,c"
@@ -202,12 +202,12 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         pretravel_map, coarse = with_step_of_touches(pretravel_map, readings.touches)
         tips = TipCentres.of(readings.touches, stated_approaches=not readings.normals_taken)
         extrapolate = self.extrapolate or self.map_file is None
-        start, found_from = self._start(tips), "the start"
+        start, found_from = self._start(tips), "as given"
         if start is None:
             start = only_placement(tips, part, pretravel_map, extrapolate=extrapolate)
-            found_from = "the touches alone"
+            found_from = "a search over all placements"
         elif self.start is None:
-            found_from = "the targets of the touches"
+            found_from = "the targets of the plan"
         alignment = align(
             tips,
             part,
@@ -311,7 +311,7 @@ class AlignedPart(Result):
         left = f"{len(report.tables) - 1} tables of deviations"
         output = self.task.output
         page = output is not None and output.suffix in PAGES
-        note = f"{left}, and notes: {'in the page, or --verbose' if page else _MORE}"
+        note = f"not shown: {left} and notes (see {'the page or --verbose' if page else _MORE})"
         return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
 
     def page(self) -> Document:

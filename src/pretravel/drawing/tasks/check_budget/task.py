@@ -76,8 +76,8 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     true_noise_um: Annotated[
         float | None,
         Field(
-            help="True noise of a touch, in µm, standard deviation; that of your touches "
-            "where it is not given.",
+            help="True noise of a touch, in µm, standard deviation; the default is the noise of "
+            "your touches.",
             range=NOISE,
             label="True noise of a touch",
         ),
@@ -85,8 +85,8 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     true_u_diameter_um: Annotated[
         float | None,
         Field(
-            help="True standard deviation of the error of the diameter, in µm; as "
-            "--u-diameter and --u-temperature give it where it is not given.",
+            help="True standard deviation of the error of the diameter, in µm; the default follows "
+            "from --u-diameter and --u-temperature.",
             range=U_OF_DIAMETER,
             label="True error of the diameter",
         ),
@@ -94,7 +94,7 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     true_hysteresis_um: Annotated[
         float,
         Field(
-            help="True hysteresis, in µm: shift of the tip's rest by the touch before.",
+            help="True hysteresis, in µm: shift of the tip's rest position by the touch before.",
             range=NOISE,
             label="True hysteresis",
         ),
@@ -114,7 +114,7 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     ] = 1  # fmt: skip
     output: Annotated[
         Path | None,
-        output("Shares as a table, .csv; or a page, .html or .pdf.", ".csv", *PAGES),
+        output("Table of the coverage: .csv; or a page, .html or .pdf.", ".csv", *PAGES),
     ] = None
 
     def endings(self, output: str) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ def drawing_document(model: ModelDrawing) -> Document:
     left = [each for each in lines if each.left_out]
     sections = (
         Section(
-            "Not given in the file of features",
+            "What measure cannot evaluate",
             tables=(
                 Table(
                     (
@@ -44,7 +44,7 @@ def drawing_document(model: ModelDrawing) -> Document:
         title=name,
         verdict=f"{name}: {_count(len(pmi.datums), 'datum')}, {_count(len(pmi.sizes), 'size')} and "
         f"distances, {_count(len(pmi.tolerances), 'geometric tolerance')}; "
-        f"{len(lines) - len(left)} of {len(lines)} lines are in the file of features",
+        f"measure can evaluate {_evaluated(len(lines), len(left))}",
         tables=(
             Table(
                 (
@@ -52,7 +52,7 @@ def drawing_document(model: ModelDrawing) -> Document:
                     Column.of("limits or zone", [each.limits for each in lines]),
                     Column.of("datums", [each.datums for each in lines]),
                     Column.of("faces", [each.faces for each in lines]),
-                    Column.of("in file", ["no" if each.left_out else "yes" for each in lines]),
+                    Column.of("evaluated", ["no" if each.left_out else "yes" for each in lines]),
                 )
             ),
         ),
@@ -60,6 +60,10 @@ def drawing_document(model: ModelDrawing) -> Document:
         pictures=pictures,
         warnings=tuple(f"not understood: #{each.number} = {each.text}" for each in pmi.unread),
     )
+
+
+def _evaluated(items: int, left_out: int) -> str:
+    return f"{items - left_out} of these {items}" if left_out else f"all {items}"
 
 
 def _skeleton_table(model: ModelDrawing) -> Table:

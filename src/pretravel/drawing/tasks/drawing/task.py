@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ReadDrawing(Reported):
-    """Read datums, sizes and tolerances of a STEP file (AP242) as a file of features."""
+    """Read datums, sizes and tolerances of a STEP file (AP242), for measure --drawing."""
 
     name = "drawing"
     group = "Measure"
@@ -25,7 +25,7 @@ class ReadDrawing(Reported):
     ]
     output: Annotated[
         Path | None,
-        output("The features for `measure --drawing`: .toml; or a page.", ".toml", *PAGES),
+        output("Drawing for measure: .toml; or a page, .html or .pdf.", ".toml", *PAGES),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> FoundDrawing:

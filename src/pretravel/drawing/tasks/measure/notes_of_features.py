@@ -29,17 +29,16 @@ from pretravel.show import (
 )
 
 _ASSOCIATION = (
-    "features of least squares (Gaussian association): not the largest inscribed or smallest "
-    "circumscribed ones. Form (roundness, flatness, …) is that of the surface at the touched "
-    "points, in bounds that hold for any shape; the measured range contains the noise too. The "
-    "surface between the points is not seen"
+    "the features are fitted by least squares (Gaussian association), not as the largest inscribed "
+    "or smallest circumscribed ones. The form (roundness, flatness, …) is the form of the surface "
+    "at the touched points, with bounds for any shape; the surface between the points is not "
+    "measured. The measured range also contains the noise"
 )
 _FORM_BESIDE = (
-    "form (roundness, flatness, …) is that of the surface at the touched points, in bounds that "
-    "hold for any shape, by the minimum zone where that is given, else from the residuals of "
-    "least squares; the measured range of an extreme feature is listed too and contains the noise. "
-    "Extreme features are those near the one of "
-    "least squares; others may exist where the form is large"
+    "the form (roundness, flatness, …) is the form of the surface at the touched points, with "
+    "bounds for any shape, by the minimum zone if it is given, else from the residuals of least "
+    "squares. The measured range of an extreme feature also contains the noise. Extreme features "
+    "are searched near the least-squares feature; others may exist if the form is large"
 )
 RULE = "decisions by the default rule of"
 
@@ -91,10 +90,11 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "contains no form of the part, neither at nor between the points"
     )
     one_sided = (
-        "the noise of the points moves an extreme feature to one side. On a perfect surface it "
-        f"makes a range {amount}: a zone is too wide by about this, an inscribed diameter too "
-        "small and a circumscribed one too large by up to this, a tangent plane or line too far "
-        "outside by up to half of it. This is not subtracted, and not in u"
+        "the noise of the points moves an extreme feature to one side. On a perfect surface the "
+        f"noise makes a range {amount}. A zone is too wide by about this range, an inscribed "
+        "diameter too small and a circumscribed diameter too large by up to this range, a tangent "
+        "plane or line too far outside by up to half of it. The result is not corrected for this, "
+        "and u does not contain it"
     )
     return [on_points, one_sided, _FORM_BESIDE]
 

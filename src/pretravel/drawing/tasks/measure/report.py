@@ -140,7 +140,7 @@ def features_summary(
     features: Sequence[InspectedFeature],
     relations: Sequence[FeatureRelation] = (),
     *,
-    more_in: str = "--verbose, or -o report.html",
+    more_in: str = "--verbose or -o report.html",
 ) -> Document:
     """The report in some lines for a terminal: sizes and forms with U and their verdicts.
 
@@ -173,11 +173,11 @@ def features_summary(
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"
-    note = f"{left}, decisions in numbers, budgets and notes: {more_in}"
+    note = f"not shown: {left}, decisions in numbers, budgets and notes (see {more_in})"
     lines = [each for each in document.tables if each.title == TITLE_OF_LINES]
     rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))
     if lines and len(features) != 1:
-        rest, note = (), f"{len(rows)} quantities, {note.partition(', ')[2]}"
+        rest, note = (), f"not shown: {len(rows)} quantities, {note.partition(', ')[2]}"
     return replace(document, tables=(*lines, *rest), sections=(), notes=(note,))
 
 

@@ -92,10 +92,10 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
     rows += [(each.name, each.quantity) for each in together if each.quantity.name not in known]
     return lengths_table(
         rows,
-        explanation="uncompensated: tip centres less the tip radius along the normals. u: standard "
-        "uncertainty of the compensated value. U: 2 u, or more where few residuals show the form "
-        "of the part. at least, at most: the form of the surface at the touched points (95 %); the "
-        "measured range contains the noise too.",
+        explanation="uncompensated: from the tip centres, corrected by the tip radius alone. u: "
+        "standard uncertainty of the compensated value. U = k u: k is 2, or larger if u has few "
+        "degrees of freedom (few residuals). at least, at most: bounds (95 %) of the form of the "
+        "surface at the touched points; the measured range also contains the noise.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -191,10 +191,10 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
                 [conformity_words(c, u_machine) for _, u_machine, c in decided],
             ),
         ),
-        title="Conformity",
-        explanation="A value conforms where it is inside the tolerance by at least the guard "
-        "band, and does not conform where it is outside by more than the rejection band. P: the "
-        "probability that the true value is inside.",
+        title="Decisions",
+        explanation="Inside the tolerance by at least the guard band: accepted. Outside it by more "
+        "than the rejection band: rejected. Otherwise: undecided. P: probability that the true "
+        "value is inside the tolerance.",
     )
 
 
@@ -226,9 +226,9 @@ def budget_section(inspected: InspectedFeature) -> Section:
         f"{shown_name(feature)}: sources of uncertainty",
         figures=(
             KeyFigure("range by errors", form.noise / MICROMETRE, "µm",
-                      remark="mean range that the errors of the points produce alone"),
+                      remark="mean range that the errors of the points alone would produce"),
             KeyFigure("enlargement", (form.measured - form.value) / MICROMETRE, "µm",
-                      remark="by which the errors of the points enlarge the measured range"),
+                      remark="of the measured range, by the errors of the points"),
         ),
         tables=(table,),
         detail=True,

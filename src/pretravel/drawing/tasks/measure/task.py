@@ -69,8 +69,8 @@ class Measure(LaboratoryReport):
     points: Annotated[
         Path,
         Field(
-            help="Points from compensate: .csv, .parquet, .json or .nc; or a table of coordinates "
-            "alone, of points that something else compensated.",
+            help="Points from compensate (.csv, .parquet, .json or .nc), or a table of coordinates "
+            "of points that other software compensated.",
             positional=True,
             reads=True,
         ),
@@ -78,9 +78,9 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="circle, bore, boss, sphere, plane, line, cylinder, cone, torus, slot, by-label; "
-            "by-label: each group of labels is the feature that its name says, as bore1-1; a "
-            "bore or boss at several heights is a cylinder.",
+            help="Kind of feature: circle, bore, boss, sphere, plane, line, cylinder, cone, torus, "
+            "slot, by-label. by-label: the labels name the kind, such as bore1-1; a bore or boss "
+            "at several heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
@@ -91,8 +91,8 @@ class Measure(LaboratoryReport):
         Criterion,
         Field(
             help="How a feature is fitted. gaussian: least squares. minimum-zone: smallest range. "
-            "inscribed, circumscribed: largest feature with no point inside, smallest with none "
-            "outside. tangent: outside the material.",
+            "inscribed: largest feature with no point inside. circumscribed: smallest feature with "
+            "no point outside. tangent: outside the material.",
             words={
                 "gaussian": "least squares (Gaussian)",
                 "minimum-zone": "minimum zone",
@@ -118,8 +118,8 @@ class Measure(LaboratoryReport):
     part: Annotated[
         Path | None,
         Field(
-            help="The part, .step or .iges, in whose frame the points are: its faces are the "
-            "nominal surface of a profile, and nominal places that are not in the drawing's file.",
+            help="The part (.step or .iges), in whose frame the points are: its faces give the "
+            "nominal surface of a profile, and nominal positions that the drawing does not give.",
             label="Part",
             reads=True,
             only=("drawing",),
@@ -128,8 +128,8 @@ class Measure(LaboratoryReport):
     select: Annotated[
         tuple[str, ...],
         Field(
-            help='Points by label, with * and ?: "bore1*"; or by number: 10..21. Each --select is '
-            "one feature.",
+            help='Points of one feature, by label with wildcards * and ?: "bore1*", or by number: '
+            "10..21. Each --select is one feature.",
             metavar="LABELS",
             label="Points by label",
             hint="bore1* bore2*: each is one; empty: all points",
@@ -139,7 +139,8 @@ class Measure(LaboratoryReport):
     by_prefix: Annotated[
         bool,
         Field(
-            help="One feature for each name before a number: bore1-1, …",
+            help="Make one feature of all labels that differ in the last number only: bore1-1, "
+            "bore1-2, …",
             option="--group",
             label="One feature for each name before a number",
             without=("drawing",),
@@ -148,8 +149,8 @@ class Measure(LaboratoryReport):
     axis: Annotated[
         Vector | None,
         Field(
-            help="Axis of a circle, bore or boss; without it, across the plane of the points. Of a "
-            "cylinder or cone: where the search starts.",
+            help="Axis of a circle, bore or boss; the default is the normal of the plane of the "
+            "points. Of a cylinder or cone: where the search starts.",
             hint="0,0,1; empty: across the plane of the points",
             parse=unit_vector,
             metavar="X,Y,Z",
@@ -205,7 +206,7 @@ class Measure(LaboratoryReport):
     form_tolerance: Annotated[
         float | None,
         Field(
-            help="Roundness, flatness, straightness, cylindricity, form, in mm.",
+            help="Form tolerance (roundness, flatness, straightness, cylindricity), in mm.",
             range=(1e-6, 1e3),
             unit="mm",
             label="Tolerance of the form",
@@ -224,7 +225,7 @@ class Measure(LaboratoryReport):
     probability: Annotated[
         float,
         Field(
-            help="Probability at which a decision is proven (ISO 14253-1).",
+            help="Probability that proves a decision (ISO 14253-1).",
             range=(0.5, 0.9999),
             label="Probability at which a decision is proven",
         ),
@@ -235,7 +236,7 @@ class Measure(LaboratoryReport):
         float | None,
         Field(
             help="Diameter of the tip, in mm, where a table of coordinates contains tip centres of "
-            "a bore, boss or sphere; without it they are taken as points of the surface.",
+            "a bore, boss or sphere; without it the coordinates are points of the surface.",
             range=TIP_BALL,
             label="Diameter of the tip, of tip centres",
         ),
@@ -243,7 +244,7 @@ class Measure(LaboratoryReport):
     u_machine_um: Annotated[
         float,
         Field(
-            help="Standard uncertainty of a length by the machine's geometry, temperature and "
+            help="Standard uncertainty of a length due to the machine's geometry, temperature and "
             "clamping, in µm.",
             range=(0.0, 1e4),
             label="u of the machine",
@@ -268,9 +269,9 @@ class Measure(LaboratoryReport):
     trials: Annotated[
         int | None,
         Field(
-            help="Monte Carlo, in addition to the analytic U: draw the points so often with their "
-            "errors (those of machine and probe by direction, after compensate --machine), and "
-            "fit again.",
+            help="Number of Monte Carlo trials, in addition to the analytic U. Each trial draws "
+            "new errors of the points (after compensate --machine, the errors of machine and probe "
+            "by direction), and fits again.",
             range=(100, 1_000_000),
             label="Trials of a Monte Carlo, with U",
             hint="Empty: none; 2000 takes seconds",
@@ -279,8 +280,8 @@ class Measure(LaboratoryReport):
     annex: Annotated[
         bool,
         Field(
-            help="Print all quantities, budgets, settings and hashes on a .pdf, too; it has one or "
-            "two pages without them.",
+            help="Append all quantities, budgets, settings and hashes to a .pdf, which otherwise "
+            "has one or two pages.",
             label="All quantities, budgets and settings on the PDF",
         ),
     ] = False
@@ -648,8 +649,8 @@ class MeasuredFeatures(Result):
         warnings = []
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
-                "u contains only the errors of probing; conformity also needs the errors of the "
-                "machine's geometry, of temperature and clamping: give u of the machine"
+                "u contains only the errors of probing. For a statement of conformity, give the u "
+                "of the machine, too: its geometry, temperature and clamping"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(
@@ -706,7 +707,7 @@ class MeasuredFeatures(Result):
         from pretravel.drawing.tasks.measure.tables_of_features import TRIALS
 
         page = self.task.output is not None and self.task.output.suffix in PAGES
-        more = {"more_in": "in the page, or --verbose"} if page else {}
+        more = {"more_in": "the page or --verbose"} if page else {}
         brief = features_summary(report, self.features, self.relations, **more)
         by_trials = [table for table in report.tables if table.title == TRIALS]
         return replace(brief, tables=(*brief.tables, *by_trials))

@@ -86,7 +86,7 @@ def _found(
     machines += [each.u_machine for each in together]
     words = count_words(lines, features, min(machines, default=0.0))
     forms = any(c.of_touched_points for i in features for c in i.conformities)
-    return words + (f"; forms{AT_TOUCHED_POINTS}" if forms else "")
+    return words + ("; form is decided at the touched points only" if forms else "")
 
 
 def _verdict_of_one(inspected: InspectedFeature) -> str:

@@ -28,15 +28,15 @@ _UP = (0.0, 0.0, 1.0)
 class PlanForDrawing(PlanTargets):
     """Choose points of a surface to touch, as targets for simulate or for a machine.
 
-    With a drawing they are the touches that its tolerances need, in the order to take them.
+    With --drawing, choose the touches that the tolerances need, in the order of touching.
     """
 
     drawing: Annotated[
         Path | None,
         Field(
-            help="A drawing, .toml, as pretravel drawing writes it: the touches that its "
-            "tolerances need, so many that U is a tenth of each where this can be had, where the "
-            "stylus reaches them, datums first.",
+            help="A drawing, .toml, as pretravel drawing writes it. The touches are where the "
+            "stylus reaches, datums first, and as many as U = a tenth of each tolerance needs, "
+            "where this is possible.",
             label="Drawing",
             reads=True,
             states="the tolerances give how many",
@@ -55,9 +55,8 @@ class PlanForDrawing(PlanTargets):
     machine: Annotated[
         Path | None,
         Field(
-            help="The machine file, .toml, whose probe touches: the touches are those that its "
-            "programs reach with tip, stem and body, in work coordinates that are those of the "
-            "part.",
+            help="Machine file (.toml) of the probe: choose touches that a program on this machine "
+            "reaches with tip, stem and body, if the work coordinates are those of the part.",
             label="Machine file",
             reads=True,
             only=("drawing",),
@@ -66,7 +65,7 @@ class PlanForDrawing(PlanTargets):
     tip_diameter: Annotated[
         float | None,
         Field(
-            help="Diameter of the tip, in mm; without it, that of the machine file, or 2.",
+            help="Diameter of the tip, in mm; the default is that of the machine file, or 2.",
             range=TIP_BALL,
             only=("drawing",),
         ),
@@ -74,7 +73,8 @@ class PlanForDrawing(PlanTargets):
     stem_diameter: Annotated[
         float | None,
         Field(
-            help="Diameter of the stylus above the tip, in mm; without it, half of the tip's.",
+            help="Diameter of the stylus above the tip, in mm; the default is half the diameter of "
+            "the tip.",
             range=TIP_BALL,
             label="Diameter of the stem",
             only=("drawing",),

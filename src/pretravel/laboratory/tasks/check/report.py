@@ -144,13 +144,13 @@ def _compared(check: StandardCheck) -> str:
             f"{figure.name.partition(' (')[0]} {value_text(figure.value / MICROMETRE, 'µm')}"
             for figure in check.figures
         )
-        return f"{values}; no limit given"
+        return f"{values} (no limit is given)"
     exceeding = _names(limited, LimitOutcome.EXCEEDS)
     undecided = _names(limited, LimitOutcome.UNDECIDED)
     if exceeding:
         return f"{exceeding} exceed{'' if ',' in exceeding else 's'} the limit"
     if undecided:
-        return f"undecided: {undecided} within U of the limit"
+        return f"undecided: {undecided} differ from the limit by less than U"
     count, all_figures = len(limited), len(check.figures)
     one = "figure is within its limit" if all_figures == 1 else "figures are within their limits"
     if count == all_figures:
@@ -188,10 +188,10 @@ def _figures_table(check: StandardCheck) -> Table:
             Column.of("verdict", [figure.verdict for figure in figures]),
             Column.of("definition", [_ORIGIN.get(f.status, f.status) for f in figures]),
         ),
-        explanation="u of test: standard uncertainty of the test value from the calibration of the "
-        "reference, for an offset from the touches; empty where it is not given. verdict: "
-        "outside the zone of U about the limit (the rule of ISO 14253-1; U = 2 u, or more where u "
-        "has few degrees of freedom); without u the value alone is compared.",
+        explanation="u of test: standard uncertainty of the test value, from the calibration of "
+        "the reference (of an offset, from the touches); empty if it is not known. verdict: by the "
+        "rule of ISO 14253-1, with U = 2 u, or more if u has few degrees of freedom; without u, by "
+        "the value alone.",
     )
 
 
@@ -221,7 +221,7 @@ def check_view(check: StandardCheck, title: str = "") -> View:
     around = PlaneChart(
         "residuals over the azimuth",
         azimuth_axis(drawn.frame),
-        Axis("distance less radius", "µm"),
+        Axis("distance − radius", "µm"),
         tuple(marks),
         note="several polar angles may lie at one azimuth",
     )
@@ -266,7 +266,7 @@ def _circle_chart(fitted: FittedSet, index: int) -> PolarChart:
     span = max(float(np.ptp(ends)), 1e-3)
     return PolarChart(
         f"{fitted.name}: residuals on the circle",
-        Axis("distance less radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
+        Axis("distance − radius", "µm", min(ends) - 0.9 * span, max(ends) + 0.1 * span),
         (Dots(_azimuth(fitted), residuals, "touches", series(index), labels=_labels(fitted)),
          *rules),
         fitted.frame,
@@ -290,7 +290,7 @@ def _sphere_chart(fitted: FittedSet) -> SpaceChart:
             SpacePoints(ends, values=residuals, size=6.0, labels=_labels(fitted)),
         ),
         fitted.frame,
-        scale=Scale.of("distance less radius", "µm", residuals, signed=True),
+        scale=Scale.of("distance − radius", "µm", residuals, signed=True),
         note="about the centre of the fitted sphere",
     )
 

@@ -138,7 +138,12 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     ] = None
     map_file: Annotated[
         Path | None,
-        Field(help="Compensate with this map.", option="--map", reads=True, only=_uses("map")),
+        Field(
+            help="Compensate the touches with this map.",
+            option="--map",
+            reads=True,
+            only=_uses("map"),
+        ),
     ] = None
     form_limit_um: Annotated[
         float | None,

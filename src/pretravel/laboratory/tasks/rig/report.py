@@ -105,7 +105,7 @@ def rig_document(
         figures=(
             *performance_figures(calibration),
             *_force_figures(calibration, forces),
-            expanded_figure("expanded U", budget, "of a direction's mean pretravel"),
+            expanded_figure("U of pretravel", budget, "mean of the direction with fewest touches"),
             *(KeyFigure("LEFT OUT", sentence) for sentence in left_out_sentences(calibration)),
         ),
         tables=(direction_table(calibration, forces),),
@@ -116,8 +116,8 @@ def rig_document(
         ),
         notes=(
             (
-                "touches of one direction start at different places, so the repeatability is that"
-                " of r1 - r0, not of r1 alone"
+                "touches of one direction start at different positions: the repeatability is "
+                "evaluated from r1 - r0, not from r1 alone"
             ),
         )
         if calibration.starts_differ
@@ -154,8 +154,8 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
         ),
         _repeatability_figure(calibration.repeatability),
         KeyFigure(
-            "of that, sampling", float(np.mean(readings)) / MICROMETRE, "µm", digits,
-            remark="of a single pretravel: edges lie between samples", detail=True,
+            "u by sampling", float(np.mean(readings)) / MICROMETRE, "µm", digits,
+            remark="of a single pretravel, whose edges lie between two samples", detail=True,
         ),
         KeyFigure(
             "hysteresis r3 - r0", calibration.hysteresis / MICROMETRE, "µm", digits, remark="mean"
@@ -165,11 +165,11 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
         ),
         _range_figure(
             "anisotropy of hysteresis", calibration.hysteresis_anisotropy,
-            "largest less smallest mean of a direction", detail=True,
+            "largest less smallest mean over the directions", detail=True,
         ),
         _range_figure(
             "anisotropy of repeatability", calibration.repeatability_anisotropy,
-            "largest less smallest of a direction; few repeats differ by chance", detail=True,
+            "largest less smallest over the directions; few repeats differ by chance", detail=True,
         ),
     )  # fmt: skip
 
@@ -254,7 +254,7 @@ def _range_figure(
 ) -> KeyFigure:
     """A range over directions, which one direction does not show."""
     if math.isnan(value):
-        return KeyFigure(name, "unknown: fewer than two directions show it", detail=detail)
+        return KeyFigure(name, "unknown: it needs two directions or more", detail=detail)
     return KeyFigure(
         name, value / MICROMETRE, "µm", decimals(3), interval=interval, remark=remark, detail=detail
     )
@@ -271,7 +271,7 @@ def _repeatability_figure(spread: Spread) -> KeyFigure:
         interval=Span(spread.low / MICROMETRE, spread.high / MICROMETRE),
         remark=f"{number_text(spread.dof, decimals(0))} "
         f"degree{'' if spread.dof == 1.0 else 's'} of freedom; "
-        + ("what three equal lobes leave" if spread.of_lobes else "unidirectional, pooled")
+        + ("residuals of three equal lobes" if spread.of_lobes else "unidirectional, pooled")
         + (
             "; from the sampling interval, since the touches differ by less"
             if spread.of_sampling
@@ -309,9 +309,9 @@ def direction_table(calibration: RigCalibration, forces: Sequence[float] | None 
         ),
         title="Performance by direction",
         explanation="n: touches; u: standard uncertainty of the mean, from the repeats of all "
-        "directions; U: expanded uncertainty, u times k for 95.45 % by Student's t with their "
-        "degrees of freedom, without the budget of the rig; s: standard deviation of one touch, "
-        "from the repeats of its direction.",
+        "directions; U: expanded uncertainty, k u with k for 95.45 % (Student's t with the degrees "
+        "of freedom of the repeats), without the budget of the rig; s: standard deviation of one "
+        "touch, from the repeats of its direction.",
         detail=True,
     )
 

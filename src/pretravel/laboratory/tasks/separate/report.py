@@ -77,8 +77,7 @@ def separation_document(
         title=title,
         verdict=f"The errors of the machine range over {_range(result.machine_error)}, those of "
         f"the probe over {_range(result.probe_error)}: {len(result.residuals)} readings, method "
-        f"{result.method}, {number_text(result.dof, decimals(0))} degrees of freedom beyond the "
-        "systematic errors",
+        f"{result.method}, {number_text(result.dof, decimals(0))} residual degrees of freedom",
         figures=(
             *_side_figures("machine", result.machine_error, result.machine_variance),
             *_side_figures("probe", result.probe_error, result.probe_variance),
@@ -147,7 +146,7 @@ def _side_figures(side: str, error: FloatArray, variance: FloatArray) -> tuple[K
         KeyFigure(f"{side}, errors", float(np.ptp(error)) / MICROMETRE, "µm", decimals(3),
                   remark="largest less smallest"),
         KeyFigure(f"{side}, variance", float(variance.mean()) / _SQUARE, "µm²", decimals(3),
-                  remark="mean of the directions"),
+                  remark="mean over the directions"),
     )  # fmt: skip
 
 
@@ -161,9 +160,10 @@ def _range_figures(result: Separation) -> tuple[KeyFigure, ...]:
             found.value / _SQUARE,
             "µm²",
             decimals(3),
-            remark=f"{'more than chance' if found.differs else 'no more than chance'}: equal "
-            f"variances give up to {value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in "
-            f"95 of 100 tests (p = {number_text(found.probability, significant(2))})",
+            remark=f"{'larger than by chance' if found.differs else 'explained by chance'}: with "
+            "equal variances it is below "
+            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in 95 of 100 "
+            f"tests (p = {number_text(found.probability, significant(2))})",
         )
         for side, found in zip(("machine", "probe"), ranges_of_variances(result.used), strict=True)
     )
@@ -230,10 +230,10 @@ def separation_plan_document(plan: SeparationPlan) -> Document:
         figures=(
             KeyFigure("turn the probe to", f"{turns}°"),
             KeyFigure("u of an error", plan.u_error / MICROMETRE, "µm", decimals(3),
-                      remark="about the mean of all errors"),
+                      remark="relative to the mean of all errors"),
             KeyFigure("u of a variance", u_variance,
                       remark="" if math.isinf(plan.u_variance) else
-                      "of the variance of a direction of machine or probe"),
+                      "relative, of one direction of machine or probe"),
         ),
     )  # fmt: skip
 

@@ -145,7 +145,8 @@ class Separate(LaboratoryReport):
     map_file: Annotated[
         Path | None,
         Field(
-            help="Map of the probe's errors, for compensation of walls: .json or .csv.",
+            help="Map of the probe's errors across its axis, for touches on vertical walls: .json "
+            "or .csv.",
             option="--map",
             writes=MAPS,
         ),
