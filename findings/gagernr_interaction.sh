@@ -1,6 +1,6 @@
 #!/bin/sh
 # GageRnR 0.8.0 (as GaugeRnR 0.6.0) divides the interaction of operator and part by the number of parts, not by that of repeats: with 10
-# parts and 3 repeats its standard deviation is √(3/10) of the right one, 2.84 µm for 5.19 µm, and the R&R 3.50 for 5.54 µm.
+# parts and 3 repeats its standard deviation is √(3/10) of the right one, 2.84 µm for 5.19 µm, and the R&R 3.50 for 5.58 µm.
 # Expected: (MS of the interaction − MS of repeats)/repeats, as AIAG's manual and every textbook of analysis of variance.
 . "$(dirname "$0")/setup.sh"
 packages GageRnR==0.8.0 numpy==1.26.4 scipy==1.17.1

@@ -2,7 +2,7 @@
 # meshio 5.3.5 reads tetrahedra and hexahedra from a MED file of gmsh 4.15.2 inside out: a box of 6000 mm³ has -6000 mm³, of which the same
 # mesh through .msh has +6000. MED (Salome, Code_Aster) counts the corners of an element the other way round; gmsh turns them, meshio does not,
 # nor when it writes: gmsh reads -6000 mm³ from a MED file of meshio.
-# Expected: one volume. Loads on a face point outwards for inwards, and some solvers refuse the elements.
+# Expected: one volume.
 . "$(dirname "$0")/setup.sh"
 packages gmsh==4.15.2 meshio==5.3.5 h5py==3.16.0 numpy==2.4.6
 python <<'END'
