@@ -34,6 +34,8 @@ _LEFT_OUT = "none"
 _MOST_DIGITS = 18
 _FEWEST_TO_NUMBER = 2
 _SHOWN = 12
+# What Open3D writes: X Y Z R G B, with a pure colour as 1 0 0.
+_COLOURS = ".xyzrgb"
 """Most columns that a message shows."""
 _UNITS_OF: Mapping[str, tuple[Mapping[str, float], str]] = {
     **dict.fromkeys(LENGTH_ROLES, (LENGTH_UNITS, "length")),
@@ -236,7 +238,8 @@ def _placed(text: TextTable, stated: Mapping[str, str]) -> dict[str, int]:
     if start:
         found["label"] = 0
     normals = [start + 3 + i for i in range(3)]
-    if width - start == 6 and not all(_is_zero(row[i]) for row in text.rows for i in normals):
+    has_normals = width - start == 6 and text.file.ending != _COLOURS
+    if has_normals and not all(_is_zero(row[i]) for row in text.rows for i in normals):
         found |= dict(zip(NORMAL_ROLES, normals, strict=True))
     return {role: i for role, i in found.items() if role not in stated}
 

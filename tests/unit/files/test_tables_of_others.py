@@ -223,3 +223,15 @@ class TestWhatKlipperSaysOfItsTouches:
         told = " ".join(found.notes())
         assert "discarded are left out (line 1" in told
         assert "rejected the touches before line 4" in told
+
+
+def test_colours_of_a_point_cloud_are_no_normals() -> None:
+    """Open3D writes X Y Z and a colour from 0 to 1: a cloud that is painted red is no wall."""
+    lines = [" ".join(f"{value:.10f}" for value in (*row, 1.0, 0.0, 0.0)) for row in ROWS]
+    content = ("\n".join(lines) + "\n").encode()
+    options = ReadingOptions(units="mm", normal=(0.0, 0.0, 1.0))
+    found = read_readings(SourceFile("a.xyzrgb", content), options)
+    assert [tuple(row) for row in found.touches.positions.tolist()] == ROWS
+    assert found.touches.normals.tolist() == [[0.0, 0.0, 1.0]] * len(ROWS)
+    as_normals = read_readings(SourceFile("a.xyzn", content), ReadingOptions(units="mm"))
+    assert as_normals.touches.normals.tolist() == [[1.0, 0.0, 0.0]] * len(ROWS)
