@@ -1,5 +1,5 @@
 #!/bin/sh
-# dxf-parser 1.1.2 (176,000 downloads a month) gives the angle of an arc from 350° to 20° as -330°: it subtracts, and an arc in DXF always runs
+# dxf-parser 1.1.2 gives the angle of an arc from 350° to 20° as -330°: it subtracts, and an arc in DXF always runs
 # counter-clockwise. The length of its path has the wrong sign and is eleven times as large; arcs that do not pass 0° are right.
 # Expected: 30°.
 . "$(dirname "$0")/setup.sh"
