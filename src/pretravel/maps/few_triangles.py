@@ -7,7 +7,7 @@ directions and -z: the faces that -z is no corner of. Of a few directions, all t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -77,7 +77,7 @@ def few_triangles(nodes: FloatArray, plane: FloatArray) -> FewTriangles | None:
     """
     if len(nodes) < 3:
         return None
-    threes = np.array(list(combinations(range(len(nodes)), 3)))
+    threes = _threes(len(nodes))
     a, b, c = (nodes[threes[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
@@ -89,14 +89,21 @@ def few_triangles(nodes: FloatArray, plane: FloatArray) -> FewTriangles | None:
     above = sign[:, None] * (normal @ nodes.T - height[:, None])
     faces = (np.abs(south) > _ON_CIRCLE) & (above.max(axis=1, initial=-1.0) <= _ON_CIRCLE)
     on_circle = np.unique(above[faces] >= -_ON_CIRCLE, axis=0)
-    # Directions on one circle: their polygon, in triangles from its first corner.
-    polygons = [_around(np.flatnonzero(row), plane) for row in on_circle]
-    triangles = [
-        (corners[0], corners[i], corners[i + 1])
-        for corners in polygons
-        for i in range(1, len(corners) - 1)
-    ]
-    return FewTriangles(plane, np.array(triangles)) if triangles else None
+    counts = on_circle.sum(axis=1)
+    triangles = [np.nonzero(on_circle[counts == 3])[1].reshape(-1, 3)]
+    # More directions on one circle: their polygon, in triangles from its first corner.
+    for row in on_circle[counts > 3]:
+        corners = _around(np.flatnonzero(row), plane)
+        first = np.full(len(corners) - 2, corners[0])
+        triangles.append(np.column_stack([first, corners[1:-1], corners[2:]]))
+    found = np.concatenate(triangles)
+    return FewTriangles(plane, found) if len(found) else None
+
+
+@lru_cache(maxsize=4)
+def _threes(count: int) -> IntArray:
+    """All threes of so many, (t, 3)."""
+    return np.array(list(combinations(range(count), 3)))
 
 
 def _around(corners: IntArray, plane: FloatArray) -> IntArray:

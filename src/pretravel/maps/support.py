@@ -8,6 +8,7 @@ the sphere. It has no seam in azimuth and no pole: +z is the origin of the plane
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -155,9 +156,9 @@ class DirectionSupport:
         """The triangles that hold directions.
 
         Where nodes lie on one circle, these of a few can differ from those above, and hold the
-        same.
+        same. SciPy's take less time where it is loaded already.
         """
-        if len(self.nodes) > FEW_NODES:
+        if len(self.nodes) > FEW_NODES or "scipy.spatial" in sys.modules:
             return self._mesh
         return self._mesh_of(few_triangles(self.nodes, self._plane))
 
