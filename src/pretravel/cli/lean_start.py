@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib.util
+import os
 import sys
 
 _UNUSED = ("numpy.f2py", "numpy.testing")
@@ -12,9 +13,15 @@ _OBJECTS = 50_000
 """New objects until the garbage is collected; Python's 700 are met hundreds of times by imports."""
 
 
-def collect_rarely() -> None:
-    """Collect the garbage rarely: a seventh of the time of a short command goes into it."""
+def start_lean() -> None:
+    """Collect garbage rarely, and compute with one thread where the user does not ask for more.
+
+    A seventh of the time of a short command goes into the garbage. Its matrices are small: threads
+    of the linear algebra wait for each other, and use the processor meanwhile, several times as
+    long as they compute.
+    """
     gc.set_threshold(_OBJECTS, 20, 20)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when NumPy is loaded
 
 
 def without_unused_parts() -> None:

@@ -15,7 +15,7 @@ import typer
 from pretravel.base import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.command import FAULT, INTERRUPTED
-from pretravel.cli.lean_start import collect_rarely
+from pretravel.cli.lean_start import start_lean
 from pretravel.cli.typed_values import Group
 from pretravel.task import ANSWER, GROUPS, PLACES, SUBCOMMANDS, Task, task_named
 
@@ -179,7 +179,7 @@ def _main(
 
 def run() -> None:
     """Run the command line; faults become one message and exit code 2, no traceback."""
-    collect_rarely()
+    start_lean()
     warnings.showwarning = _show_warning
     try:
         app()
