@@ -75,6 +75,11 @@ def commands(sizes: Sizes) -> Figures:
             Row(f"pretravel {word}", "", at.ours(word).processor, "python -c pass", bare)
             for word in ("--version", "--help")
         ]
+        placed = at.ours(
+            "align", _DATA / "bracket_touches.csv", "--part", _DATA / "bracket.step",
+            "--map", at.made, "-o", at.folder / "place.json",
+        )  # fmt: skip
+        rows.append(Row("pretravel align, bracket", "", placed.processor))
         return Figures((*rows, *_pages(at, jobs)))
 
 
@@ -146,8 +151,13 @@ def parts(sizes: Sizes) -> Figures:
 
 
 def tables(sizes: Sizes) -> Figures:
-    """A table of 200,000 touches, CSV and Parquet."""
-    count = min(sizes.long_touches, 200_000)
+    """Tables of 100,000 touches, which keep the errors of the map, and of 200,000."""
+    counts = {min(sizes.long_touches, count) for count in (100_000, 200_000)}
+    return sum(map(_table, sorted(counts)), Figures())
+
+
+def _table(count: int) -> Figures:
+    """A table of touches, CSV and Parquet."""
     with tempfile.TemporaryDirectory() as name:
         at = Waiting(Path(name), 1)
         table, parquet = at.folder / "touches.csv", at.folder / "touches.parquet"

@@ -10,7 +10,8 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperOption
 
-from pretravel.base import PretravelError, decimal_point_advice
+from pretravel.base import PretravelError
+from pretravel.cli.typed_values import HelpUnread
 from pretravel.task import ANSWER as ANSWER
 
 FAULT = 2
@@ -42,7 +43,7 @@ _TYPES = (
 """Types of Python in the help, and what they are called there."""
 
 
-class Command(TyperCommand):
+class Command(HelpUnread, TyperCommand):
     """A command that adds its options to the messages of the library.
 
     The library speaks of quantities and names the inputs that can correct a fault
@@ -65,7 +66,7 @@ class Command(TyperCommand):
         except typer.BadParameter as error:
             if not error.message or error.param is None:  # an option is missing: typer's message
                 raise
-            raise PretravelError(f"{typed_name(error.param)} {_reason(error)}") from error
+            raise PretravelError(f"{typed_name(error.param)} {error.message}") from error
         for parameter in self.params:
             value = ctx.params.get(parameter.name)
             numbers = value if isinstance(value, tuple) else (value,)
@@ -201,15 +202,3 @@ def typed_name(parameter: Any) -> str:
 def _option_of(word: str) -> str:
     """The option of a word, without a value that stands in the same word: -oa.csv, --tip=A."""
     return word.partition("=")[0] if word.startswith("--") else word[:2]
-
-
-def _reason(error: typer.BadParameter) -> str:
-    """The value and what is wrong with it; typer's own checks do not repeat the value."""
-    details = getattr(error.__cause__, "errors", None)
-    reason = error.message.removeprefix("Value error, ").replace("Input should", "it should")
-    value = details()[0]["input"] if details else None
-    if str(value) == "nan":
-        reason = "it should be a finite number"
-    if details and details()[0]["type"] == "float_parsing":
-        reason = decimal_point_advice(str(value)) or reason
-    return f"{value}: {reason}" if details else reason

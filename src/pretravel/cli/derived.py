@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import MISSING, dataclass
 from pathlib import Path
@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pretravel.base import PretravelError
 from pretravel.cli.command import OPTIONS, OUTPUT, SPECIAL, TYPED, Command
 from pretravel.cli.files import check_files
+from pretravel.cli.lean_start import without_unused_parts
 from pretravel.cli.running import input_files, record_of
+from pretravel.cli.typed_values import Group, read_here
 from pretravel.task import (
     FOLDER,
     PAGES,
@@ -46,6 +47,7 @@ def command_of(task: type[Task]) -> Any:
     """
 
     def callback(context: typer.Context, **values: Any) -> None:
+        without_unused_parts()
         code = deliver(task_of(task, values), context.meta[TYPED])
         if code:
             raise typer.Exit(code)
@@ -63,7 +65,12 @@ def command_of(task: type[Task]) -> Any:
         rich_help_panel=task.group,
         context_settings={"max_content_width": 100},
     )(callback)
-    return typer.main.get_command(alone)
+    command: Any = typer.main.get_command(alone)
+    settings = {setting.name: setting for setting in settings_of(task)}
+    for parameter in command.params:
+        if parameter.name in settings:
+            read_here(parameter, settings[parameter.name])
+    return command
 
 
 def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
@@ -81,7 +88,7 @@ def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
     """
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.add_typer(
-        typer.Typer(name=name, help=text, no_args_is_help=True, add_completion=False),
+        typer.Typer(name=name, cls=Group, help=text, no_args_is_help=True, add_completion=False),
         rich_help_panel=tasks[0].group,
     )
     group: Any = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
@@ -135,30 +142,13 @@ def _information(setting: Setting, section: str) -> Any:
     common: dict[str, Any] = {"help": setting.help, "metavar": field.metavar or None}
     common["rich_help_panel"] = section
     if field.parse is not None or field.names is not None:
-        common["parser"] = _parser(setting)
+        common["parser"] = str  # what its words say is read in typed_values
     elif setting.kind in (float, int) and field.range is not None:
         common["min"], common["max"] = map(setting.kind, setting.limits)
     if field.positional:
         return typer.Argument(**common)
     names = (setting.option, *filter(None, (field.short,)))
     return typer.Option(*names, **common)
-
-
-def _parser(setting: Setting) -> Callable[[str], Any]:
-    def parse(text: Any) -> Any:
-        if not isinstance(text, str):  # the default passes through it, too
-            return text
-        try:
-            if setting.field.parse is not None:
-                return setting.field.parse(text)
-        except PretravelError as error:
-            raise typer.BadParameter(f"{text}: {error}") from error
-        if text not in setting.choices:
-            known = ", ".join(setting.choices)
-            raise typer.BadParameter(f"{text}: it is not known; there are {known}")
-        return text
-
-    return parse
 
 
 def task_of(task: type[Task], values: dict[str, Any]) -> Task:

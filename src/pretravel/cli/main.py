@@ -11,11 +11,12 @@ from contextlib import suppress
 from typing import Annotated, Any, NoReturn, TextIO
 
 import typer
-from typer.core import TyperGroup
 
 from pretravel.base import PretravelError
 from pretravel.cli.app import App
 from pretravel.cli.command import FAULT, INTERRUPTED
+from pretravel.cli.lean_start import start_lean
+from pretravel.cli.typed_values import Group
 from pretravel.task import ANSWER, GROUPS, PLACES, SUBCOMMANDS, Task, task_named
 
 _OWN = {"Start": (App.name,)}
@@ -31,7 +32,7 @@ _LINE = 60
 """Characters of what the list says of a command: one line of 80 with the longest name before it."""
 
 
-class Commands(TyperGroup):
+class Commands(Group):
     """The commands, each made when it is asked for; their list needs their first lines alone."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -178,6 +179,7 @@ def _main(
 
 def run() -> None:
     """Run the command line; faults become one message and exit code 2, no traceback."""
+    start_lean()
     warnings.showwarning = _show_warning
     try:
         app()

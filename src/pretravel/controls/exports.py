@@ -30,7 +30,7 @@ from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subroutines
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
-from pretravel.controls.lookup_table import LookupTable, lookup_table
+from pretravel.controls.lookup_table import LookupTable, lookup_table, lookup_table_within
 from pretravel.controls.machine import USUAL_STYLUS_LENGTH
 from pretravel.controls.macro_b import (
     FANUC,
@@ -351,16 +351,17 @@ def _table_or_formula(
     """What the settings ask for; auto: a table, where it is as fine as they or the map's u ask."""
     if settings.form == "formula":
         return _own_formula(pretravel_map)
-    table = lookup_table(
-        pretravel_map, tolerance=settings.largest_deviation, most_values=most_values
-    )
-    allowed = settings.largest_deviation
+    allowed = tolerance = settings.largest_deviation
+    formula = None if settings.form == "table" else exact_lookup(pretravel_map)
+    if formula is None:
+        return lookup_table(pretravel_map, tolerance=tolerance, most_values=most_values)
     if settings.tolerance is None:
         u = over_support(pretravel_map)[2]
         allowed = max(allowed, 0.5 * math.sqrt(float(np.mean(u**2))))
-    if settings.form == "table" or table.largest_error <= allowed:
-        return table
-    return exact_lookup(pretravel_map) or table
+    table = lookup_table_within(
+        pretravel_map, tolerance=tolerance, most_values=most_values, allowed=allowed
+    )
+    return table or formula
 
 
 def _form_files(

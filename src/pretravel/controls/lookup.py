@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -132,21 +133,39 @@ class MapSamples:
     """
 
     def __init__(self, pretravel_map: PretravelMap, band: Band, every: int = 1) -> None:
+        self._map, self._band, self._step = pretravel_map, band, every
+
+    def _every(self, step: int) -> tuple[FloatArray, FloatArray]:
+        """One of so many directions, and the map there."""
         # Not the nodes of tables, where a table is exact; the borders are included.
+        band = self._band
         polar = np.arange(band.lowest + 0.15 * _FINE, band.highest, 0.37 * _FINE)
         polar = np.concatenate([[band.lowest], polar, [band.highest]])
         azimuth = np.arange(0.17 * DEGREE, 2.0 * np.pi, _AZIMUTH_STEP)
-        self._directions = grid(polar, azimuth)[::every]
-        self._values = probe_frame_pretravel(pretravel_map, self._directions)
+        directions = grid(polar, azimuth)[::step]
+        return directions, probe_frame_pretravel(self._map, directions)
+
+    @cached_property
+    def _all(self) -> tuple[FloatArray, FloatArray]:
+        return self._every(self._step)
+
+    @cached_property
+    def _few(self) -> tuple[FloatArray, FloatArray]:
+        return self._every(self._step * FEW)
 
     def largest_error(self, form: Lookup) -> float:
         """The largest difference between the map and its form on the control. [mm]"""
-        return self._largest_error(form, 1)
+        return _largest_error(form, *self._all)
 
-    def error_at_least(self, form: Lookup) -> float:
-        """The same at a few of the directions: the largest of all is not less. [mm]"""
-        return self._largest_error(form, FEW)
+    def error_at_least(self, form: Lookup, enough: float = np.inf) -> float:
+        """The same at a few of the directions: the largest of all is not less. [mm]
 
-    def _largest_error(self, form: Lookup, step: int) -> float:
-        values = form.value(self._directions[::step])
-        return float(np.max(np.abs(values - self._values[::step])))
+        At still fewer of them, where the error is larger than `enough` there.
+        """
+        directions, values = self._few
+        least = _largest_error(form, directions[::FEW], values[::FEW])
+        return least if least > enough else _largest_error(form, directions, values)
+
+
+def _largest_error(form: Lookup, directions: FloatArray, values: FloatArray) -> float:
+    return float(np.max(np.abs(form.value(directions) - values)))

@@ -168,12 +168,23 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
     PretravelError
         There are too few variables for the coarsest table.
     """
+    table = lookup_table_within(
+        pretravel_map, tolerance=tolerance, most_values=most_values, allowed=math.inf
+    )
+    assert table is not None
+    return table
+
+
+def lookup_table_within(
+    pretravel_map: PretravelMap, *, tolerance: float, most_values: int, allowed: float
+) -> LookupTable | None:
+    """The same, or None where no table is within the error that is allowed at most. [mm]"""
     band = supported_band(pretravel_map)
     samples = MapSamples(pretravel_map, band)
     too_coarse: list[tuple[float, LookupTable]] = []
     for rows, columns in chain(_sizes(band, most_values), _full_sizes(band, most_values)):
         table = _table_of(pretravel_map, band, rows, columns)
-        least = samples.error_at_least(table)
+        least = samples.error_at_least(table, max(tolerance, allowed))
         if least <= tolerance:
             error = samples.largest_error(table)
             if error <= tolerance:
@@ -183,7 +194,10 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
         raise PretravelError(
             f"{most_values} variables are too few for a table over polar angle and azimuth"
         )
-    return _most_accurate(too_coarse, samples)
+    if min(least for least, _ in too_coarse) > allowed:
+        return None
+    table = _most_accurate(too_coarse, samples)
+    return table if table.largest_error <= allowed else None
 
 
 def _table_of(pretravel_map: PretravelMap, band: Band, rows: int, columns: int) -> LookupTable:

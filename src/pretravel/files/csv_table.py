@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-import re
+import string
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,12 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import LARGEST_NUMBER, FloatArray, InputError, whole_file
+from pretravel.files.many_numbers import SIGNIFICANT_DIGITS, rows_by_arrow, takes_arrow
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
 
-_PLAIN_CELL = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_. :/#-]*")
-SIGNIFICANT_DIGITS = 12
-"""Of the numbers that are written."""
+_PLAIN_FIRST = frozenset(f"{string.ascii_letters}{string.digits}_[")
+_PLAIN = f"{''.join(_PLAIN_FIRST)}]. :/#+-".encode()
 
 
 @dataclass(frozen=True)
@@ -328,12 +328,14 @@ def csv_rows_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
     >>> csv_rows_text({"name": ["a", "b"], "x_mm": [0.5, math.nan]})
     'a,0.5\nb,\n'
     """
-    arrays = [np.asarray(values) for values in columns.values()]
+    arrays = [_array(values) for values in columns.values()]
     numbers = [array.dtype.kind == "f" for array in arrays]
     if all(
         np.isfinite(a).all() if is_number else _is_plain(a)
         for a, is_number in zip(arrays, numbers, strict=True)
     ):
+        if takes_arrow(len(arrays[0]) * sum(numbers) if arrays else 0):
+            return rows_by_arrow(arrays, numbers)
         form = ",".join(f"%.{SIGNIFICANT_DIGITS}g" if number else "%s" for number in numbers)
         rows = zip(*(array.tolist() for array in arrays), strict=True)
         return "".join(map((form + "\n").__mod__, rows))
@@ -348,6 +350,15 @@ def csv_rows_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
     return text.getvalue()
 
 
+def _array(values: npt.ArrayLike | Sequence[str]) -> npt.NDArray[Any]:
+    """A column as an array; of texts without a copy, which would give each the longest's room."""
+    texts = isinstance(values, list) and len(values) > 0 and isinstance(values[0], str)
+    return np.asarray(values, dtype=object if texts else None)
+
+
 def _is_plain(cells: npt.NDArray[Any]) -> bool:
     """Whether texts are written as they are: no quotes, no marks, none empty."""
-    return all(_PLAIN_CELL.fullmatch(str(cell)) for cell in cells.tolist())
+    texts = list(map(str, cells.tolist()))
+    return not "".join(texts).encode().translate(None, _PLAIN) and all(
+        text[:1] in _PLAIN_FIRST for text in texts
+    )

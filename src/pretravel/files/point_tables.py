@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import MICROMETRE, FloatArray, needed
-from pretravel.files.csv_table import SIGNIFICANT_DIGITS
+from pretravel.files.many_numbers import listed_rows
 from pretravel.measurement import Points
 
 if TYPE_CHECKING:
@@ -65,9 +65,7 @@ def _shared_columns(shared: Mapping[str, FloatArray]) -> dict[str, npt.ArrayLike
         if names != [f"{cause} {k}" for k in range(1, len(names) + 1)] or len(names) == 1:
             columns |= {shared_column(name): shared[name] / MICROMETRE for name in names}
             continue
-        form = f"[{' '.join(len(names) * [f'%.{SIGNIFICANT_DIGITS}g'])}]"
-        rows = zip(*((shared[name] / MICROMETRE).tolist() for name in names), strict=True)
-        columns[shared_column(cause)] = [form % row for row in rows]
+        columns[shared_column(cause)] = listed_rows([shared[name] / MICROMETRE for name in names])
     return columns
 
 

@@ -395,7 +395,7 @@ Touch the reference there too, or allow extrapolation.
         return self.machine.effect(directions)
 
     def _refuse_outside(self, directions: FloatArray) -> None:
-        distance = self.support.interpolation(directions)[2]
+        distance = self.support.distance(directions)
         outside = distance > MARGIN
         if np.any(outside):
             first = int(np.flatnonzero(outside)[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -33,21 +34,6 @@ from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification import Qualification
-from pretravel.surface import (
-    LEAST_PLAY,
-    ContactProblem,
-    ContactSearch,
-    Lines,
-    LocalGeometry,
-    Part,
-    PartContacts,
-    Reach,
-    Surface,
-    apexes_of,
-    distance_from_apexes,
-    faces_to_touch,
-    play_of_ball,
-)
 from pretravel.touches import (
     Touches,
     TouchesLike,
@@ -56,6 +42,9 @@ from pretravel.touches import (
     refuse_glancing,
     refuse_several,
 )
+
+if TYPE_CHECKING:
+    from pretravel.surface import LocalGeometry, Part, PartContacts, Reach, Surface
 
 OBLIQUE = 10.0 * DEGREE
 """Approaches at a larger angle to the normal than this are warned about. [rad]"""
@@ -202,6 +191,8 @@ def _on_nominal(
     touches: Touches, pretravel_map: PretravelMap, nominal: Surface | Part
 ) -> tuple[LocalGeometry, FloatArray]:
     """Contact of each touch with a surface parallel to the nominal one, and their distance."""
+    from pretravel.surface import ContactProblem, ContactSearch, Lines
+
     radius = pretravel_map.tip_radius
     search = ContactSearch(nominal, len(touches))
     near = touches.positions - radius * touches.normals
@@ -246,6 +237,14 @@ def _refuse_undetermined(
 
     At half the distances that a simulation keeps, so that a part with deviations passes too.
     """
+    from pretravel.surface import (
+        LEAST_PLAY,
+        apexes_of,
+        distance_from_apexes,
+        faces_to_touch,
+        play_of_ball,
+    )
+
     tight = play_of_ball(radius, found.local.principal_curvatures) < 0.5 * LEAST_PLAY
     pointed = np.zeros(len(touches), dtype=bool)
     for index, face in faces_to_touch(nominal):

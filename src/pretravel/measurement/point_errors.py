@@ -176,7 +176,7 @@ class PointErrors:
         may_be_left = _LEFT_TO_OWN * (own + sum(part**2 for part in shared.values()) + left)
         # Axes of the numbers of the map, which are fewer than the points; the largest first.
         axes = np.linalg.eigh(design.T @ design)[1]
-        factors = np.flip((design @ axes).T, axis=0)
+        factors = axes.T[::-1] @ design.T  # each beside itself in memory
         found: dict[str, FloatArray] = {}
         # One at least: without any, the map would seem to state no uncertainty.
         while not found or (len(found) < len(factors) and np.any(left > may_be_left)):

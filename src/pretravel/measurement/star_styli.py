@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +20,11 @@ from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.selection import points_at
 from pretravel.qualification import Qualification
-from pretravel.surface import Part, Surface
 from pretravel.touches import Touches
 from pretravel.uncertainty import Covariance
+
+if TYPE_CHECKING:
+    from pretravel.surface import Part, Surface
 
 _DRAWS = 60
 """Of noise; a standard deviation from so many is right to 9 %."""

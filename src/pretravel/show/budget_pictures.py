@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from pretravel.base import MICROMETRE
-from pretravel.show.chart import Axis, PlaneChart, View
-from pretravel.show.chart_marks import Bars
 from pretravel.show.document import Picture
 from pretravel.show.formatting import number_text, significant
 from pretravel.uncertainty import Budget
+
+if TYPE_CHECKING:
+    from pretravel.show.chart import View
 
 _MOST_BARS = 12
 """More sources than these share one bar."""
@@ -38,6 +41,9 @@ def budget_view(budget: Budget, title: str = "") -> View:
     >>> [mark.values.round(3).tolist() for mark in chart.marks]
     [[0.4, 0.3], [0.5, 1.063]]
     """
+    from pretravel.show.chart import Axis, PlaneChart, View
+    from pretravel.show.chart_marks import Bars
+
     names, values = _sources(budget)
     factor = budget.coverage_factor()
     totals = np.array([budget.combined, factor * budget.combined]) / MICROMETRE

@@ -31,14 +31,15 @@ def map_or_prediction(
     PretravelError
         Neither a map nor a probe.
     """
-    from pretravel.files import read_map
-    from pretravel.prediction import described_map
-
     if is_map(name):
+        from pretravel.files import read_map
+
         return read_map(name, tip_diameter=tip_diameter)
     if Path(name).suffix.lower() not in (".toml", ""):
         raise PretravelError(
             f"{name}: neither a map (.json, .csv) nor a probe (.toml, or a name of pretravel "
             "probes)"
         )
+    from pretravel.prediction import described_map
+
     return described_map(name, model, tip_diameter=tip_diameter)

@@ -149,6 +149,8 @@ def coverage_factor(
     >>> round(coverage_factor(math.inf), 3), round(coverage_factor(16.7, 0.99), 2)
     (2.0, 2.92)
     """
+    if math.isinf(dof) and probability == EXPANDED_COVERAGE:
+        return COVERAGE_FACTOR
     from scipy.special import ndtri, stdtrit
 
     if not 0.0 < probability < 1.0:

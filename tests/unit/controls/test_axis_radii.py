@@ -41,12 +41,8 @@ def _pretravel(x: float, y: float, z: float) -> float:
 class _AboutAxes(DirectionSupport):
     """Supports directions near the axes of the plane."""
 
-    def interpolation(self, directions: Any) -> Any:
-        far = np.where(np.abs(np.asarray(directions)[:, :2]).max(axis=1) > 0.98, 0.0, 1.0)
-        return np.zeros((len(far), 3), dtype=np.int64), np.full((len(far), 3), 1.0 / 3.0), far
-
-    def supports(self, directions: Any, margin: float = 0.0) -> Any:
-        return self.interpolation(directions)[2] <= margin
+    def distance(self, directions: Any) -> Any:
+        return np.where(np.abs(np.asarray(directions)[:, :2]).max(axis=1) > 0.98, 0.0, 1.0)
 
 
 class TestRadii:

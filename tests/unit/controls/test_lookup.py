@@ -170,7 +170,7 @@ class _Judge:
     seen: list[tuple[int, int]] = field(default_factory=list)
     searched: list[int] = field(default_factory=list)
 
-    def error_at_least(self, form: LookupTable) -> float:
+    def error_at_least(self, form: LookupTable, enough: float) -> float:
         self.seen.append((form.rows, form.values.shape[1]))
         return self.errors(form.values.shape[1])[0]
 

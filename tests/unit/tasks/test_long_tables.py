@@ -15,10 +15,12 @@ import pytest
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.files import long_tables as files_long_table
-from pretravel.files import number_tables
+from pretravel.files import many_numbers, number_tables
 from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.long_tables import LongTable, long_table
+from pretravel.files.many_numbers import listed_rows
+from pretravel.files.point_tables import listed_numbers
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
@@ -330,6 +332,27 @@ def test_rows_of_plain_cells_have_the_text_of_the_writer_of_csv() -> None:
     assert csv_rows_text(columns) == "a1,1e-07,0.1\nb 2,-123456789.123,-0\n"
     odd = {"label": ['a"1', "=1+1"], "x": [0.5, np.nan]}
     assert csv_table_text(odd) == 'label,x\n"a""1",0.5\n\'=1+1,\n'
+
+
+def test_many_numbers_are_written_as_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By pyarrow as by Python: numbers of all sizes, in columns and in lists of one cell."""
+    rng = np.random.default_rng(5)
+    numbers = rng.normal(size=(3, 400)) * 10.0 ** rng.integers(-7, 11, (3, 400))
+    numbers[0, :2] = 0.0, 25.0
+    lists = {}
+    for many in (1, 10**9):
+        monkeypatch.setattr(many_numbers, "_MANY", many)
+        rows = listed_rows(list(numbers))
+        text = csv_rows_text({"label": [f"P{i}" for i in range(400)], "x": numbers[0], "l": rows})
+        lists[many] = [line.split(",") for line in text.splitlines()]
+    for few, much in zip(lists[10**9], lists[1], strict=True):
+        assert few[0] == much[0]
+        # The last of twelve digits may be rounded to the other side.
+        assert float(few[1]) == pytest.approx(float(much[1]), rel=2e-11)
+        assert listed_numbers(few[2:]) == pytest.approx(listed_numbers(much[2:]), rel=2e-11)
+        for word in much[2].strip("[]").split():
+            digits = word.partition("e")[0].replace(".", "").lstrip("-0")
+            assert len(digits) <= 12, word
 
 
 def test_numbers_of_text_are_read_with_every_bit(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -440,8 +440,6 @@ def dof_of_mixture(deviations: FloatArray, weights: FloatArray, u: float) -> flo
     >>> round(dof_of_mixture(np.array([1.0, 3.0]), np.array([0.9, 0.1]), 1.0), 1)  # k = 2.64
     5.1
     """
-    from scipy.optimize import brentq
-
     outside = 1.0 - EXPANDED_COVERAGE
 
     def beyond(limit: float) -> float:
@@ -451,7 +449,7 @@ def dof_of_mixture(deviations: FloatArray, weights: FloatArray, u: float) -> flo
     most = float(np.max(deviations))
     if u <= 0.0 or beyond(COVERAGE_FACTOR * u * (1.0 + 1e-3)) <= 0.0:
         return math.inf
-    factor = float(brentq(beyond, 0.0, 4.0 * most)) / u
+    factor = _zero_between(beyond, 0.0, 4.0 * most) / u
 
     def short(dof: float) -> float:
         return float(stdtrit(dof, 1.0 - 0.5 * outside)) - factor
@@ -459,4 +457,22 @@ def dof_of_mixture(deviations: FloatArray, weights: FloatArray, u: float) -> flo
     fewest, most_dof = _DOFS
     if short(fewest) <= 0.0:
         return fewest
-    return math.inf if short(most_dof) >= 0.0 else float(brentq(short, fewest, most_dof))
+    return math.inf if short(most_dof) >= 0.0 else _zero_between(short, fewest, most_dof)
+
+
+def _zero_between(falling: Callable[[float], float], low: float, high: float) -> float:
+    """Where a falling function is zero, between an argument before and one behind it."""
+    above, below = falling(low), falling(high)
+    while True:
+        # A secant, or the middle where it does not halve the bracket.
+        width, secant = high - low, low + (high - low) * above / (above - below)
+        for place in (secant, 0.5 * (low + high)):
+            if not low < place < high:
+                return min(max(place, low), high)
+            value = falling(place)
+            if value >= 0.0:
+                low, above = place, value
+            else:
+                high, below = place, value
+            if high - low <= 0.5 * width:
+                break

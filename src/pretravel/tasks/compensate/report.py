@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +20,13 @@ from pretravel.show import (
     number_text,
     value_text,
 )
-from pretravel.surface import Part, Surface
 from pretravel.task import budget_section
-from pretravel.tasks.compensate.picture import points_view, touches_view
 from pretravel.touches import Touches
 from pretravel.uncertainty import COVERAGE_FACTOR, Budget
+
+if TYPE_CHECKING:
+    from pretravel.show import View
+    from pretravel.surface import Part, Surface
 
 
 def points_document(
@@ -58,12 +61,14 @@ def points_document(
     Document
     """
     title = f"{touches_name}, compensated" if touches_name else "Compensated points"
-    picture = Picture(
-        "The part before and after compensation, pretravel and uncertainty",
-        lambda: points_view(
-            points, title, nominal=nominal, placement=placement, tolerance=tolerance
-        ),
-    )
+
+    def view() -> View:
+        from pretravel.tasks.compensate.picture import points_view
+
+        return points_view(points, title, nominal=nominal, placement=placement, tolerance=tolerance)
+
+    before_and_after = "The part before and after compensation, pretravel and uncertainty"
+    picture = Picture(before_and_after, view)
     summary = PointsSummary.of(points)
     return summary_document(summary, picture, title=title, warnings=warnings, budgets=budgets)
 
@@ -227,6 +232,12 @@ def simulation_document(
     -------
     Document
     """
+
+    def view() -> View:
+        from pretravel.tasks.compensate.picture import touches_view
+
+        return touches_view(touches, travel, title, surface)
+
     return Document(
         title=title or "Simulated touches",
         verdict=f"{len(touches)} touches",
@@ -239,10 +250,6 @@ def simulation_document(
                 remark="of the contact on the surface",
             ),
         ),
-        pictures=(
-            Picture(
-                "Touches and their travel", lambda: touches_view(touches, travel, title, surface)
-            ),
-        ),
+        pictures=(Picture("Touches and their travel", view),),
         warnings=tuple(warnings),
     )

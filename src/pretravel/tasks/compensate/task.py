@@ -193,7 +193,6 @@ class Compensate(
         """Where touches without normals have theirs from, in the frame of the touches."""
         from pretravel.base import Placement
         from pretravel.measurement import neighbour_normals, normals_of_feature
-        from pretravel.surface import normals_near
 
         placement = self.placement() if self.in_machine else Placement()
 
@@ -202,6 +201,8 @@ class Compensate(
                 return neighbour_normals(tip_centres).normals
             if nominal is None:
                 return normals_of_feature(str(self.feature), tip_centres, labels)
+            from pretravel.surface import normals_near
+
             found = normals_near(nominal, placement.inverse.points(tip_centres))
             return placement.vectors(found)
 
@@ -221,9 +222,11 @@ class Compensate(
 
     def nominal_surface(self) -> Surface | Part | None:
         """The surface on which contacts are computed; a Python file that has it is executed."""
+        if self.nominal is None:
+            return None
         from pretravel.surface import parse_surface
 
-        return None if self.nominal is None else parse_surface(self.nominal)
+        return parse_surface(self.nominal)
 
     def compensated(
         self,
