@@ -5,12 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.drawing.features.conformity import form_conformity
-from pretravel.drawing.features.feature_form import FormResult, bounded_form
+from pretravel.drawing.features.feature_form import (
+    FormResult,
+    form_by_trials,
+    trials_for,
+    zone_load,
+    zone_widths,
+)
 from pretravel.drawing.features.feature_uncertainty import (
     FeatureErrors,
     covariance_by_weights,
@@ -39,9 +46,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 from pretravel.surface import feet_on_faces
 from pretravel.uncertainty import about_axis, across
 
-_TRIALS = 2000
 _SEED = 1
-_NOISE_DOF = 50  # as of a form
 _MOST_WEIGHTS = 4000  # points of a surface whose common errors may be unknown
 _FEWEST_IN_SECTION = {RUN_OUT: 3, ROUNDNESS: 4}
 _SECTION = 0.02  # of the length of a cylinder: heights nearer than this are one section
@@ -233,32 +238,22 @@ def _form(
     generator = np.random.default_rng(_SEED)
     surface = replace(own, form=NO_FORM)
     involved = [surface, *(each.errors for each in system.features)]
-    drawn = noise_of_features(involved, _TRIALS, generator)
+    trials = trials_for(len(left))
+    drawn = noise_of_features(involved, trials, generator)
     moved = factor * drawn[0]
     for each, rows, noise in zip(system.features, system.by_parameters, drawn[1:], strict=True):
         moved = moved + (noise @ each.errors.association.response.T) @ (frame_rows @ rows).T
-    fit: FloatArray = np.zeros((0, len(left)))
-    if columns.shape[1]:
-        fit = np.asarray(np.linalg.pinv(columns), dtype=np.float64)
-    after = moved - (moved @ fit.T) @ columns.T
-    u = after.std(axis=0)
+    opposed, load = None, zone_load(left, columns)
     if not own.correlation_known:
+        fit = np.linalg.pinv(columns) if columns.shape[1] else np.zeros((0, len(left)))
         u = _largest_u(involved, factor, columns, fit, frame_rows, system)
-    measured = 2.0 * float(np.abs(left).max())
-    alone = 2.0 * np.abs(after).max(axis=1)
-    scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, _TRIALS))
-    shape = left * math.sqrt(
-        max(1.0 - float(np.mean(u**2)) / max(float(np.mean(left**2)), 1e-300), 0.0)
-    )
-    bias = float(np.mean(2.0 * np.abs(shape + after).max(axis=1))) - 2.0 * float(
-        np.abs(shape).max()
-    )
-    return bounded_form(
-        measured,
-        scale * alone,
-        lambda factors: 2.0 * np.max(np.abs(left) + factors[:, None] * u, axis=1),
-        bias=bias,
-        noise=alone,
+        opposed = generator.standard_normal((trials, 1)) * np.sign(load) * u
+    return form_by_trials(
+        left,
+        moved,
+        partial(zone_widths, columns=columns),
+        load,
+        opposed=opposed,
         u_machine=placed.feature.errors.machine,
         generator=generator,
     )
