@@ -37,7 +37,7 @@ _AROUND = 8
 _BESIDE_MARGIN = 1.001  # of a margin: its end itself counts as nearer than it
 _MORE_PLACES = (1, 2, 3, 4, 8, 16, 32)
 """How many times more places than wanted are tried on the rectangle of a face."""
-_FEW_TRIES = (1, 4)  # for a direction that is only named
+_FEW_TRIES = (1, 2, 8)  # for a direction that is only named
 _IN_A_ROW = 0.02  # of the largest extent: less across it is a row, or a ring
 _MOST_HIDDEN = 3  # times the places of which none is reached: the face is hidden
 _MOST_OVER = 2  # times the wanted places of a round face are kept: it has whole rings
