@@ -174,6 +174,39 @@ def test_all_around_and_parts_of_an_aspect(bracket: Reader) -> None:
     assert (feature.kind, feature.faces) == ("surface", (1, 2, 6))
 
 
+def test_a_profile_between_two_edges_is_of_the_faces_between(bracket: Reader) -> None:
+    """The text names the faces; an orientation between two places has no zone of its own."""
+    text = (
+        "#2300=BETWEEN_SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 1)
+        + bound(2305, 2300, 2)
+        + length(2302, 0.1)
+        + "#2303=SURFACE_PROFILE_TOLERANCE('','',#2302,#2300);"
+    )
+    found = bracket(text)
+    (feature,) = (each for each in found.drawn.drawing.feature if each.geometric)
+    assert (feature.kind, feature.faces) == ("surface", (1, 2))
+    assert found.drawn.left_out == {}
+    other = bracket(text.replace("SURFACE_PROFILE_TOLERANCE", "FLATNESS_TOLERANCE"))
+    assert "'between'" in other.drawn.left_out[2303]
+
+
+def test_a_tangent_plane(bracket: Reader) -> None:
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 1)
+        + length(2302, 0.02)
+        + "#2303=(GEOMETRIC_TOLERANCE('','',#2302,#2300)"
+        "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE((#2135))"
+        "GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.TANGENT_PLANE.))PERPENDICULARITY_TOLERANCE());"
+    )
+    found = bracket(ALL_DATUMS, text)
+    (one,) = (one for each in found.drawn.drawing.feature for one in each.geometric)
+    assert one.tangent
+    assert one.name == "perpendicularity (T) to A"
+    assert "  tangent = true\n" in found.text
+
+
 def test_a_slot_and_a_width(bracket: Reader) -> None:
     """Faces 9 and 11 are 40 mm apart and face away from each other or towards: one slot."""
     text = size(2200, 9, 40.0).replace("'diameter'", "'thickness'") + bound(2240, 2200, 11)

@@ -401,6 +401,7 @@ class _Work:
             self.projected(tolerance, features),
             ", ".join(found.instead_of),
             ", ".join(found.remarks),
+            found.tangent,
         )
         if found.kind == POSITION and len(features) > 1 and found.together:
             self.patterns.append(

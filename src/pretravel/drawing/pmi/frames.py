@@ -56,6 +56,8 @@ class DecidedAs:
         [mm]
     together : bool
         Whether several surfaces have one zone, or several features are one pattern.
+    tangent : bool
+        Whether it is of the tangent plane.
     instead_of : list of str
         What makes the decided tolerance the stricter one.
     remarks : list of str
@@ -66,6 +68,7 @@ class DecidedAs:
     material: str = ""
     offset: float = 0.0
     together: bool = True
+    tangent: bool = False
     instead_of: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
@@ -95,6 +98,8 @@ def decided_as(tolerance: Tolerance, kinds: Collection[str], standard: str) -> D
     for sign in left:
         if sign in _MATERIAL and not found.material:
             found.material = sign
+        elif sign == "T" and found.kind in ORIENTATION and set(kinds) == {"plane"}:
+            found.tangent = True
         elif sign in _REMARKS:
             found.remarks.append(_REMARKS[sign])
         elif sign == "separate requirement":
@@ -103,8 +108,8 @@ def decided_as(tolerance: Tolerance, kinds: Collection[str], standard: str) -> D
             found.instead_of.append(sign)
         else:
             raise NotStatedError(f"'{sign}' is not decided here")
-    if tolerance.place.between:
-        raise NotStatedError("'between' is not decided here: the faces between are not stated")
+    if tolerance.place.between and found.kind != PROFILE:
+        raise NotStatedError(f"a {tolerance.kind} 'between' is not decided here; a profile is")
     _add_notes(found, tolerance)
     return found
 

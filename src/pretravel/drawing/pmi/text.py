@@ -176,6 +176,7 @@ def features_text(
 def _more(tolerance: GeometricTolerance) -> list[str]:
     """The keys of a frame that few have."""
     lines = [f"material = {_text(tolerance.material)}"] if tolerance.material else []
+    lines += ["tangent = true"] if tolerance.tangent else []
     lines += [f"offset_mm = {_number(tolerance.offset)}"] if tolerance.offset else []
     lines += [f"between_mm = {_vector(tolerance.between)}"] if tolerance.between else []
     lines += [f"instead_of = {_text(tolerance.instead_of)}"] if tolerance.instead_of else []

@@ -64,7 +64,7 @@ class ToleranceRow:
         What else the drawing states of the feature: kind, select, at, axis, nominal, …; of what is
         not decided, its characteristic and the reason.
     frame : mapping of str to value
-        What else it states of the tolerance: offset, between, instead_of, remark.
+        What else it states of the tolerance: offset, between, instead_of, remark, tangent.
     """
 
     feature: str
@@ -120,7 +120,7 @@ class ToleranceRow:
         )
 
 
-_OF_FRAME = ("offset", "between", "instead_of", "remark")
+_OF_FRAME = ("offset", "between", "instead_of", "remark", "tangent")
 _STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association")
 
 
