@@ -191,7 +191,7 @@ def form_by_trials(
     seen = max(measured, float(np.median(alone)))
     share = np.zeros(len(tried))
     for k, goal in enumerate(tried):
-        below = goal <= measured
+        below = k < len(_BELOW)
         ends = np.clip(left, -0.5 * goal, 0.5 * goal) if below else 0.5 * goal * np.sign(load)
         size = float(width(ends[None])[0])
         shape = ends * (goal / size) if size > 0.0 else ends

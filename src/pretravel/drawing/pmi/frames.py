@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from pretravel.drawing.pmi.items import Size, Tolerance
+from pretravel.drawing.pmi.items import DatumTarget, Size, Tolerance
 from pretravel.drawing.tolerances.tolerance_frame import (
     CYLINDRICITY,
     FLATNESS,
@@ -200,3 +200,26 @@ def check_size(size: Size) -> None:
     other = [note for note in size.notes if any(word in note for word in _OTHER_SIZES)]
     if other:
         raise NotStatedError(f"a size as '{other[0]}' is not decided here")
+
+
+def target_place(letter: str, target: DatumTarget) -> tuple[float, float, float, float]:
+    """Place of a datum target and diameter of its area; a rectangle has that of the circle in it.
+
+    Raises
+    ------
+    NotStatedError
+        A line or an area of another form, or a target without a place.
+    """
+    name = f"target {letter}{target.name.removeprefix(letter)}"
+    if target.at is None:
+        raise NotStatedError(f"the text gives no place of its {name}")
+    sizes = [each.value for each in target.sizes]
+    if target.form == "point":
+        return (*target.at, 0.0)
+    if target.form not in ("circle", "rectangle", "square") or not sizes:
+        raise NotStatedError(
+            f"its {name} is a {target.form}; points, circles, rectangles are decided"
+        )
+    if any(each.unit != "mm" for each in target.sizes):
+        raise NotStatedError(f"the size of its {name} is not in mm")
+    return (*target.at, min(sizes))

@@ -156,7 +156,11 @@ def needed_touches(
         part_of_u = _PARTS.get(row.kind, _PART)
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])
         wanted = few if math.isnan(width) else _count(width, part_of_u * u_touch, few)
-        seen, hidden = _touches_of(row, part, wanted, (stylus, region))
+        if row.targets:
+            wanted = few = len(row.targets)
+            seen, hidden = _at_targets(row, part, stylus)
+        else:
+            seen, hidden = _touches_of(row, part, wanted, (stylus, region))
         if seen is None:
             other = _other_axis(row, part, wanted, (stylus, region))
             hidden_rows.setdefault(other, []).append(_with_faces(row))
@@ -333,6 +337,26 @@ def _in_order(drawing: Drawing, needs: Collection[str]) -> list[DrawnFeature]:
 def _count(width: float, u: float, few: int) -> int:
     """Touches with which U = 2 u / √n is a tenth of the tolerance."""
     return min(max(few, math.ceil((2.0 * u / (SHARE_OF_TOLERANCE * width)) ** 2)), MOST_OF_FEATURE)
+
+
+def _at_targets(
+    row: DrawnFeature, part: Part, stylus: ReachingStylus | ProbeOfMachine
+) -> tuple[InspectionPlan | None, int]:
+    """A touch in the middle of each target of a datum, as `_touches_of`."""
+    faces = [k for k, face in enumerate(part.faces) if face.number in row.faces]
+    places = np.array(row.targets)[:, :3]
+    each = [feet_on_faces(part, places, np.full(len(places), k)) for k in faces]
+    nearest = np.argmin([np.abs(feet.distance) + 1e9 * ~feet.inside for feet in each], axis=0)
+    chosen = [(each[k], target) for target, k in enumerate(nearest.tolist())]
+    found = InspectionPlan(
+        face=np.array([part.faces[faces[k]].number for k in nearest.tolist()]),
+        uv=np.full((len(places), 2), math.nan),
+        point=np.array([feet.local.point[k] for feet, k in chosen]),
+        normal=np.array([feet.local.normal[k] for feet, k in chosen]),
+        left_out={},
+    )
+    seen = _at(found, stylus.reaches(part, found))
+    return (seen if len(seen) else None), len(found) - len(seen)
 
 
 def _touches_of(
