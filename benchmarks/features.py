@@ -174,7 +174,7 @@ def _form_and_size(
 
 def _range_u(found: MeasuredFeature) -> float:
     """The scatter of the range when the noise is added once more: what U of the range was."""
-    noise = found.errors.noise_trials(np.random.default_rng(1))
+    noise = found.errors.noise_trials(np.random.default_rng(1), 4000)
     return float(np.std(np.ptp(found.association.residuals + noise, axis=1)))
 
 

@@ -6,6 +6,7 @@ bracket_pmi.step asks 14 g6, 13.983 to 13.994 mm (ISO 286-1): it must fail.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,11 @@ import pytest
 import pretravel
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
+from pretravel.drawing.tolerances.features_file import DrawnRelation
 from pretravel.measurement.points import Points
 from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
+from tests.support.feature_points import feature_points
 
 MODEL = EXAMPLES / "bracket_pmi.step"
 TOUCHES = EXAMPLES / "bracket_touches.csv"
@@ -94,6 +97,32 @@ def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None
         "not measured: face5: no touch is on face 5",
     ]
     assert "0 of 2 within the tolerance" in result.report()
+
+
+@pytest.mark.parametrize("drawn", [60.0, 120.0])
+def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
+    """Between planes whose outward normals are 120° apart, as NIST's CTC 1 has them: 60° of
+    material, which was decided as 120.0003° against 59.5 to 60.5°."""
+    turn = np.radians(120.0)
+    flat = np.array([[x, y, 0.0] for x in (0.0, 20.0, 40.0) for y in (0.0, 20.0, 40.0)])
+    about_y = np.array(
+        [[np.cos(turn), 0, np.sin(turn)], [0, 1, 0], [-np.sin(turn), 0, np.cos(turn)]]
+    )
+    up = np.tile([0.0, 0.0, 1.0], (9, 1))
+    points = feature_points(
+        np.vstack([flat, flat @ about_y.T + 60.0]),
+        np.vstack([up, up @ about_y.T]),
+        shared={"map 1": np.full(18, 1e-4)},
+    )
+    planes = tuple(pretravel.DrawnFeature("plane", label=f"p{k}", faces=(k,)) for k in (1, 2))
+    between = DrawnRelation(("p1", "p2"), f"{drawn - 0.5}..{drawn + 0.5}", "angle", drawn)
+    (line,) = pretravel.measure_drawing(
+        replace(points, face=np.repeat([1, 2], 9)),
+        pretravel.Drawing(planes, between=(between,)),
+        u_machine=1e-4,
+    ).lines
+    assert line.value == pytest.approx(drawn, abs=1e-6)
+    assert line.verdict.value == "conforms"
 
 
 def test_points_without_faces_are_refused_by_name(points: Points) -> None:

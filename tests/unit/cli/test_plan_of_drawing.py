@@ -57,7 +57,20 @@ def test_what_the_stylus_does_not_reach_is_left_out() -> None:
     assert set(planned(bore, plane).plan.face.tolist()) == {3, 12}
     large = planned(bore, plane, stylus=ReachingStylus(7.0, 3.5))
     assert 12 not in large.plan.face
-    assert any("face12: the stylus reaches no place" in each for each in large.warnings)
+    assert "face12: the stylus along +z reaches no place on it; nor does it" in large.warnings[0]
+
+
+def test_a_direction_that_reaches_what_is_hidden_is_named() -> None:
+    """The underside is open along -z, the undercut slope (8) to the side."""
+    under = DrawnFeature(label="under", faces=(5,), form_tolerance=0.05)
+    slope = DrawnFeature(faces=(8,), form_tolerance=0.05)
+    found = planned(DrawnFeature(faces=(3,), form_tolerance=0.05), under, slope)
+    assert found.warnings == (
+        ("under (face 5): the stylus along +z reaches no place on it; along -z it reaches it: "
+          "turn the part, or take a stylus in this direction"),
+        ("face8: the stylus along +z reaches no place on it; along +x it reaches it: "
+          "turn the part, or take a stylus in this direction"),
+    )  # fmt: skip
 
 
 def test_a_datum_is_touched_as_its_tolerance_needs() -> None:

@@ -174,6 +174,39 @@ def test_all_around_and_parts_of_an_aspect(bracket: Reader) -> None:
     assert (feature.kind, feature.faces) == ("surface", (1, 2, 6))
 
 
+def test_a_profile_between_two_edges_is_of_the_faces_between(bracket: Reader) -> None:
+    """The text names the faces; an orientation between two places has no zone of its own."""
+    text = (
+        "#2300=BETWEEN_SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 1)
+        + bound(2305, 2300, 2)
+        + length(2302, 0.1)
+        + "#2303=SURFACE_PROFILE_TOLERANCE('','',#2302,#2300);"
+    )
+    found = bracket(text)
+    (feature,) = (each for each in found.drawn.drawing.feature if each.geometric)
+    assert (feature.kind, feature.faces) == ("surface", (1, 2))
+    assert found.drawn.left_out == {}
+    other = bracket(text.replace("SURFACE_PROFILE_TOLERANCE", "FLATNESS_TOLERANCE"))
+    assert "'between'" in other.drawn.left_out[2303]
+
+
+def test_a_tangent_plane(bracket: Reader) -> None:
+    text = (
+        "#2300=SHAPE_ASPECT('','',#4,.T.);"
+        + bound(2301, 2300, 1)
+        + length(2302, 0.02)
+        + "#2303=(GEOMETRIC_TOLERANCE('','',#2302,#2300)"
+        "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE((#2135))"
+        "GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.TANGENT_PLANE.))PERPENDICULARITY_TOLERANCE());"
+    )
+    found = bracket(ALL_DATUMS, text)
+    (one,) = (one for each in found.drawn.drawing.feature for one in each.geometric)
+    assert one.tangent
+    assert one.name == "perpendicularity (T) to A"
+    assert "  tangent = true\n" in found.text
+
+
 def test_a_slot_and_a_width(bracket: Reader) -> None:
     """Faces 9 and 11 are 40 mm apart and face away from each other or towards: one slot."""
     text = size(2200, 9, 40.0).replace("'diameter'", "'thickness'") + bound(2240, 2200, 11)
@@ -184,21 +217,50 @@ def test_a_slot_and_a_width(bracket: Reader) -> None:
     assert feature.at[0] == pytest.approx(40.0)  # planes x = 20 and x = 60
 
 
-def test_a_datum_target_is_listed_with_its_sizes(bracket: Reader) -> None:
-    text = (
-        "#2400=DATUM('',$,#4,.F.,'C'); #2401=PLACED_DATUM_TARGET_FEATURE('','circle',#4,.T.,'1');"
-        "#2402=SHAPE_ASPECT_RELATIONSHIP('','',#2401,#2400);"
-        "#2403=PROPERTY_DEFINITION('','',#2401);"
-        + length(2404, 5.0, name="target diameter")
-        + "#2405=AXIS2_PLACEMENT_3D('',#2406,$,$); #2406=CARTESIAN_POINT('',(1.,2.,3.));"
-        "#2407=SHAPE_REPRESENTATION_WITH_PARAMETERS('',(#2404,#2405),#1059);"
-        "#2408=SHAPE_DEFINITION_REPRESENTATION(#2403,#2407);"
+def _target(number: int, name: str, form: str, at: tuple[float, ...], size: float) -> str:
+    """A target of datum C (#2400) on face 3."""
+    n = number
+    return (
+        f"#{n}=PLACED_DATUM_TARGET_FEATURE('','{form}',#4,.T.,'{name}');"
+        f"#{n + 1}=SHAPE_ASPECT_RELATIONSHIP('','',#{n},#2400);"
+        f"#{n + 2}=PROPERTY_DEFINITION('','',#{n});"
+        + (length(n + 3, size, name="target diameter") if size else "")
+        + f"#{n + 4}=AXIS2_PLACEMENT_3D('',#{n + 5},$,$); #{n + 5}=CARTESIAN_POINT('',{at});"
+        f"#{n + 6}=SHAPE_REPRESENTATION_WITH_PARAMETERS('',({f'#{n + 3},' * (size > 0)}#{n + 4}),"
+        f"#1059); #{n + 7}=SHAPE_DEFINITION_REPRESENTATION(#{n + 2},#{n + 6});"
+        + bound(n + 8, number, 3)
     )
-    found = bracket(text)
-    (target,) = found.pmi.datums[0].targets
-    assert (target.form, target.sizes[0].value, target.at) == ("circle", 5.0, (1.0, 2.0, 3.0))
-    assert "datum targets" in found.drawn.left_out[2400]
-    assert found.pmi.unread == ()
+
+
+class TestDatumTargets:
+    def test_of_a_plane(self, bracket: Reader) -> None:
+        text = "#2400=DATUM('',$,#4,.F.,'C');" + "".join(
+            _target(2410 + 10 * k, f"{k + 1}", form, at, size)
+            for k, (form, at, size) in enumerate(
+                [
+                    ("circle", (5.0, 5.0, 20.0), 5.0),
+                    ("point", (75.0, 5.0, 20.0), 0.0),
+                    ("point", (40.0, 45.0, 20.0), 0.0),
+                ]
+            )
+        )
+        found = bracket(text)
+        assert found.drawn.left_out == {}
+        (datum,) = found.drawn.drawing.feature
+        assert (datum.label, datum.association) == ("C", "tangent")
+        assert datum.targets == ((5.0, 5.0, 20.0, 5.0), (75.0, 5.0, 20.0, 0.0),
+                                 (40.0, 45.0, 20.0, 0.0))  # fmt: skip
+        assert "targets_mm = [[5.0, 5.0, 20.0, 5.0], [75.0" in found.text
+
+    def test_one_that_is_not_decided_is_listed_with_its_sizes(self, bracket: Reader) -> None:
+        found = bracket(
+            "#2400=DATUM('',$,#4,.F.,'C');" + _target(2410, "1", "circle", (1.0, 2.0, 3.0), 5.0)
+        )
+        (target,) = found.pmi.datums[0].targets
+        assert (target.form, target.sizes[0].value, target.at) == ("circle", 5.0, (1.0, 2.0, 3.0))
+        assert "it has 1 target; a plane by three" in found.drawn.left_out[2400]
+        assert "target C1 circle" in found.text
+        assert found.pmi.unread == ()
 
 
 def test_an_instance_that_is_not_understood_is_listed_by_its_text(bracket: Reader) -> None:

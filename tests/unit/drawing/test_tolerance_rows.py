@@ -34,6 +34,12 @@ DRAWING = Drawing(
             ),
         ),
         DrawnFeature("cylinder", faces=(14,), label="bore2"),
+        DrawnFeature(
+            "plane",
+            faces=(4,),
+            label="side",
+            geometric=(GeometricTolerance("parallelism", 0.1, ("A",), tangent=True),),
+        ),
     ),
     (DrawnPattern("pattern1", ("bore", "bore2"), 0.2, ("A",), "", None, "datums A(M)"),),
     (DrawnRelation(("bore", "bore2"), "49.9..50.1", "distance", 50.0),),

@@ -291,6 +291,30 @@ class TestOfForm:
             assert 2.0 * found.quantity.value > form.measured  # it is no zero
             assert found.quantity.value == pytest.approx(form.value, abs=0.3e-3)
 
+    def test_a_tangent_plane_does_not_count_the_form(self) -> None:
+        """A plane with a hollow of 30 µm, whose rim leans by 10 µm over its 60 mm."""
+        block, lean = _block(), 0.01 * GRID[:, 0] / 60.0
+        hollow = 0.03 * ((GRID[:, 0] % 60.0 > 0.0) & (GRID[:, 1] == 20.0))
+        at = GRID + [90.0, 0.0, -5.0] + (lean - hollow)[:, None] * Z
+        block["D"] = ("plane", at, np.tile(Z, (12, 1)))
+        placed = _measured(block, own=OWN)
+        found = {
+            tangent: inspect_geometry(
+                [placed["D"]],
+                GeometricTolerance("parallelism", 0.02, ("A",), tangent=tangent),
+                placed,
+                0.95,
+            )
+            for tangent in (False, True)
+        }
+        assert found[False].conformity.verdict is ConformityVerdict.DOES_NOT_CONFORM
+        assert found[True].conformity.verdict is ConformityVerdict.CONFORMS
+        # Noise of the rim and of A widens a zone, by about their u, and is taken off.
+        low, high = found[True].quantity.interval
+        assert low < 0.01 < high < 0.01 + 6.0 * OWN
+        with pytest.raises(PretravelError, match="no position"):
+            GeometricTolerance("position", 0.02, ("A",), tangent=True)
+
     def test_a_zone_that_is_not_in_the_middle(self) -> None:
         """A plane 0.03 mm outside: in a zone of 0.1 whose middle is 0.04 outside, 0.02 wide."""
         block = _block()

@@ -353,7 +353,7 @@ def test_a_feature_turns_with_its_part(kind: str) -> None:
     )
     assert second.form.measured == pytest.approx(first.form.measured, abs=1e-8)
     # Other trials of the noise, as the points have another order.
-    assert second.form.value == pytest.approx(first.form.value, rel=0.02)
+    assert second.form.value == pytest.approx(first.form.value, rel=0.05)
     assert second.position[0] == pytest.approx(first.position[0], abs=1e-8)
     assert np.linalg.eigvalsh(second.located_covariance) == pytest.approx(
         np.linalg.eigvalsh(first.located_covariance), rel=1e-5, abs=1e-14

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
@@ -16,9 +17,15 @@ from pretravel.uncertainty import COVERAGE_FACTOR, EXPANDED_COVERAGE
 _SEED = 1
 _STEPS = 2000  # of probability: the ends of an interval of 95 % are 45 of them
 _NOISE_DOF = 50  # of the repeatability: 25 directions touched three times, as is usual
-_PAIRED = 200  # largest and smallest residuals of which pairs are compared, …
-_ZONES = 60  # linear programs of drawn noise: their mean is known to a few per cent
-_MOST_CHANGES = 4_000_000  # … fewer of very many points
+_TRIALS = 1000  # an end of 2.5 % is 25 of them, and the steps of width are interpolated
+_FEWEST_TRIALS = 200
+_MOST_DRAWS = 4_000_000  # fewer trials of very many points
+_BELOW = np.linspace(1.0, 0.0, 7)  # widths that are tried, from the measured one down to the …
+_RARE = 0.999  # … quantile of what errors alone produce, and …
+_ABOVE = np.array([0.0, 0.7, 1.4, 2.0, 2.6, 3.4, 5.0, 8.0])  # … above it in its uncertainties
+_EXCHANGES = 200  # of points of one zone; as many as there are columns are usual
+_ROUNDING = 1e-9
+_DEPENDENT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,155 +99,221 @@ def form_result(errors: FeatureErrors, zone: Association | None = None) -> FormR
     Returns
     -------
     FormResult
-
-    Notes
-    -----
-    The range of n points of a perfect surface is not zero, but the range of their noise. Two bounds
-    hold for a surface of any shape. Its form is not smaller than the measured range less the range
-    of the noise, since the range of a sum is not larger than the sum of the ranges. It is not
-    larger than the largest difference of two residuals plus the uncertainty of this difference,
-    since one of these pairs has the true extremes. The noise is drawn from the covariance of the
-    points' errors after the fit. The same holds of a zone, which is the smallest range: its width
-    is a mean of differences of residuals, none of which is more uncertain than that of a pair.
-
-    The value is the measured range less the mean enlargement of a range by noise, on a surface of
-    the shape of the residuals whose variance is theirs less that of the noise.
+        As `form_by_trials` finds it from the errors that the residuals have after the fit.
     """
-    residuals = (zone or errors.association).residuals
-    measured = float(np.ptp(residuals))
-    generator = np.random.default_rng(_SEED)
-    noise = errors.noise_trials(generator)
-    alone = np.ptp(noise, axis=1)
-    # How large the noise is was found with few touches itself.
-    scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, len(noise)))
-    shape = _without_noise(residuals, noise)
+    found = zone or errors.association
+    left = _centred(found.residuals)
+    generator, count = np.random.default_rng(_SEED), trials_for(len(left))
+    least_squares = errors.association.residual_change
 
-    def largest(factors: FloatArray) -> FloatArray:
-        if zone is None:
-            return _largest_difference(errors, factors)
-        rows = _extremes(residuals)
-        return measured + factors * float(errors.u_of_differences(rows).max())
+    def range_of(rows: FloatArray) -> FloatArray:
+        return np.asarray(np.ptp(least_squares(rows), axis=1))
 
     if zone is None:
-        bias = float(np.mean(np.ptp(shape + noise, axis=1))) - float(np.ptp(shape))
+        width, load = range_of, np.zeros(len(left))
+        load[left.argmax()], load[left.argmin()] = 1.0, -1.0
     else:
-        widths = [_width(shape + one, zone.jacobian) for one in noise[:_ZONES]]
-        bias = float(np.mean(widths)) - _width(shape, zone.jacobian)
-        alone = alone * float(
-            np.mean([_width(one, zone.jacobian) for one in noise[:_ZONES]])
-            / max(float(np.mean(alone[:_ZONES])), 1e-300)
-        )
-    return bounded_form(
-        measured,
-        scale * _enlargement(residuals, noise, alone),
-        largest,
-        bias=bias,
-        noise=alone,
+        width, load = partial(zone_widths, columns=zone.jacobian), zone_load(left, zone.jacobian)
+    signs = np.sign(load)
+    return form_by_trials(
+        left,
+        errors.noise_trials(generator, count),
+        width,
+        load,
+        opposed=None
+        if errors.correlation_known
+        else errors.opposed_trials(signs, generator, count),
         u_machine=errors.machine,
         generator=generator,
     )
 
 
-def _width(residuals: FloatArray, jacobian: FloatArray) -> float:
-    """Smallest range of residuals that changes of the parameters leave: a linear program. [mm]"""
-    from scipy.optimize import linprog
-
-    count, k = jacobian.shape
-    scale = max(float(np.ptp(residuals)), 1e-12)
-    lengths = np.maximum(np.abs(jacobian).max(axis=0), 1e-300)
-    one = np.ones((count, 1))
-    columns = jacobian / lengths
-    found = linprog(
-        np.append(np.zeros(k), 1.0),
-        A_ub=np.vstack([np.hstack([columns, -one]), np.hstack([-columns, -one])]),
-        b_ub=np.concatenate([-residuals, residuals]) / scale,
-        bounds=[(None, None)] * (k + 1),
-        method="highs",
-    )
-    return (
-        2.0 * scale * float(np.asarray(found.x)[k]) if found.success else float(np.ptp(residuals))
-    )
+def trials_for(count: int) -> int:
+    """How often the errors of so many points are drawn."""
+    return max(min(_TRIALS, _MOST_DRAWS // max(count, 1)), _FEWEST_TRIALS)
 
 
-def bounded_form(
-    measured: float,
-    enlarged: FloatArray,
-    largest: Callable[[FloatArray], FloatArray],
+def _centred(residuals: FloatArray) -> FloatArray:
+    return np.asarray(residuals - 0.5 * (residuals.min() + residuals.max()))
+
+
+def form_by_trials(
+    left: FloatArray,
+    drawn: FloatArray,
+    width: Callable[[FloatArray], FloatArray],
+    load: FloatArray,
     *,
-    bias: float,
-    noise: FloatArray,
     u_machine: float,
     generator: np.random.Generator,
+    opposed: FloatArray | None = None,
 ) -> FormResult:
-    """A form, or another extent of a zone, between the bounds that hold for any surface.
+    """A form, or another width of a zone, by trials of what errors make of it.
 
     Parameters
     ----------
-    measured : float
-        Extent of the zone that contains the points. [mm]
-    enlarged : (t,) float
-        By which errors may have enlarged it, drawn: it is not smaller than `measured` less this.
-    largest : callable
-        From factors of standard uncertainties (q,) to the extents that it does not exceed, (q,).
-    bias : float
-        By which errors enlarge it on average. [mm]
-    noise : (t,) float
-        Extents that errors alone produce, drawn. [mm]
+    left : (n,) float
+        Distances of the points from the middle of their zone. [mm]
+    drawn : (t, n) float
+        Errors of the points, drawn. [mm]
+    width : callable
+        From distances (t, n) to the widths of the zones that contain them, (t,).
+    load : (n,) float
+        Change of the width by a movement of each point: few points carry a zone.
     u_machine : float
         Standard uncertainty of a length by other causes than the probe. [mm]
     generator : Generator
+    opposed : (t, n) float, optional
+        Errors with the correlation that makes the width most uncertain, where none is given.
 
     Returns
     -------
     FormResult
+
+    Notes
+    -----
+    The ends of a zone are the largest of many distances, so that errors widen it: the measured
+    width lies above the form, and the form's distribution is skewed. Widths are tried, each with
+    a form that is on the safe side. Above the measured width, only the few points that carry the
+    zone are at its ends: no form of this width is widened less. Below, the form is the one nearest
+    to the points, with all that is outside cut off: many points lie at its ends, and no form of
+    this width is widened more. The probability that the form is at most so wide is that with which
+    errors make at least the measured width of it.
     """
+    measured = 2.0 * float(np.abs(left).max())
+    alone = width(drawn)
+    # How large the noise is was found with few touches itself.
+    scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, len(drawn)))[:, None]
+    ways = [scale * each for each in (drawn, opposed) if each is not None]
+    u = max(float(np.std(each @ load)) for each in ways)
+    down = float(np.quantile(alone, _RARE))
+    tried = np.concatenate([np.maximum(measured - down * _BELOW, 0.0), measured + u * _ABOVE])
+    # Less than errors alone make is luck, or their uncertainty is too large: it proves nothing.
+    seen = max(measured, float(np.median(alone)))
+    share = np.zeros(len(tried))
+    for k, goal in enumerate(tried):
+        below = k < len(_BELOW)
+        ends = np.clip(left, -0.5 * goal, 0.5 * goal) if below else 0.5 * goal * np.sign(load)
+        size = float(width(ends[None])[0])
+        shape = ends * (goal / size) if size > 0.0 else ends
+        wide = [
+            float(np.mean(width(shape + each) >= (measured if below else seen))) for each in ways
+        ]
+        share[k] = max(wide) if below else min(wide)
     probability = (np.arange(_STEPS) + 0.5) / _STEPS
-    enlarged = np.sort(enlarged)
-    drawn = (np.arange(len(enlarged)) + 0.5) / len(enlarged)
-    least = measured - np.interp(1.0 - probability, drawn, enlarged)
-    most = largest(np.maximum(ndtri(probability), 0.0))
-    quantiles = np.where(probability < 0.5, np.maximum(least, 0.0), most)
+    few = len(_BELOW)
+    least = _inverse(tried[:few], share[:few], probability, 0.5 / len(drawn))
+    most = _inverse(tried[few:], share[few:], probability, 0.5 / len(drawn))
+    quantiles = np.where(probability < 0.5, least, np.maximum(most, least))
     if u_machine > 0.0:
         quantiles = _widened(quantiles, u_machine, generator)
     return FormResult(
         measured=measured,
-        value=min(max(measured - bias, 0.0), float(quantiles[-1])),
+        value=float(np.interp(0.5, probability, least)),
         quantiles=frozen(quantiles),
-        noise=float(noise.mean()),
-        most_noise=float(np.quantile(noise, 0.95)),
+        noise=float(alone.mean()),
+        most_noise=float(np.quantile(alone, 0.95)),
     )
 
 
-def _enlargement(residuals: FloatArray, noise: FloatArray, alone: FloatArray) -> FloatArray:
-    """Largest enlargement of the range by noise, drawn: by points that may be extreme. [mm]
+def _inverse(
+    tried: FloatArray, share: FloatArray, probability: FloatArray, least: float
+) -> FloatArray:
+    """Quantiles from probabilities of some widths, between which they are as of a normal law."""
+    z = ndtri(np.clip(np.maximum.accumulate(share), least, 1.0 - least))
+    kept = np.concatenate([[True], np.diff(z) > 0.0])
+    return np.asarray(np.interp(ndtri(probability), z[kept], tried[kept]))
 
-    A point is so only if its residual is nearer to the extreme one than twice the noise's range.
+
+def zone_widths(rows: FloatArray, columns: FloatArray) -> FloatArray:
+    """Smallest widths of zones about zero that motions along columns leave.
+
+    Parameters
+    ----------
+    rows : (t, n) float
+        Distances. [mm]
+    columns : (n, k) float
+
+    Returns
+    -------
+    (t,) float
+        Twice the smallest largest distance. [mm]
+
+    >>> middle = np.ones((4, 1))
+    >>> zone_widths(np.array([[0.0, 1.0, 3.0, 2.0]]), middle).tolist()
+    [3.0]
     """
-    near = 2.0 * float(np.quantile(alone, 0.999))
-    high = residuals >= residuals.max() - near
-    low = residuals <= residuals.min() + near
-    return np.asarray(noise[:, high].max(axis=1) - noise[:, low].min(axis=1))
+    return _zones(rows, columns)[0]
 
 
-def _largest_difference(errors: FeatureErrors, factors: FloatArray) -> FloatArray:
-    """Largest difference of two residuals plus factors of its standard uncertainty. [mm]"""
-    residuals = errors.association.residuals
-    rows = _extremes(residuals)
-    u = errors.u_of_differences(rows)
-    difference = residuals[rows][:, None] - residuals[rows]
-    # Only pairs that are largest for some factor: on the way from small to large u.
-    ordered = np.lexsort((-difference.ravel(), -u.ravel()))
-    difference, u = difference.ravel()[ordered], u.ravel()[ordered]
-    better = np.concatenate([[True], difference[1:] > np.maximum.accumulate(difference)[:-1]])
-    difference, u = difference[better], u[better]
-    return np.asarray(np.max(difference + factors[:, None] * u, axis=1))
+def zone_load(left: FloatArray, columns: FloatArray) -> FloatArray:
+    """Change of the width of a zone by a movement of each point, (n,) from (n,) and (n, k).
+
+    >>> zone_load(np.array([-1.5, -0.5, 1.5, 0.5]), np.ones((4, 1))).tolist()
+    [-1.0, 0.0, 1.0, 0.0]
+    """
+    _, held, signed = _zones(left[None], columns)
+    found = np.zeros(len(left))
+    found[held[0]] = 2.0 * signed[0]
+    return found
 
 
-def _extremes(residuals: FloatArray) -> IntArray:
-    """Rows of the smallest and the largest residuals."""
-    order = np.argsort(residuals)
-    paired = min(_PAIRED, max(_MOST_CHANGES // len(order), 10))
-    return np.unique(np.concatenate([order[:paired], order[-paired:]]))
+def _zones(rows: FloatArray, columns: FloatArray) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Widths, the points that carry each zone, and their loads with the sign of the side.
+
+    Exchange of the points that carry, which is the dual simplex method, of all rows together.
+    """
+    columns = _independent(columns)
+    count, k = columns.shape
+    if k >= count:  # the zone follows all points
+        nothing = np.zeros((len(rows), 1))
+        return nothing[:, 0], nothing.astype(int), nothing
+    first = _first_points(columns)
+    balance = np.linalg.svd(columns[first].T)[2][-1]
+    held = np.tile(first, (len(rows), 1))
+    side = np.where(rows[:, first] @ balance >= 0.0, 1.0, -1.0)
+    sign = np.where(balance >= 0.0, 1.0, -1.0) * side[:, None]
+    width, load = np.zeros(len(rows)), np.zeros(held.shape)
+    active = np.arange(len(rows))
+    for _ in range(_EXCHANGES):
+        own, points, signs = rows[active], held[active], sign[active]
+        matrix = np.ones((len(active), k + 1, k + 1))
+        matrix[:, :k] = (signs[:, :, None] * columns[points]).transpose(0, 2, 1)
+        inverse = np.linalg.inv(matrix)
+        solved = np.einsum("bji,bj->bi", inverse, -signs * np.take_along_axis(own, points, axis=1))
+        height, share = -solved[:, k], np.maximum(inverse[:, :, k], 0.0)
+        width[active], load[active] = 2.0 * height, share * signs
+        distance = own + solved[:, :k] @ columns.T
+        far = np.abs(distance).argmax(axis=1)
+        most = np.take_along_axis(distance, far[:, None], axis=1)[:, 0]
+        more = np.abs(most) > height * (1.0 + _ROUNDING) + 1e-300
+        if not more.any():
+            break
+        active, far, inverse, share = active[more], far[more], inverse[more], share[more]
+        side = np.sign(most[more])
+        entering = np.column_stack([side[:, None] * columns[far], np.ones(len(active))])
+        change = np.einsum("bij,bj->bi", inverse, entering)
+        positive = change > _ROUNDING
+        ratio = np.where(positive, share / np.where(positive, change, 1.0), np.inf)
+        leaves = ratio.argmin(axis=1)
+        held[active, leaves], sign[active, leaves] = far, side
+    return width, held, load
+
+
+def _independent(columns: FloatArray) -> FloatArray:
+    """An orthogonal basis of the columns, whose entries are about as large as 1."""
+    if columns.shape[1] == 0:
+        return columns
+    lengths = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    basis, size, _ = np.linalg.svd(columns / lengths, full_matrices=False)
+    return np.asarray(basis[:, size > _DEPENDENT * size[0]] * np.sqrt(len(columns)))
+
+
+def _first_points(columns: FloatArray) -> IntArray:
+    """As many points as columns, which determine them, and one more."""
+    from scipy.linalg import qr
+
+    order = qr(columns.T, mode="economic", pivoting=True)[2]
+    return np.asarray(order[: columns.shape[1] + 1])
 
 
 def _widened(quantiles: FloatArray, u: float, generator: np.random.Generator) -> FloatArray:
@@ -248,10 +321,3 @@ def _widened(quantiles: FloatArray, u: float, generator: np.random.Generator) ->
     drawn = np.repeat(quantiles, 10)
     drawn = np.sort(np.maximum(drawn + u * generator.standard_normal(len(drawn)), 0.0))
     return np.asarray(np.mean(drawn.reshape(-1, 10), axis=1))
-
-
-def _without_noise(residuals: FloatArray, noise: FloatArray) -> FloatArray:
-    """The residuals, made smaller so that their variance is less by that of the noise."""
-    observed = float(np.sum(residuals**2))
-    expected = float(np.mean(np.sum(noise**2, axis=1)))
-    return np.asarray(residuals * np.sqrt(max(1.0 - expected / max(observed, 1e-300), 0.0)))

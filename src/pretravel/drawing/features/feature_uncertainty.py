@@ -23,9 +23,6 @@ MAP = "map"
 _SAME_DIRECTION = np.radians(1.0)
 _CELLS = 128  # of one degree and more, from -1 to 1
 _DOFS = (0.5, 1e4)  # of Student's t: fewer are a bound, more are normal
-_TRIALS = 4000
-_MOST_DRAWS = 4_000_000
-_SEED = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,34 +110,12 @@ class FeatureErrors:
         """Weighted sums of the fixed errors of each direction, (m, directions), from (m, n)."""
         return _sums(weights * self.fixed, self.direction)
 
-    def u_of_differences(self, rows: IntArray) -> FloatArray:
-        """Standard uncertainties of the differences between residuals of points, (k, k). [mm]
-
-        Where it is not stated which errors are common: the largest that any correlation allows.
-        """
-        association = self.association
-        change = association.jacobian[rows] @ association.response
-        change[np.arange(len(rows)), rows] += 1.0
-        if not self.correlation_known:
-            each = _sums(np.abs(change) * self.own, _alike([self]))
-            return np.asarray(np.linalg.norm(each[:, :, None] + each.T[None], axis=1))
-        covariance = (change * self.own**2) @ change.T
-        for factors in self.shared.values():
-            covariance += (change @ factors.T) @ (change @ factors.T).T
-        if self.fixed.any():
-            sums = self.sums_by_direction(change)
-            covariance += sums @ sums.T
-        variance = np.diag(covariance)
-        return np.asarray(np.sqrt(np.maximum(variance[:, None] + variance - 2.0 * covariance, 0.0)))
-
-    def noise_trials(self, generator: np.random.Generator) -> FloatArray:
+    def noise_trials(self, generator: np.random.Generator, trials: int) -> FloatArray:
         """Residuals that the errors of the points alone produce, drawn, (trials, n). [mm]
 
-        Errors whose correlation is not stated are drawn as independent, which gives the largest
-        residuals.
+        Errors whose correlation is not stated are drawn as independent.
         """
         count = len(self.own)
-        trials = max(min(_TRIALS, _MOST_DRAWS // count), 200)
         moved = self.own * generator.standard_normal((trials, count))
         for factors in self.shared.values():
             moved += generator.standard_normal((trials, len(factors))) @ factors
@@ -148,6 +123,18 @@ class FeatureErrors:
             names, of_point = np.unique(self.direction, return_inverse=True)
             moved += generator.standard_normal((trials, len(names)))[:, of_point] * self.fixed
         return self.association.residual_change(moved)
+
+    def opposed_trials(
+        self, signs: FloatArray, generator: np.random.Generator, trials: int
+    ) -> FloatArray:
+        """Errors that move the points at both ends of a zone apart, drawn, (trials, n). [mm]
+
+        No correlation that the points' uncertainties allow makes its width more uncertain.
+        """
+        names, of_point = np.unique(_alike([self]), return_inverse=True)
+        return np.asarray(
+            generator.standard_normal((trials, len(names)))[:, of_point] * self.own * signs
+        )
 
 
 def feature_errors(

@@ -19,6 +19,7 @@ from pretravel.drawing.pmi.frames import (
     check_size,
     check_zone,
     decided_as,
+    target_place,
 )
 from pretravel.drawing.pmi.items import DatumReference, Place, Pmi, PmiDatum, Size, Tolerance
 from pretravel.drawing.pmi.measures import ANGLE_UNIT
@@ -78,6 +79,7 @@ class FeatureInWork:
     nominal: float | None = None
     form: float | None = None
     association: str | None = None
+    targets: tuple[tuple[float, float, float, float], ...] = ()
     geometric: list[GeometricTolerance] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
@@ -97,6 +99,7 @@ class FeatureInWork:
             nominal=self.nominal,
             form_tolerance=self.form,
             geometric=tuple(self.geometric),
+            targets=self.targets,
         )
 
 
@@ -257,9 +260,14 @@ class _Work:
         return str(self.numbers.get(face.number, f"#{face.number}"))
 
     def feature(
-        self, group: tuple[ModelFace, ...], kind: str = "", label: str = ""
+        self,
+        group: tuple[ModelFace, ...],
+        kind: str = "",
+        label: str = "",
+        key: tuple[int, ...] = (),
     ) -> FeatureInWork:
-        key = tuple(face.number for face in group)
+        numbers = tuple(face.number for face in group)
+        key = (*numbers, *key)
         if key not in self.features:
             kind = kind or group[0].kind
             word = kind
@@ -269,7 +277,7 @@ class _Work:
             taken = {each.label for each in self.features.values()}
             while name in taken:
                 name += "x"
-            known = [self.numbers.get(number, 0) for number in key]
+            known = [self.numbers.get(number, 0) for number in numbers]
             self.features[key] = FeatureInWork(
                 name, kind, group, tuple(sorted(known)) if all(known) else ()
             )
@@ -278,18 +286,40 @@ class _Work:
     # Items
 
     def add_datum(self, datum: PmiDatum) -> None:
-        if not datum.place.faces and datum.targets:
-            raise NotStatedError(
-                "it is made by datum targets, which the file of features cannot express"
-            )
+        if datum.targets:
+            self.datums[datum.letter] = [self.of_targets(datum)]
+            return
         groups = self.groups(datum.place)
         several = len(groups) > 1
         self.datums[datum.letter] = [
             self.feature(group, label=_as_label(f"{datum.letter}{k if several else ''}"))
             for k, group in enumerate(groups, start=1)
         ]
-        if datum.targets:
-            raise NotStatedError("its targets are not given: the whole faces are its feature")
+
+    def of_targets(self, datum: PmiDatum) -> FeatureInWork:
+        """The plane that rests on the touches at its targets, beside the feature of its face.
+
+        Raises
+        ------
+        NotStatedError
+            Targets that are no points or areas of one plane, or fewer than three.
+        """
+        faces = dict.fromkeys(datum.place.faces)
+        for each in datum.targets:
+            faces |= dict.fromkeys(each.place.faces)
+        groups = self.groups(Place(tuple(faces), datum.place.others))
+        if len(groups) != 1 or groups[0][0].kind != "plane":
+            kinds = " and ".join(group[0].kind for group in groups)
+            raise NotStatedError(f"its targets lie on {kinds}; those of one plane are decided")
+        if len(datum.targets) < 3:
+            count = len(datum.targets)
+            raise NotStatedError(
+                f"it has {count} target{'s' * (count > 1)}; a plane by three or more is decided"
+            )
+        places = tuple(target_place(datum.letter, each) for each in datum.targets)
+        own = self.feature(groups[0], label=_as_label(datum.letter), key=(-datum.number,))
+        own.targets, own.association = places, "tangent"
+        return own
 
     def add_size(self, size: Size) -> None:
         check_size(size)
@@ -401,6 +431,7 @@ class _Work:
             self.projected(tolerance, features),
             ", ".join(found.instead_of),
             ", ".join(found.remarks),
+            found.tangent,
         )
         if found.kind == POSITION and len(features) > 1 and found.together:
             self.patterns.append(

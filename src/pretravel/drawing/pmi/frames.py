@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from pretravel.drawing.pmi.items import Size, Tolerance
+from pretravel.drawing.pmi.items import DatumTarget, Size, Tolerance
 from pretravel.drawing.tolerances.tolerance_frame import (
     CYLINDRICITY,
     FLATNESS,
@@ -56,6 +56,8 @@ class DecidedAs:
         [mm]
     together : bool
         Whether several surfaces have one zone, or several features are one pattern.
+    tangent : bool
+        Whether it is of the tangent plane.
     instead_of : list of str
         What makes the decided tolerance the stricter one.
     remarks : list of str
@@ -66,6 +68,7 @@ class DecidedAs:
     material: str = ""
     offset: float = 0.0
     together: bool = True
+    tangent: bool = False
     instead_of: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
@@ -95,6 +98,8 @@ def decided_as(tolerance: Tolerance, kinds: Collection[str], standard: str) -> D
     for sign in left:
         if sign in _MATERIAL and not found.material:
             found.material = sign
+        elif sign == "T" and found.kind in ORIENTATION and set(kinds) == {"plane"}:
+            found.tangent = True
         elif sign in _REMARKS:
             found.remarks.append(_REMARKS[sign])
         elif sign == "separate requirement":
@@ -103,8 +108,8 @@ def decided_as(tolerance: Tolerance, kinds: Collection[str], standard: str) -> D
             found.instead_of.append(sign)
         else:
             raise NotStatedError(f"'{sign}' is not decided here")
-    if tolerance.place.between:
-        raise NotStatedError("'between' is not decided here: the faces between are not stated")
+    if tolerance.place.between and found.kind != PROFILE:
+        raise NotStatedError(f"a {tolerance.kind} 'between' is not decided here; a profile is")
     _add_notes(found, tolerance)
     return found
 
@@ -195,3 +200,26 @@ def check_size(size: Size) -> None:
     other = [note for note in size.notes if any(word in note for word in _OTHER_SIZES)]
     if other:
         raise NotStatedError(f"a size as '{other[0]}' is not decided here")
+
+
+def target_place(letter: str, target: DatumTarget) -> tuple[float, float, float, float]:
+    """Place of a datum target and diameter of its area; a rectangle has that of the circle in it.
+
+    Raises
+    ------
+    NotStatedError
+        A line or an area of another form, or a target without a place.
+    """
+    name = f"target {letter}{target.name.removeprefix(letter)}"
+    if target.at is None:
+        raise NotStatedError(f"the text gives no place of its {name}")
+    sizes = [each.value for each in target.sizes]
+    if target.form == "point":
+        return (*target.at, 0.0)
+    if target.form not in ("circle", "rectangle", "square") or not sizes:
+        raise NotStatedError(
+            f"its {name} is a {target.form}; points, circles, rectangles are decided"
+        )
+    if any(each.unit != "mm" for each in target.sizes):
+        raise NotStatedError(f"the size of its {name} is not in mm")
+    return (*target.at, min(sizes))

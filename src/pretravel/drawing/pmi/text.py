@@ -64,7 +64,7 @@ def item_lines(pmi: Pmi, numbers: dict[int, int], left_out: dict[int, str]) -> l
                 datum.number, f"datum {datum.letter}", "", "", _faces(datum.place, numbers), why
             )
         )
-        lines += _target_lines(datum, numbers)
+        lines += _target_lines(datum, numbers, why)
     for size in pmi.sizes:
         faces = " to ".join(_faces(place, numbers) for place in size.places)
         why = left_out.get(size.number, "")
@@ -83,14 +83,13 @@ def item_lines(pmi: Pmi, numbers: dict[int, int], left_out: dict[int, str]) -> l
     return lines
 
 
-def _target_lines(datum: PmiDatum, numbers: dict[int, int]) -> Iterator[ItemLine]:
+def _target_lines(datum: PmiDatum, numbers: dict[int, int], why: str) -> Iterator[ItemLine]:
     for each in datum.targets:
         sizes = ", ".join(f"{one.name} {one.value:.10g} {one.unit}" for one in each.sizes)
         at = "" if each.at is None else f"at {_vector(each.at)}"
         words = ", ".join(filter(None, (each.form, sizes, at)))
         name = f"target {datum.letter}{each.name.removeprefix(datum.letter)}"
-        yield ItemLine(each.number, name, words, "", _faces(each.place, numbers),
-                       "the file of features has no targets")  # fmt: skip
+        yield ItemLine(each.number, name, words, "", _faces(each.place, numbers), why)
 
 
 def _faces(place: Place, numbers: dict[int, int]) -> str:
@@ -176,6 +175,7 @@ def features_text(
 def _more(tolerance: GeometricTolerance) -> list[str]:
     """The keys of a frame that few have."""
     lines = [f"material = {_text(tolerance.material)}"] if tolerance.material else []
+    lines += ["tangent = true"] if tolerance.tangent else []
     lines += [f"offset_mm = {_number(tolerance.offset)}"] if tolerance.offset else []
     lines += [f"between_mm = {_vector(tolerance.between)}"] if tolerance.between else []
     lines += [f"instead_of = {_text(tolerance.instead_of)}"] if tolerance.instead_of else []
@@ -195,6 +195,8 @@ def _feature_text(own: FeatureInWork, numbers: dict[int, int]) -> str:
     by_label = f"select = {_text(drawn.select)}  # face{'s' * (len(own.faces) > 1)} {faces}"
     lines = ["[[feature]]", f"label = {_text(drawn.label)}", f"kind = {_text(drawn.kind)}"]
     lines.append(f"faces = {list(drawn.faces)}" if drawn.faces else by_label)
+    if drawn.targets:
+        lines.append(f"targets_mm = [{', '.join(map(_vector, drawn.targets))}]")
     lines += [] if drawn.association is None else [f"association = {_text(drawn.association)}"]
     lines += [] if drawn.at is None else [f"at_mm = {_vector(drawn.at)}"]
     lines += [] if drawn.axis is None else [f"axis = {_vector(drawn.axis)}"]

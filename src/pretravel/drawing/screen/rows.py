@@ -64,7 +64,7 @@ class ToleranceRow:
         What else the drawing states of the feature: kind, select, at, axis, nominal, …; of what is
         not decided, its characteristic and the reason.
     frame : mapping of str to value
-        What else it states of the tolerance: offset, between, instead_of, remark.
+        What else it states of the tolerance: offset, between, instead_of, remark, tangent.
     """
 
     feature: str
@@ -120,8 +120,8 @@ class ToleranceRow:
         )
 
 
-_OF_FRAME = ("offset", "between", "instead_of", "remark")
-_STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association")
+_OF_FRAME = ("offset", "between", "instead_of", "remark", "tangent")
+_STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association", "targets")
 
 
 def rows_of(drawing: Drawing) -> list[ToleranceRow]:
@@ -214,7 +214,11 @@ def drawing_of(rows: Sequence[ToleranceRow]) -> Drawing:
 
 def _typed(stated: dict[str, Any]) -> dict[str, Any]:
     """Values as the types have them: a stored row has lists for tuples."""
-    return {name: tuple(v) if isinstance(v, list) else v for name, v in stated.items()}
+
+    def typed(value: Any) -> Any:
+        return tuple(map(typed, value)) if isinstance(value, list) else value
+
+    return {name: typed(value) for name, value in stated.items()}
 
 
 def _zone(row: ToleranceRow) -> float:

@@ -54,6 +54,9 @@ class DrawnFeature:
     faces : tuple of int
         Its points by the faces on which they lie, as `pretravel faces` numbers them; instead of
         `select`.
+    targets : tuple of (4,) float
+        Of a datum: place (x, y, z) of each target and diameter of its area, 0 of a point. Only the
+        touches there are those of the datum (ISO 5459). [mm]
     """
 
     kind: str = ""
@@ -69,6 +72,7 @@ class DrawnFeature:
     geometric: tuple[GeometricTolerance, ...] = ()
     form_association: str | None = None
     faces: tuple[int, ...] = ()
+    targets: tuple[tuple[float, float, float, float], ...] = ()
 
     @property
     def name(self) -> str:
@@ -254,6 +258,7 @@ _STRUCTURE.table(
     nominal="nominal_mm",
     position_tolerance="position_tolerance_mm",
     form_tolerance="form_tolerance_mm",
+    targets="targets_mm",
 )
 _STRUCTURE.table(GeometricTolerance, zone="tolerance_mm", offset="offset_mm", between="between_mm")
 _STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm", between="between_mm")

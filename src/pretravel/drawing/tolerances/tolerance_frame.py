@@ -69,6 +69,9 @@ class GeometricTolerance:
         one may still conform, and is not decided.
     remark : str
         What the drawing states of the measurement, such as the free state; in the answer.
+    tangent : bool
+        Whether the orientation is that of the tangent plane, outside the material (T of ISO 1101
+        and ASME Y14.5): the form of the surface does not count.
     """
 
     kind: str
@@ -79,6 +82,7 @@ class GeometricTolerance:
     between: tuple[float, float] | None = None
     instead_of: str = ""
     remark: str = ""
+    tangent: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in TOLERANCE_KINDS:
@@ -96,6 +100,10 @@ class GeometricTolerance:
             raise PretravelError(f"a {self.kind} needs a datum")
         if self.datums and self.kind in FORM_KINDS:
             raise PretravelError(f"a {self.kind} has no datum")
+        if self.tangent and self.kind not in ORIENTATION:
+            raise PretravelError(
+                f"a tangent plane has a parallelism, perpendicularity or angularity, no {self.kind}"
+            )
         checked(self.offset, "the offset of the zone", COORDINATE)
         if self.offset and self.kind != PROFILE:
             raise PretravelError(f"the zone of a {self.kind} has no offset; that of a profile has")
@@ -113,6 +121,7 @@ class GeometricTolerance:
         """As in a report: ``position to A|B|C (M)``."""
         to = f" to {'|'.join(self.datums)}" if self.datums else ""
         signs = f" ({self.material})" if self.material else ""
+        signs += " (T)" if self.tangent else ""
         signs += f" (UZ {self.offset:+.4g})" if self.offset else ""
         signs += f" (P {abs(self.between[1] - self.between[0]):.4g})" if self.between else ""
         stricter = f", for {self.instead_of}" if self.instead_of else ""

@@ -5,19 +5,31 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.drawing.features.conformity import form_conformity
-from pretravel.drawing.features.feature_form import FormResult, bounded_form
+from pretravel.drawing.features.extreme_association import TANGENT
+from pretravel.drawing.features.feature_form import (
+    FormResult,
+    form_by_trials,
+    trials_for,
+    zone_load,
+    zone_widths,
+)
 from pretravel.drawing.features.feature_uncertainty import (
     FeatureErrors,
     covariance_by_weights,
     noise_of_features,
 )
 from pretravel.drawing.features.form_of_part import NO_FORM
-from pretravel.drawing.features.measured_feature import Quantity
+from pretravel.drawing.features.measured_feature import (
+    MeasuredFeature,
+    Quantity,
+    measure_feature,
+)
 from pretravel.drawing.tolerances.datum_system import DatumSystem, moved_by_frame
 from pretravel.drawing.tolerances.tolerance_frame import (
     CYLINDRICITY,
@@ -39,9 +51,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 from pretravel.surface import feet_on_faces
 from pretravel.uncertainty import about_axis, across
 
-_TRIALS = 2000
 _SEED = 1
-_NOISE_DOF = 50  # as of a form
 _MOST_WEIGHTS = 4000  # points of a surface whose common errors may be unknown
 _FEWEST_IN_SECTION = {RUN_OUT: 3, ROUNDNESS: 4}
 _SECTION = 0.02  # of the length of a cylinder: heights nearer than this are one section
@@ -69,11 +79,17 @@ def decided_surface(
     """
     if tolerance.material or any(group.at_maximum for group in groups):
         raise PretravelError("a surface has no material condition; its axis or median plane has")
+    if tolerance.tangent:
+        placed = replace(placed, feature=_tangent(placed))
     frame = frame_of(placed, tolerance, groups)
     system = frame.system
     points = placed.feature.association.points
     for _ in range(ROUNDS):
         distance, normals, section = _distances(placed, frame, tolerance)
+        if tolerance.tangent:  # of the plane at the touched places, not of the points
+            distance = (
+                distance - _along_zone(placed, normals) * placed.feature.association.residuals
+            )
         if tolerance.offset:
             outside = np.sign(np.sum(normals * placed.feature.points.normals, axis=1))
             distance = distance - outside * tolerance.offset
@@ -88,17 +104,38 @@ def decided_surface(
         frame, turned = frame.moved(frame_rows, columns @ fitted)
         if not turned:
             break
-    own = placed.feature.errors
-    along = np.sum(normals * placed.feature.points.normals, axis=1)
-    sign = np.sum(placed.feature.association.outward * placed.feature.points.normals, axis=1)
-    # Errors move a point along the outward normal of its feature; the zone may be seen otherwise.
-    factor = along / np.where(np.abs(sign) > 0.1, sign, 1.0)
-    form = _form(placed, own, factor, left, columns, frame_rows, system)
+    factor = _along_zone(placed, normals)
+    form = _form(placed, tolerance, factor, left, columns, frame_rows, system)
     conformity = form_conformity(tolerance.name, form, tolerance.zone, required)
     quantity = Quantity(tolerance.name, form.value, form.u, {}, ends=form.interval)
     return GeometricResult(
         (placed.label,), tolerance, quantity, conformity, 0.0, columns.shape[1],
     )  # fmt: skip
+
+
+def _along_zone(placed: PlacedFeature, normals: FloatArray) -> FloatArray:
+    """Distances in the zone by movements along the outward normals of the feature, (n,).
+
+    Errors move a point along these; the zone may be seen otherwise.
+    """
+    touched = placed.feature.points.normals
+    along = np.sum(normals * touched, axis=1)
+    sign = np.sum(placed.feature.association.outward * touched, axis=1)
+    return np.asarray(along / np.where(np.abs(sign) > 0.1, sign, 1.0))
+
+
+def _tangent(placed: PlacedFeature) -> MeasuredFeature:
+    """The plane outside the material that rests on the highest points."""
+    feature = placed.feature
+    if feature.kind != "plane":
+        raise PretravelError(f"{placed.label}: a tangent plane is that of a plane")
+    return measure_feature(
+        feature.points,
+        "plane",
+        u_machine=feature.errors.machine,
+        label=feature.label,
+        association=TANGENT,
+    )
 
 
 def _free_of_surface(
@@ -219,7 +256,7 @@ def _flattest(distance: FloatArray, columns: FloatArray) -> FloatArray:
 
 def _form(
     placed: PlacedFeature,
-    own: FeatureErrors,
+    tolerance: GeometricTolerance,
     factor: FloatArray,
     left: FloatArray,
     columns: FloatArray,
@@ -230,35 +267,29 @@ def _form(
 
     The errors of the datums move the zone. The form of the surface itself is no error.
     """
-    generator = np.random.default_rng(_SEED)
+    generator, own = np.random.default_rng(_SEED), placed.feature.errors
     surface = replace(own, form=NO_FORM)
     involved = [surface, *(each.errors for each in system.features)]
-    drawn = noise_of_features(involved, _TRIALS, generator)
-    moved = factor * drawn[0]
+    trials = trials_for(len(left))
+    drawn = noise_of_features(involved, trials, generator)
+    found, noise = own.association, drawn[0]
+    if tolerance.tangent:
+        noise = -(noise @ found.response.T) @ found.jacobian.T
+    moved = factor * noise
     for each, rows, noise in zip(system.features, system.by_parameters, drawn[1:], strict=True):
         moved = moved + (noise @ each.errors.association.response.T) @ (frame_rows @ rows).T
-    fit: FloatArray = np.zeros((0, len(left)))
-    if columns.shape[1]:
-        fit = np.asarray(np.linalg.pinv(columns), dtype=np.float64)
-    after = moved - (moved @ fit.T) @ columns.T
-    u = after.std(axis=0)
+    opposed, load = None, zone_load(left, columns)
     if not own.correlation_known:
-        u = _largest_u(involved, factor, columns, fit, frame_rows, system)
-    measured = 2.0 * float(np.abs(left).max())
-    alone = 2.0 * np.abs(after).max(axis=1)
-    scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, _TRIALS))
-    shape = left * math.sqrt(
-        max(1.0 - float(np.mean(u**2)) / max(float(np.mean(left**2)), 1e-300), 0.0)
-    )
-    bias = float(np.mean(2.0 * np.abs(shape + after).max(axis=1))) - 2.0 * float(
-        np.abs(shape).max()
-    )
-    return bounded_form(
-        measured,
-        scale * alone,
-        lambda factors: 2.0 * np.max(np.abs(left) + factors[:, None] * u, axis=1),
-        bias=bias,
-        noise=alone,
+        fit = np.linalg.pinv(columns) if columns.shape[1] else np.zeros((0, len(left)))
+        points = -found.jacobian @ found.response if tolerance.tangent else np.eye(len(left))
+        u = _largest_u(involved, factor[:, None] * points, columns, fit, frame_rows, system)
+        opposed = generator.standard_normal((trials, 1)) * np.sign(load) * u
+    return form_by_trials(
+        left,
+        moved,
+        partial(zone_widths, columns=columns),
+        load,
+        opposed=opposed,
         u_machine=placed.feature.errors.machine,
         generator=generator,
     )
@@ -266,20 +297,20 @@ def _form(
 
 def _largest_u(
     involved: Sequence[FeatureErrors],
-    factor: FloatArray,
+    own: FloatArray,
     columns: FloatArray,
     fit: FloatArray,
     frame_rows: FloatArray,
     system: DatumSystem,
 ) -> FloatArray:
     """Largest standard uncertainties of the distances that any correlation allows, (n,)."""
-    count = len(factor)
+    count = len(own)
     if count > _MOST_WEIGHTS:
         raise PretravelError(
             f"{count} points whose common errors are not given are too many for this tolerance; "
             "compensate the touches with this version"
         )
-    weights = [np.diag(factor)]
+    weights = [own]
     for each, rows in zip(system.features, system.by_parameters, strict=True):
         weights.append(frame_rows @ rows @ each.errors.association.response)
     joint = np.hstack(weights)

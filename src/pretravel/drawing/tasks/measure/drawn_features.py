@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, PretravelError
 from pretravel.drawing.features.between_features import relations_between
 from pretravel.drawing.features.conformity import size_conformity
-from pretravel.drawing.features.measured_feature import FORM_NAMES
+from pretravel.drawing.features.measured_feature import FORM_NAMES, Quantity
 from pretravel.drawing.tasks.measure.settings_of_features import StatedSettings
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry, nominal_of_part
@@ -172,6 +172,8 @@ class DrawnFeatures:
             self.open.append(OpenTolerance(row.features, row.quantity, limits, reason))
             return None
         quantity, scale = found[0], DEGREE if row.quantity == "angle" else 1.0
+        if row.quantity == "angle":
+            quantity = _as_drawn(quantity, row, limits)
         decided = size_conformity(
             quantity.name,
             quantity.value,
@@ -186,6 +188,22 @@ class DrawnFeatures:
             decided_if_known(decided, both[0]),
             self.task.u_machine_um * MICROMETRE,
         )
+
+
+def _as_drawn(quantity: Quantity, row: DrawnRelation, limits: tuple[float, float]) -> Quantity:
+    """The angle, or what it lacks of 180°: the one that is nearer to the drawing's.
+
+    That of the outward normals of two planes is 120° where the material has 60°.
+    """
+    known = [each for each in limits if math.isfinite(each)]
+    drawn = DEGREE * (sum(known) / len(known) if row.nominal is None else row.nominal)
+    other = math.pi - quantity.value
+    if abs(other - drawn) >= abs(quantity.value - drawn):
+        return quantity
+    before = quantity.uncompensated
+    return replace(
+        quantity, value=other, uncompensated=None if before is None else math.pi - before
+    )
 
 
 def _letters(words: Sequence[str]) -> list[str]:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from pretravel.base import MICROMETRE, ConvergenceError, PretravelError
 from pretravel.drawing.features.measured_feature import (
     BARE_SURFACE,
@@ -13,9 +15,12 @@ from pretravel.drawing.features.measured_feature import (
     measure_feature,
 )
 from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL, StatedSettings
+from pretravel.drawing.tolerances.features_file import DrawnFeature
 from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_feature
-from pretravel.measurement import Points, named_feature, normals_of_feature
+from pretravel.measurement import Points, named_feature, normals_of_feature, points_at
 
+_AT_POINT = 1.0
+"""Of a target that is a point: a touch that is farther away is another place. [mm]"""
 _SMALLEST_TIP = 0.5
 """A diameter of surface points is closer to its nominal. [mm]"""
 
@@ -81,6 +86,28 @@ def inspected(label: str, points: Points, task: StatedSettings) -> InspectedFeat
         if not label:
             raise _with_choice(error, len(points)) from None
         raise PretravelError(f"{label}: {error}", inputs=error.inputs) from None
+
+
+def points_at_targets(points: Points, row: DrawnFeature) -> Points:
+    """The touches of a datum at its targets: in the areas, and the one nearest to each point.
+
+    Raises
+    ------
+    PretravelError
+        A target without a touch.
+    """
+    chosen: set[int] = set()
+    for number, (x, y, z, diameter) in enumerate(row.targets, start=1):
+        away = np.linalg.norm(points.positions - [x, y, z], axis=1)
+        within = max(0.5 * diameter, _AT_POINT)
+        here = np.flatnonzero(away <= within) if diameter else [int(away.argmin())]
+        if not len(here) or float(away[here].min()) > within:
+            raise PretravelError(
+                f"no touch is at its target {number}, within {within:g} mm of x {x:g}, y {y:g}, "
+                f"z {z:g}: the nearest is {float(away.min()):.3g} mm away"
+            )
+        chosen |= set(map(int, here))
+    return points_at(points, sorted(chosen))
 
 
 def _feature(label: str, points: Points, kind: str, task: StatedSettings) -> MeasuredFeature:

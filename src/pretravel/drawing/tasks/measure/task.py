@@ -518,6 +518,7 @@ class Measure(LaboratoryReport):
             inspected,
             kinds_of,
             nominals_of,
+            points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
         from pretravel.measurement import points_of_features, points_on_faces
@@ -536,8 +537,10 @@ class Measure(LaboratoryReport):
             if not len(mine):
                 drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
                 continue
-            kept, far = without_missed(mine, kinds_of(row.name, task), task.axis)
             try:
+                if row.targets:
+                    mine = points_at_targets(mine, row)
+                kept, far = without_missed(mine, kinds_of(row.name, task), task.axis)
                 drawn.found[row.name] = inspected(row.name, kept, task)
             except PretravelError as error:
                 if not row.faces:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -37,9 +37,11 @@ _AROUND = 8
 _BESIDE_MARGIN = 1.001  # of a margin: its end itself counts as nearer than it
 _MORE_PLACES = (1, 2, 3, 4, 8, 16, 32)
 """How many times more places than wanted are tried on the rectangle of a face."""
+_FEW_TRIES = (1, 2, 8)  # for a direction that is only named
 _IN_A_ROW = 0.02  # of the largest extent: less across it is a row, or a ring
 _MOST_HIDDEN = 3  # times the places of which none is reached: the face is hidden
 _MOST_OVER = 2  # times the wanted places of a round face are kept: it has whole rings
+_SAME_AXIS = 0.9999  # cosine: less than one degree apart
 _INSIDE = 1e-3  # how deep a tip may seem to be in another face, by rounding [mm]
 
 
@@ -76,6 +78,16 @@ class ProbeOfMachine:
 
     machine: Machine
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    @property
+    def tip_radius(self) -> float:
+        """Radius of the ball. [mm]"""
+        return self.machine.tip_radius
+
+    @property
+    def stem_radius(self) -> float:
+        """Radius of the stylus above it. [mm]"""
+        return 0.5 * self.machine.stem_diameter
 
     def reaches(self, part: Part, plan: InspectionPlan) -> BoolArray:
         """Whether a program of the machine gets to each place, (n,)."""
@@ -135,6 +147,7 @@ def needed_touches(
     drawing = drawing_on_part(drawing, part)
     widths = _narrowest(drawing, part)
     pieces, rows, warnings = [], [], []
+    hidden_rows: dict[str, list[str]] = {}
     last = np.zeros(3)
     for row in _in_order(drawing, widths):
         if not row.faces:
@@ -143,9 +156,14 @@ def needed_touches(
         part_of_u = _PARTS.get(row.kind, _PART)
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])
         wanted = few if math.isnan(width) else _count(width, part_of_u * u_touch, few)
-        seen, hidden = _touches_of(row, part, wanted, (stylus, region))
+        if row.targets:
+            wanted = few = len(row.targets)
+            seen, hidden = _at_targets(row, part, stylus)
+        else:
+            seen, hidden = _touches_of(row, part, wanted, (stylus, region))
         if seen is None:
-            warnings.append(f"{row.name}: the stylus reaches no place on it")
+            other = _other_axis(row, part, wanted, (stylus, region))
+            hidden_rows.setdefault(other, []).append(_with_faces(row))
             continue
         if len(seen) < wanted and hidden:
             warnings.append(f"{row.name}: {hidden} places are not reached")
@@ -161,9 +179,84 @@ def needed_touches(
                 f"{row.name}: U is about {1e3 * expanded:.2g} µm, {100 * expanded / width:.0f} % "
                 f"of the tolerance of {width:.4g} mm: more touches would take longer than they help"
             )
+    warnings += _unreached(hidden_rows, stylus)
     if not pieces:
-        raise PretravelError("the stylus reaches no place of the features", inputs=("axis",))
+        raise PretravelError(
+            f"the stylus reaches no place of the features: {'; '.join(warnings)}", inputs=("axis",)
+        )
     return NeededTouches(_joined(pieces), tuple(rows), tuple(warnings))
+
+
+def _unreached(
+    rows: dict[str, list[str]], stylus: ReachingStylus | ProbeOfMachine
+) -> Iterator[str]:
+    """What is said of features without a touch, by the stylus direction that reaches them."""
+    here = _axis_words(np.array(stylus.axis, dtype=float))
+    for other, names in rows.items():
+        way = (
+            f"along {other} it reaches {'it' if len(names) == 1 else 'them'}: turn the part, or "
+            "take a stylus in this direction"
+            if other
+            else "nor does it along the axes of the part or across these faces: take a smaller "
+            "tip, or a thinner stem"
+        )
+        it = "it" if len(names) == 1 else "them"
+        yield f"{', '.join(names)}: the stylus along {here} reaches no place on {it}; {way}"
+
+
+def _with_faces(row: DrawnFeature) -> str:
+    """The name of a feature with the numbers of its faces, unless it is called by them."""
+    numbers = ", ".join(map(str, row.faces))
+    known = row.name.endswith(f"face{numbers.replace(' ', '')}") or len(row.faces) > 4
+    return row.name if known else f"{row.name} (face{'s' * (len(row.faces) > 1)} {numbers})"
+
+
+def _other_axis(
+    row: DrawnFeature,
+    part: Part,
+    count: int,
+    where: tuple[ReachingStylus | ProbeOfMachine, InspectionRegion],
+) -> str:
+    """The direction of a stylus that reaches a feature, or most places of it; empty without one.
+
+    The first of the candidates that reaches all places is taken.
+    """
+    stylus, region = where
+    most, best = 0, ""
+    for axis in _candidates(row, part):
+        turned = ReachingStylus(stylus.tip_radius, stylus.stem_radius, axis)
+        there = (turned, replace(region, axis=axis))
+        seen, _ = _touches_of(row, part, count, there, _FEW_TRIES)
+        if seen is not None and len(seen) > most and not _undetermined(row.kind, seen):
+            most, best = len(seen), _axis_words(np.array(axis))
+        if most >= count:
+            break
+    return best
+
+
+def _candidates(row: DrawnFeature, part: Part) -> list[tuple[float, float, float]]:
+    """Unit directions, each once: axes of the part, then normals of the faces in their middles.
+
+    Of the axes those come first along which the faces lie open.
+    """
+    own = [face for face in part.faces if face.number in row.faces]
+    middles = [face.local(0.5 * np.sum(face.box, axis=0)[None]).normal[0] for face in own]
+    axes = sorted([*np.eye(3), *-np.eye(3)], key=lambda axis: -float(sum(middles) @ axis))
+    tried = [*axes, *middles]
+    kept: list[FloatArray] = []
+    for each in tried:
+        if all(float(each @ other) < _SAME_AXIS for other in kept):
+            kept.append(each)
+    return [(float(x), float(y), float(z)) for x, y, z in kept]
+
+
+def _axis_words(axis: FloatArray) -> str:
+    """``-z``, or its three numbers."""
+    unit = axis / np.linalg.norm(axis)
+    main = int(np.argmax(np.abs(unit)))
+    if abs(unit[main]) > _SAME_AXIS:
+        return f"{'+' if unit[main] > 0.0 else '-'}{'xyz'[main]}"
+    return "(" + ", ".join(f"{value:.3g}" for value in unit) + ")"
 
 
 def _undetermined(kind: str, plan: InspectionPlan) -> str:
@@ -246,11 +339,32 @@ def _count(width: float, u: float, few: int) -> int:
     return min(max(few, math.ceil((2.0 * u / (SHARE_OF_TOLERANCE * width)) ** 2)), MOST_OF_FEATURE)
 
 
+def _at_targets(
+    row: DrawnFeature, part: Part, stylus: ReachingStylus | ProbeOfMachine
+) -> tuple[InspectionPlan | None, int]:
+    """A touch in the middle of each target of a datum, as `_touches_of`."""
+    faces = [k for k, face in enumerate(part.faces) if face.number in row.faces]
+    places = np.array(row.targets)[:, :3]
+    each = [feet_on_faces(part, places, np.full(len(places), k)) for k in faces]
+    nearest = np.argmin([np.abs(feet.distance) + 1e9 * ~feet.inside for feet in each], axis=0)
+    chosen = [(each[k], target) for target, k in enumerate(nearest.tolist())]
+    found = InspectionPlan(
+        face=np.array([part.faces[faces[k]].number for k in nearest.tolist()]),
+        uv=np.full((len(places), 2), math.nan),
+        point=np.array([feet.local.point[k] for feet, k in chosen]),
+        normal=np.array([feet.local.normal[k] for feet, k in chosen]),
+        left_out={},
+    )
+    seen = _at(found, stylus.reaches(part, found))
+    return (seen if len(seen) else None), len(found) - len(seen)
+
+
 def _touches_of(
     row: DrawnFeature,
     part: Part,
     count: int,
     where: tuple[ReachingStylus | ProbeOfMachine, InspectionRegion],
+    tries: Sequence[int] = _MORE_PLACES,
 ) -> tuple[InspectionPlan | None, int]:
     """About so many places on the faces of a feature that are reached, evenly; None without one.
 
@@ -265,7 +379,7 @@ def _touches_of(
         inner = _within_margin(face, region)
         more_around = k % 2 if face.kind != "plane" else 0  # halves of a bore: no equal steps
         best: InspectionPlan | None = None
-        for more in _MORE_PLACES:  # a face that does not fill its rectangle, or is half hidden
+        for more in tries:  # a face that does not fill its rectangle, or is half hidden
             grid = _grid(face.kind, more * each, face.box)
             grid = (grid[0] + more_around, grid[1])
             try:
