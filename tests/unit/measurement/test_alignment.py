@@ -382,12 +382,29 @@ def test_points_in_the_part_share_the_error_of_the_alignment() -> None:
     foot = found.points.positions - found.about
     n = found.points.normals
     rows = np.column_stack([n, np.cross(foot, n)])
-    by_placement = np.einsum("ni,ij,nj->n", rows, found.covariance, rows)
+    errors = found.measured_placement.errors
+    assert errors is not None
+    by_placement = np.einsum("ni,ij,nj->n", rows, errors.covariance, rows)
     grown = inside.standard_uncertainty**2 - found.points.standard_uncertainty**2
     assert grown == pytest.approx(by_placement, rel=1e-6)
     assert inside.shared is not None
     common = sum(v**2 for k, v in inside.shared.items() if k.startswith("alignment"))
     assert common == pytest.approx(by_placement, rel=1e-6)
+
+
+def test_what_keeps_no_degrees_of_freedom_has_half_of_u() -> None:
+    """Faces off by 5 µm: few faces show how far. 2 u of a stored placement is U of the report."""
+    rng, part, made = np.random.default_rng(8), bracket(), radius_alone(RADIUS)
+    points, normals, faces = random_targets(part, 14, rng)
+    off = 5.0 * UM * rng.standard_normal(len(part.faces))[faces]
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points + off[:, None] * normals, normals, made)
+    found = align(tips, part, made, placement, extrapolate=True)
+    assert np.all(found.expanded_uncertainty > 2.1 * found.standard_uncertainty)
+    errors = found.measured_placement.errors
+    assert errors is not None
+    stored = 2.0 * np.sqrt(np.diag(errors.covariance))
+    assert stored == pytest.approx(found.expanded_uncertainty, rel=1e-9)
 
 
 def test_touches_that_nothing_checks_are_named() -> None:
