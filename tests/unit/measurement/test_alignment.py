@@ -178,6 +178,19 @@ def test_gross_touches_are_named_and_left_out(count: int) -> None:
     assert _apart(part, found.placement, placement) < 0.03
 
 
+@pytest.mark.parametrize(("seed", "count"), [(1, 24), (3, 24), (2, 40)])
+def test_a_gross_touch_drags_its_face_and_is_named(seed: int, count: int) -> None:
+    """Each in turn, 0.3 mm off: the few others of its face follow it, and are no form of it."""
+    rng, part, made = np.random.default_rng(seed), bracket(), radius_alone(RADIUS)
+    points, normals, _ = random_targets(part, count, rng)
+    placement, noise = random_placement(rng), 0.3 * UM * rng.standard_normal(count)
+    for wrong in range(0, count, 5):
+        off = noise + 0.3 * (np.arange(count) == wrong)
+        tips = tip_centres(placement, points + off[:, None] * normals, normals, made)
+        found = align(tips, part, made, placement, extrapolate=True)
+        assert np.flatnonzero(found.gross).tolist() == [wrong]
+
+
 def test_the_form_of_a_face_is_not_gross() -> None:
     """A bow of 4 µm of the first datum beside perfect ones: all touches are used, its form is in u;
     a touch 50 µm off on it is gross."""
