@@ -17,8 +17,9 @@ from pretravel.base import MICROMETRE, FloatArray
 
 _SIZES_OF_ERRORS = tuple(MICROMETRE * size for size in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
 """Standard deviations that are tried in addition to none. [mm]"""
-_USUAL = 0.5 * MICROMETRE
-"""Of machines in good order; larger ones are rare, and what touches show outweighs it. [mm]"""
+_USUAL = 1.0 * MICROMETRE
+"""Of machines in good order: half of what ISO 3408-3 allows a screw of grade 3 within a turn, 6 µm
+from valley to peak (from memory). Larger ones are rarer, and touches outweigh this. [mm]"""
 PITCHES = (2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0)
 """Of usual screws. [mm]"""
 _REACHES = (0.4, 0.8, 1.6)

@@ -162,7 +162,8 @@ class PhysicalKind(KindOfMap):
                 "this probe is not quite of the six-seat kind: the residuals are larger than the "
                 f"scatter of repeats (probability {fit.misfit:.2g} for a six-seat probe). The map "
                 f"contains a correction of {fit.scales.mean('correction') / MICROMETRE:.1f} µm, "
-                "and its u what the correction does not determine"
+                "and its u what the correction does not determine. A drift of the reference from "
+                "ring to ring looks alike: repeat in passes over all directions to tell them apart"
             )
         return found
 

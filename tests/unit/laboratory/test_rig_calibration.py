@@ -215,10 +215,22 @@ def test_a_repeatability_is_not_below_the_sampling() -> None:
         assert (spread.value, spread.high) == pytest.approx((sampling, sampling))
         assert spread.low == pytest.approx(1e-6 / math.sqrt(7.378 / 2.0), rel=1e-3)  # chi-square
         assert spread.of_sampling
-    assert found.directions[0].u_pretravel == pytest.approx(sampling / math.sqrt(3.0))
-    assert found.directions[0].expanded_pretravel == pytest.approx(2.0 * sampling / math.sqrt(3.0))
+    # They fell between the same samples, so that the mean has the error of one edge: all but 1 %.
+    assert found.directions[0].u_pretravel == pytest.approx(sampling, rel=0.01)
+    assert found.directions[0].expanded_pretravel == pytest.approx(2.0 * sampling, rel=0.01)
     rough = calibrate_rig(_made({"a_000": [4.0, 4.05, 4.1]}), search_outliers=False)
     assert not rough.repeatability.of_sampling
+
+
+def test_repeats_at_any_phase_of_the_samples_average_their_edges() -> None:
+    """Both ends scatter by the way between two samples: the mean of three has u of one / √3."""
+    between = math.sqrt(12.0) * 2e-5
+    touches = [
+        replace(touch, r0=k * between / 3.0, r1=4.0 * UM + k * between * 2.0 / 3.0)
+        for k, touch in enumerate(_made({"a_000": [4.0, 4.0, 4.0]}))
+    ]
+    (direction,) = calibrate_rig(touches, search_outliers=False).directions
+    assert direction.u_pretravel == pytest.approx(direction.repeatability.value / math.sqrt(3.0))
 
 
 class TestRefusals:

@@ -178,6 +178,19 @@ def test_gross_touches_are_named_and_left_out(count: int) -> None:
     assert _apart(part, found.placement, placement) < 0.03
 
 
+@pytest.mark.parametrize(("seed", "count"), [(1, 24), (3, 24), (2, 40)])
+def test_a_gross_touch_drags_its_face_and_is_named(seed: int, count: int) -> None:
+    """Each in turn, 0.3 mm off: the few others of its face follow it, and are no form of it."""
+    rng, part, made = np.random.default_rng(seed), bracket(), radius_alone(RADIUS)
+    points, normals, _ = random_targets(part, count, rng)
+    placement, noise = random_placement(rng), 0.3 * UM * rng.standard_normal(count)
+    for wrong in range(0, count, 5):
+        off = noise + 0.3 * (np.arange(count) == wrong)
+        tips = tip_centres(placement, points + off[:, None] * normals, normals, made)
+        found = align(tips, part, made, placement, extrapolate=True)
+        assert np.flatnonzero(found.gross).tolist() == [wrong]
+
+
 def test_the_form_of_a_face_is_not_gross() -> None:
     """A bow of 4 µm of the first datum beside perfect ones: all touches are used, its form is in u;
     a touch 50 µm off on it is gross."""
@@ -382,12 +395,29 @@ def test_points_in_the_part_share_the_error_of_the_alignment() -> None:
     foot = found.points.positions - found.about
     n = found.points.normals
     rows = np.column_stack([n, np.cross(foot, n)])
-    by_placement = np.einsum("ni,ij,nj->n", rows, found.covariance, rows)
+    errors = found.measured_placement.errors
+    assert errors is not None
+    by_placement = np.einsum("ni,ij,nj->n", rows, errors.covariance, rows)
     grown = inside.standard_uncertainty**2 - found.points.standard_uncertainty**2
     assert grown == pytest.approx(by_placement, rel=1e-6)
     assert inside.shared is not None
     common = sum(v**2 for k, v in inside.shared.items() if k.startswith("alignment"))
     assert common == pytest.approx(by_placement, rel=1e-6)
+
+
+def test_what_keeps_no_degrees_of_freedom_has_half_of_u() -> None:
+    """Faces off by 5 µm: few faces show how far. 2 u of a stored placement is U of the report."""
+    rng, part, made = np.random.default_rng(8), bracket(), radius_alone(RADIUS)
+    points, normals, faces = random_targets(part, 14, rng)
+    off = 5.0 * UM * rng.standard_normal(len(part.faces))[faces]
+    placement = random_placement(rng)
+    tips = tip_centres(placement, points + off[:, None] * normals, normals, made)
+    found = align(tips, part, made, placement, extrapolate=True)
+    assert np.all(found.expanded_uncertainty > 2.1 * found.standard_uncertainty)
+    errors = found.measured_placement.errors
+    assert errors is not None
+    stored = 2.0 * np.sqrt(np.diag(errors.covariance))
+    assert stored == pytest.approx(found.expanded_uncertainty, rel=1e-9)
 
 
 def test_touches_that_nothing_checks_are_named() -> None:

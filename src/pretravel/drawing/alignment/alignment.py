@@ -23,7 +23,7 @@ from pretravel.drawing.features.feature_uncertainty import FeatureErrors
 from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
 from pretravel.measurement import Association, Points, placed
 from pretravel.surface import Feet, Part
-from pretravel.uncertainty import Covariance
+from pretravel.uncertainty import COVERAGE_FACTOR, Covariance, coverage_factor
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
 """The six motions of a part: shifts in mm, turns in rad."""
@@ -130,9 +130,14 @@ class Alignment:
 
         Motions that are not determined have no part in it.
         """
+        return np.asarray(sum(self.errors.parts(self._rows).values()))
+
+    @property
+    def _rows(self) -> FloatArray:
+        """The six motions by the parameters of the association."""
         rows = np.zeros((6, self.association.response.shape[0]))
         rows[:, : self.motions.shape[1]] = self.motions
-        return np.asarray(sum(self.errors.parts(rows).values()))
+        return rows
 
     @property
     def standard_uncertainty(self) -> FloatArray:
@@ -140,11 +145,22 @@ class Alignment:
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     @property
+    def expanded_uncertainty(self) -> FloatArray:
+        """U of the six motions: k u, with more than 2 u where few faces show their form, (6,)."""
+        u = self.standard_uncertainty
+        dof = [self.errors.dof(row, one) for row, one in zip(self._rows, u.tolist(), strict=True)]
+        return u * np.array([coverage_factor(each, whole_dof=False) for each in dof])
+
+    @property
     def measured_placement(self) -> Placement:
-        """The placement with its uncertainty."""
-        errors = PlacementErrors(
-            frozen(self.covariance), frozen(self.about), frozen(self.undetermined)
-        )
+        """The placement with its uncertainty, of which u is U/2.
+
+        Neither files nor points keep degrees of freedom: what is made of them takes 2 u for U.
+        """
+        u = self.standard_uncertainty
+        wider = self.expanded_uncertainty / np.maximum(COVERAGE_FACTOR * u, 1e-300)
+        covariance = wider[:, None] * self.covariance * wider
+        errors = PlacementErrors(frozen(covariance), frozen(self.about), frozen(self.undetermined))
         return replace(self.placement, errors=errors)
 
     @property

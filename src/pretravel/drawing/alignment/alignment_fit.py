@@ -145,6 +145,11 @@ def align(
             break
         gross = gross | wrong
         state = fit.solved(state.placement, state.feet.face, taken & ~gross)
+    if gross.any():  # they have moved the others too, some from near an edge onto another face
+        nearest = fit.nearest_faces(state.placement) if face is None else state.feet.face
+        state = fit.solved(state.placement, nearest, taken & ~gross)
+        gross = gross & (np.abs(state.distance) > _FORM)
+        state = fit.solved(state.placement, nearest, taken & ~gross)
     if any(datum.outside for datum in datums):
         state = fit.outside(state)
     return fit.alignment(state, gross, extrapolate=extrapolate)
@@ -244,7 +249,7 @@ class _Fit:
         placement, own = start, face
         if own is None:
             placement = self._roughly(start, taken)
-            own = self._nearest_faces(placement)
+            own = self.nearest_faces(placement)
         for _ in range(_ROUNDS):
             state = self.at(placement, own, taken)
             # The touches that are used do not change within a round, or it could go to and fro.
@@ -255,7 +260,7 @@ class _Fit:
                 if moved < _CLOSED:
                     break
             placement = state.placement
-            nearest = own if face is not None else self._nearest_faces(placement)
+            nearest = own if face is not None else self.nearest_faces(placement)
             if np.all(nearest == own):
                 break
             own = nearest
@@ -302,7 +307,7 @@ class _Fit:
         points = placement.inverse.points(self.tips.positions)
         return np.asarray(cloud.face[cloud.tree.query(points, workers=-1)[1]])
 
-    def _nearest_faces(self, placement: Placement) -> IntArray:
+    def nearest_faces(self, placement: Placement) -> IntArray:
         points = placement.inverse.points(self.tips.positions)
         return ContactSearch(self.part, len(points)).nearest_faces(points)[0]
 
@@ -325,16 +330,22 @@ class _Fit:
         size = size / np.sqrt(np.maximum(left, _SEEN))
         worst = int(np.argmax(size))
         others = max(float(np.sum(state.distance[mine] ** 2)) - float(size[worst]) ** 2, 0.0)
+        # The largest has dragged the others along: what they are without it.
+        dragged = state.slopes[mine] @ state.response[:, mine[worst]]
+        dragged *= state.distance[mine[worst]] / max(float(left[worst]), _SEEN)
+        freed = np.where(size > 0.0, np.abs(state.distance[mine] - dragged), 0.0)
+        freed = freed / np.sqrt(np.maximum(left, _SEEN))
+        freed[worst] = size[worst]
         # A face that is bowed, displaced or larger as a whole is no error of its touches.
-        form = np.maximum(1.4826 * _of_the_others(size, state.feet.face[mine]), _SMALLEST)
+        form = np.maximum(1.4826 * _of_the_others(freed, state.feet.face[mine]), _SMALLEST)
         scale = max(math.sqrt(others / (free - 1)), float(form[worst]))
         if size[worst] > max(outlier_factor(len(mine), free - 1) * scale, _FORM):
             wrong[mine[worst]] = True
         if free >= _MANY_FREE:
-            among = np.maximum(form, 1.4826 * float(np.median(size)))
+            among = np.maximum(form, 1.4826 * float(np.median(freed)))
             limit = np.maximum(outlier_factor(len(mine), free) * among, _FORM)
             # Smaller ones may only have been moved by the larger.
-            wrong[mine[(size > limit) & (size > 0.5 * size[worst])]] = True
+            wrong[mine[(freed > limit) & (freed > 0.5 * size[worst])]] = True
         return wrong
 
     def outside(self, state: _State) -> _State:

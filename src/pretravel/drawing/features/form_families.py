@@ -14,7 +14,10 @@ from pretravel.uncertainty import across
 LOBES = range(2, 13)
 """Numbers of lobes of a round surface that are tried."""
 _ORDERS = (2, 3, 4)  # of polynomials on a plane, beyond its tilt
-_OF_FACES = (1, 2, 3)  # on the faces of an alignment
+_LENGTHS = {"longer than the face": 2.0, "of half the face": 1.0, "of a quarter of the face": 0.5}
+"""Over which the form of a face is correlated, in halves of the face."""
+_ACROSS = 9  # places in each direction of a face, from which its shapes are made
+_LEAST_SHAPE = 1e-3  # variance of a shape that is kept, in relation to the largest
 
 
 def families_of(kind: str, found: Association) -> tuple[Family, ...]:
@@ -96,18 +99,42 @@ def families_of_faces(
     tuple of Family
         An error is common to the touches of a face, and independent between faces.
     """
-    names = np.unique(face)
+    names, number = np.unique(face, return_inverse=True)
     of_face = (face[:, None] == names).astype(float)
     found = [Family("faces displaced", of_face, face=face)]
     sized = [index for index, name in enumerate(names) if name in set(curved)]
     if sized:
         found.append(Family("bores and bosses of another size", of_face[:, sized], face=face))
-    for order in _OF_FACES:
-        shapes = _polynomials(list(parameters.T), 0, order)
-        columns = (of_face[:, :, None] * shapes[:, None, :]).reshape(len(face), -1)
-        used = np.any(columns != 0.0, axis=0)
-        found.append(Family(f"form of order {order} on each face", columns[:, used], face=face))
+    rows = [np.flatnonzero(number == index) for index in range(len(names))]
+    for words, length in _LENGTHS.items():
+        shapes = [_correlated(parameters[mine], length) for mine in rows]
+        columns, start = np.zeros((len(face), sum(each.shape[1] for each in shapes))), 0
+        for mine, own in zip(rows, shapes, strict=True):
+            columns[mine, start : start + own.shape[1]] = own
+            start += own.shape[1]
+        found.append(Family(f"form with a correlation length {words}", columns, face=face))
     return tuple(found)
+
+
+def _correlated(places: FloatArray, length: float) -> FloatArray:
+    """Shapes of a form whose correlation falls as exp(-(distance / length)² / 2), (n, f).
+
+    Those of a lattice over the face (Nyström's method), so that a face of many touches takes no
+    longer than its touches.
+    """
+    lattice = np.linspace(-1.0, 1.0, _ACROSS)
+
+    def alike(at: FloatArray, to: FloatArray) -> FloatArray:
+        return np.asarray(np.exp(-0.5 * ((at[:, None] - to) / length) ** 2))
+
+    # The correlation is a product of one in each direction.
+    sizes, vectors = np.linalg.eigh(alike(lattice, lattice))
+    kept = sizes > _LEAST_SHAPE * sizes[-1]
+    along = [alike(one, lattice) @ vectors[:, kept] / np.sqrt(sizes[kept]) for one in places.T]
+    shapes = (along[0][:, :, None] * along[1][:, None, :]).reshape(len(places), -1)
+    u, size, _ = np.linalg.svd(shapes, full_matrices=False)
+    seen = size**2 > _LEAST_SHAPE * size[0] ** 2
+    return np.asarray(u[:, seen] * size[seen], dtype=np.float64)
 
 
 def _to_unit(values: FloatArray) -> FloatArray:

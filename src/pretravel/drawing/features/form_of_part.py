@@ -26,7 +26,7 @@ _BOTH = 0.4  # … together with roughness
 _SIZES = 24  # of the form of a part that are tried
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
-_MOST_FILLED = 0.5  # largest share of the degrees of freedom that a family takes
+_MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
 _MANY_SHAPES = 600  # of all faces together, from which the spectrum is that of each face
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _SEEN = 1e-5  # probability of a size that is kept
@@ -181,10 +181,11 @@ def form_of_part(
     spectra = [_Spectrum.of(each, basis, residuals) for each in tried]
     shown = [each.visible >= _VISIBLE for each in spectra]
     hidden = tuple(each.name for each, is_in in zip(tried, shown, strict=True) if not is_in)
-    # One that fills the residuals is not distinguished from roughness.
+    # Shapes of one size that fill the residuals are not distinguished from roughness. Those of a
+    # correlation length are of many sizes.
     shown = [
-        is_in and len(each.variances) <= _MOST_FILLED * dof
-        for is_in, each in zip(shown, spectra, strict=True)
+        is_in and (one.face is not None or len(each.variances) <= _MOST_FILLED * dof)
+        for is_in, one, each in zip(shown, tried, spectra, strict=True)
     ]
     tried = [each for each, is_in in zip(tried, shown, strict=True) if is_in]
     spectra = [each for each, is_in in zip(spectra, shown, strict=True) if is_in]

@@ -493,6 +493,25 @@ def _of_sampling(touches: Sequence[RigTouch]) -> float:
     return float(np.mean(known or [0.0]))
 
 
+def _alike_in_repeats(groups: Sequence[Sequence[RigTouch]]) -> float:
+    """Standard deviation of a pretravel by edges between samples that repeats do not reduce. [mm]
+
+    Traces that start alike and scatter by less than a sample have an edge at one place of it. In a
+    direction where that place is by chance at a sample, repeats scatter more: the median counts.
+    """
+    repeated = [group for group in groups if len(group) > 1]
+    if not repeated:
+        return 0.0
+    kept = [
+        kept_by_repeats(
+            math.sqrt(12.0) * float(np.mean([getattr(t, u) for g in repeated for t in g])),
+            float(np.median([np.std([getattr(t, at) for t in g], ddof=1) for g in repeated])),
+        )
+        for at, u in (("r0", "u_r0"), ("r1", "u_r1"))
+    ]
+    return math.hypot(*kept)
+
+
 def _shifts(touches: Sequence[RigTouch]) -> FloatArray:
     """Hysteresis of the touches that show one. [mm]"""
     return np.array([t.hysteresis for t in touches if math.isfinite(t.hysteresis)])
@@ -511,12 +530,15 @@ def _with_pooled_scatter(
     factor = coverage_factor(repeatability.dof) if repeatability.dof > 0.0 else math.nan
     u_hysteresis, expanded_hysteresis = _hysteresis_scatter(groups)
     edges = COVERAGE_FACTOR * _of_sampling([t for group in groups.values() for t in group])
+    alike = _alike_in_repeats(list(groups.values()))
     found = []
     for d in directions:
         shown = math.sqrt(max(len(_shifts(groups[d.name])), 1))
         u = math.hypot(repeatability.value / math.sqrt(d.count), u_step)
         # Few repeats may be alike by chance; edges between samples are not.
         expanded = max(factor * repeatability.measured, edges) / math.sqrt(d.count)
+        # Repeats that meet the samples at one phase have the error of their edges in common.
+        u, expanded = max(u, alike), max(expanded, COVERAGE_FACTOR * alike)
         found.append(
             replace(
                 d,

@@ -100,12 +100,12 @@ def _rests_on(alignment: Alignment) -> str:
 
 def _motions_table(alignment: Alignment) -> Table:
     """Where the part's origin lies, and the uncertainty of the motions."""
-    u = alignment.standard_uncertainty
+    expanded = alignment.expanded_uncertainty
     factor = np.array([1.0, 1.0, 1.0, *(3 * [DEGREE])])
     turn = alignment.placement.rotation
     free = np.vstack([turn @ alignment.undetermined[:3], turn @ alignment.undetermined[3:]])
     held = np.linalg.norm(free, axis=1) < _HELD * np.repeat([1.0, 1.0 / alignment.part.size], 3)
-    stated = np.where(held, 2.0 * u / factor, math.nan)
+    stated = np.where(held, expanded / factor, math.nan)
     angles = [float(word) for word in typed_placement(alignment.placement).split(",")]
     return Table(
         (
@@ -117,8 +117,9 @@ def _motions_table(alignment: Alignment) -> Table:
         ),
         title="Placement of the part in the machine",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
-        "these axes. U (k = 2) is the U of shifts of, and rotations about, the middle of the "
-        "touches; U is empty where the touches do not determine a motion.",
+        "these axes. U (k = 2, more where few touches show the form of the faces) is the U of "
+        "shifts of, and rotations about, the middle of the touches; U is empty where the touches "
+        "do not determine a motion.",
     )
 
 
