@@ -63,7 +63,8 @@ _CUT_OR_COVERED = """() => {
     if (!plot.checkVisibility()) continue;
     const frame = plot.getBoundingClientRect();
     const texts = [...plot.querySelectorAll('svg text')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar'))
+      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar')
+        && +getComputedStyle(one).fillOpacity)
       .map((one) => [one.textContent, one.getBoundingClientRect()]);
     for (const [words, box] of texts)
       if (box.left < frame.left - 1 || box.right > frame.right + 1
@@ -75,7 +76,8 @@ _CUT_OR_COVERED = """() => {
         if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
     const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
         + '.xtick text, .ytick text, .annotation-text, .slider-label')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility())
+      .filter((one) => one.textContent.trim() && one.checkVisibility()
+        && +getComputedStyle(one).fillOpacity)
       .map((one) => [one.textContent, one.getBoundingClientRect()]);
     titles.forEach(([words, a], n) => titles.slice(n + 1).forEach(([others, b]) => {
       const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);

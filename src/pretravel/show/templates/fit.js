@@ -5,7 +5,7 @@ const fitted = (figure, width, height) => {
   const LETTER = 0.56; // mean width of a letter, in heights
   const LINE = 1.3;
   const BAR = 84; // a bar of colours with its numbers and its title
-  const LYING = 60; // the same below a scene
+  const SLIM = 54; // without a title
   const { data, layout } = figure;
   if (!width || !height || !layout.title) return figure;
 
@@ -35,8 +35,15 @@ const fitted = (figure, width, height) => {
     return lines(axis.title.text);
   };
 
+  // Beside a bar with its title a scene in a narrow place would be small: the title stands above.
+  const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
+  const slim = layout.scene && bars.length === 1 && width < 460;
   // A frame or a note stands beside the title where there is room.
   const [heading, ...more] = layout.title.text.split("<br>");
+  if (slim) {
+    more.push(`<span style='font-size:12px'>Colours: ${bars[0].title.text}</span>`);
+    Object.assign(bars[0], { title: { text: "" }, thickness: 10, tickfont: { size: 11 } });
+  }
   const joined = more.reduce((text, line) => {
     const last = text.slice(text.lastIndexOf("<br>") + 1);
     const fits = !line.startsWith("<span") && long(`${last}, ${line}`) * LETTER * 15 < width - 24;
@@ -54,10 +61,7 @@ const fitted = (figure, width, height) => {
   const across = Math.max(1, Math.floor((0.95 * width) / Math.max(...names, 1)));
   const oneRow = names.reduce((sum, each) => sum + each, 0) <= 0.95 * width;
   const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
-  const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
-  // In a narrow place the bar of a scene lies below it: beside it the scene would be half as wide.
-  const lying = layout.scene && bars.length === 1 && width < 460;
-  const right = bars.length && !lying ? BAR : layout.scene ? 4 : 24;
+  const right = bars.length ? (slim ? SLIM : BAR) : layout.scene ? 4 : 24;
   // Many names stand beside a scene rather than below it.
   const wanted = Math.max(...folded.map(wideOf), 0);
   const tall = layout.scene?.aspectratio && layout.scene.aspectratio.z > 1.5 * layout.scene.aspectratio.x;
@@ -70,11 +74,17 @@ const fitted = (figure, width, height) => {
     layout.scene.domain = { x: [0, 1 - beside / width], y: [0, 1] };
   }
   let margin = { ...layout.margin, t: top };
-  if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) + (lying ? LYING : 0) };
+  if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) };
   else if (layout.polar) margin = { l: width < 420 ? 34 : 48, r: bars.length ? BAR + (width < 420 ? 26 : 40) : width < 420 ? 34 : 48, t: top + 18, b: 30 + legend };
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;
+    // Of each power of ten 1, 2 and 5: all nine cover each other.
+    for (const [name, axis] of [["x", xaxis], ["y", yaxis]]) {
+      if (axis?.type !== "log" || axis.tickvals) continue;
+      const values = data.flatMap((trace) => Array.from(trace[name] ?? [])).filter((value) => value > 0);
+      if (Math.max(...values) > 6 * Math.min(...values)) axis.dtick = "D2";
+    }
     // Numbers that would be turned for want of room: every second one is enough.
     while (xaxis?.tickvals?.length > 3 && !xaxis.ticktext && xaxis.tickvals.length * 32 > wide)
       xaxis.tickvals = xaxis.tickvals.filter((_, n) => n % 2 === 0);
@@ -88,16 +98,8 @@ const fitted = (figure, width, height) => {
     if (yaxis?.scaleanchor) besideBodies(layout, width - 64 - margin.r, height - margin.t - margin.b);
   }
   layout.margin = margin;
-  if (lying) {
-    const place = { orientation: "h", x: 0.5, xanchor: "center", y: -20 / (height - margin.t - margin.b), yanchor: "top", len: 0.8, ypad: 0 };
-    // Plotly draws the title of a lying bar into it.
-    const said = { text: bars[0].title.text, font: { size: 13 }, showarrow: false, xref: "paper", x: 0.5, yref: "paper", y: 0, yanchor: "top" };
-    Object.assign(bars[0], place, { title: { text: "" } });
-    layout.annotations = [...(layout.annotations ?? []), said];
-  } else for (const bar of bars) {
-    Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
-    withTitle(bar, height - margin.t - margin.b - 24, 13);
-  }
+  for (const bar of bars) Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
+  for (const bar of bars) withTitle(bar, height - margin.t - margin.b - 24, 13);
   const camera = layout.scene?.camera;
   if (camera) {
     const place = [width - margin.l - right - beside, height - margin.t - margin.b];
@@ -124,6 +126,7 @@ const fitted = (figure, width, height) => {
   // Words beside what is drawn to scale: the scale leaves room for them.
   function besideBodies({ xaxis, yaxis, annotations = [] }, wide, high) {
     const words = annotations.filter((note) => note.xanchor === "left");
+    const said = words.map((note) => note.text);
     if (!words.length) return;
     const ends = (name) => {
       const values = [...data.flatMap((trace) => Array.from(trace[name] ?? [])), ...words.map((note) => note[name])].filter(Number.isFinite);
@@ -133,8 +136,8 @@ const fitted = (figure, width, height) => {
     const longest = (note) => 12 * LETTER * Math.max(...note.text.split("<br>").map(long));
     const whole = (0.9 * high) / (top - low);
     let scale = 0;
-    for (const share of [1, 0.6, 0.4]) { // in lines, where they would make the picture small
-      for (const note of words) note.text = inLines(note.text, share * wide, 12);
+    for (const share of [1, 0.6, 0.46]) { // in lines, where they would make the picture small
+      words.forEach((note, n) => { note.text = inLines(said[n], share * wide, 12); });
       scale = Math.min(whole, ...words.map((note) => (0.94 * wide - longest(note)) / (note.x - left)));
       if (scale > 0.8 * whole) break;
     }
