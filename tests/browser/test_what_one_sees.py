@@ -147,7 +147,8 @@ def test_words_in_a_scene_stand_apart_and_none_of_a_hidden_face(
         assert {"2", "6", "13", "16"} <= shown  # in front, at the side, on top
         assert not {"1", "5"} & shown  # behind and below
         for row, one in enumerate(notes):
-            assert 0 < one["x"] < one["width"] and 0 < one["y"] < one["height"], (size, one)
+            assert 0 < one["x"] < one["width"], (size, one)
+            assert 0 < one["y"] < one["height"], (size, one)
             for other in notes[:row]:
                 wide = 3.5 * (len(one["text"]) + len(other["text"])) + 4
                 apart = abs(one["x"] - other["x"]) > wide or abs(one["y"] - other["y"]) > 16

@@ -171,8 +171,9 @@ def _figure(chart: Chart) -> PlotlyFigure:
 
 def _axis(axis: Axis) -> dict[str, Any]:
     result: dict[str, Any] = {
-        "title": {"text": escaped(axis.text), "standoff": 8}, "gridcolor": "@grid", "zerolinecolor": "@grid",
-        "linecolor": "@ink", "ticks": "outside", "automargin": True, "exponentformat": "power",
+        "title": {"text": escaped(axis.text), "standoff": 8},
+        "gridcolor": "@grid", "zerolinecolor": "@grid", "linecolor": "@ink",
+        "ticks": "outside", "automargin": True, "exponentformat": "power",
     }  # fmt: skip
     if axis.logarithmic:
         result |= {"type": "log", "tickformat": "~g"}  # 0.01, no power of ten

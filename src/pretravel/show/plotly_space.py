@@ -52,7 +52,8 @@ def space_figure(chart: SpaceChart) -> PlotlyFigure:
     eye = {"x": far * math.cos(turn) * math.cos(rise), "y": far * math.sin(turn) * math.cos(rise)}
     eye["z"] = far * math.sin(rise)
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
-    scene["annotations"] = [note for mark in chart.marks if isinstance(mark, SpaceNotes) for note in _notes(mark)]
+    said = (mark for mark in chart.marks if isinstance(mark, SpaceNotes))
+    scene["annotations"] = [note for mark in said for note in _notes(mark)]
     scene |= {"camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
     if chart.bare:
         for name in "xyz":

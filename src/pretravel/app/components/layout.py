@@ -133,7 +133,7 @@ def printed(content: str) -> Element:
         for line in content.splitlines():
             second = _COLUMN.search(line[:24])
             column = second.end() if second else min(len(line) - len(line.lstrip()), 16)
-            text("span", line).style(f"--column: {column}ch")
+            text("span", line).style(f"padding-left: {column}ch; text-indent: -{column}ch")
     return made
 
 
