@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from pretravel.task import example_folder
+from tests.browser.screens import drop as drop_file
 from tests.browser.screens import settled
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import SIZES, RunningWorkbench, opened
@@ -44,8 +46,9 @@ def _seen(page: Any, size: tuple[int, int]) -> None:
     """Wait until pictures have the place of a window of this size."""
     page.set_viewport_size({"width": size[0], "height": size[1]})
     page.wait_for_function(
-        """() => [...document.querySelectorAll('.screen-picture .plot-area')].every((one) =>
-             one.layout && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
+        """() => [...document.querySelectorAll('main .plot-area')]
+             .filter((one) => one.checkVisibility())
+             .every((one) => one.layout && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
     )
 
 
@@ -56,16 +59,25 @@ _SCROLLING = """() => [...document.querySelectorAll('main, main *')].filter((one
 
 _CUT_OR_COVERED = """() => {
   const found = [];
-  for (const plot of document.querySelectorAll('.screen-picture .js-plotly-plot')) {
+  for (const plot of document.querySelectorAll('main .js-plotly-plot')) {
+    if (!plot.checkVisibility()) continue;
     const frame = plot.getBoundingClientRect();
     const texts = [...plot.querySelectorAll('svg text')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar'))
+      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar')
+        && +getComputedStyle(one).fillOpacity)
       .map((one) => [one.textContent, one.getBoundingClientRect()]);
     for (const [words, box] of texts)
       if (box.left < frame.left - 1 || box.right > frame.right + 1
           || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
         found.push(`cut: ${words}`);
-    const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext')]
+    const written = texts.map(([words]) => words);
+    for (const axis of [plot.layout.xaxis, plot.layout.yaxis])
+      for (const name of axis?.ticktext ?? [])
+        if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
+    const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
+        + '.xtick text, .ytick text, .annotation-text, .slider-label')]
+      .filter((one) => one.textContent.trim() && one.checkVisibility()
+        && +getComputedStyle(one).fillOpacity)
       .map((one) => [one.textContent, one.getBoundingClientRect()]);
     titles.forEach(([words, a], n) => titles.slice(n + 1).forEach(([others, b]) => {
       const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
@@ -100,6 +112,71 @@ def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
             assert {round(plot["x"]) for plot in plots} == {round(plots[0]["x"])}
 
 
+@pytest.mark.parametrize("words", ["predict omp40-2", "slide omp40-2 plane:polar=40 0.5,0.5"])
+def test_pictures_of_a_task_have_whole_words(
+    page: Any, workbench: RunningWorkbench, words: str
+) -> None:
+    """A body with words beside it; a slider below an axis."""
+    name, *typed = words.split()
+    opened(page, f"{workbench.address}task/{name}")
+    labels = ("Probe, as a word", "Surface, as a word", "First contact: surface parameters u,v")
+    for label, value in zip(labels, typed, strict=False):
+        page.get_by_label(label).fill(value)
+        page.get_by_label(label).blur()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".verdict")
+    page.wait_for_selector(".screen-picture .main-svg")
+    page.wait_for_selector(".picture-place", state="detached")
+    for size in WIDTHS:
+        _seen(page, size)
+        assert page.evaluate(_CUT_OR_COVERED) == [], size
+
+
+def test_words_in_a_scene_stand_apart_and_none_of_a_hidden_face(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    opened(page, f"{workbench.address}task/faces")
+    drop_file(page, "task-faces", "step", example_folder() / "bracket.step")
+    page.wait_for_selector(".file-name:has-text('bracket.step')")
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".screen-picture .main-svg")
+    for size in WIDTHS:
+        _seen(page, size)
+        notes = page.evaluate(_NOTES_IN_SPACE)
+        shown = {note["text"] for note in notes}
+        assert {"2", "6", "13", "16"} <= shown  # in front, at the side, on top
+        assert not {"1", "5"} & shown  # behind and below
+        for row, one in enumerate(notes):
+            assert 0 < one["x"] < one["width"], (size, one)
+            assert 0 < one["y"] < one["height"], (size, one)
+            for other in notes[:row]:
+                wide = 3.5 * (len(one["text"]) + len(other["text"])) + 4
+                apart = abs(one["x"] - other["x"]) > wide or abs(one["y"] - other["y"]) > 16
+                assert apart, (size, one["text"], other["text"])
+
+
+_NOTES_IN_SPACE = """() => {
+  const plot = [...document.querySelectorAll('.js-plotly-plot')].find((one) => one.layout?.scene);
+  const { scene } = plot.layout, { eye, center } = scene.camera, size = plot._fullLayout._size;
+  const width = size.w, height = size.h, axes = ['x', 'y', 'z'];
+  const sight = axes.map((axis) => eye[axis] - center[axis]), far = Math.hypot(...sight);
+  const v = sight.map((part) => part / far), flat = Math.hypot(v[0], v[1]);
+  const right = [-v[1] / flat, v[0] / flat, 0];
+  const up = [-v[0] * v[2] / flat, -v[1] * v[2] / flat, flat];
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  return scene.annotations.filter((note) => note.visible).map((note) => {
+    const p = axes.map((axis) => {
+      const [low, high] = scene[`${axis}axis`].range;
+      return ((note[axis] - (low + high) / 2) / (high - low)) * scene.aspectratio[axis]
+        - center[axis];
+    });
+    const scale = height / 2 / Math.tan(Math.PI / 8) / (far - dot(p, v));
+    const x = width / 2 + dot(p, right) * scale + note.ax;
+    return { text: note.text, x, y: height / 2 - dot(p, up) * scale + note.ay, width, height };
+  });
+}"""
+
+
 def test_tables_are_whole_at_1200_px(filled: Any) -> None:
     _seen(filled, (1200, 900))
     tabs = filled.get_by_role("tab")
@@ -114,7 +191,7 @@ def test_tables_are_whole_at_1200_px(filled: Any) -> None:
 
 
 def test_a_scene_fills_its_card(page: Any, workbench: RunningWorkbench) -> None:
-    """The corners of its box, seen by the camera, reach to the edges that words leave free."""
+    """Its bodies, seen by the camera, reach to the edges that words leave free."""
     opened(page, f"{workbench.address}designer")
     page.wait_for_selector(".screen-picture .main-svg")
     reach = """() => {
@@ -122,28 +199,35 @@ def test_a_scene_fills_its_card(page: Any, workbench: RunningWorkbench) -> None:
       const plot = [...document.querySelectorAll('.js-plotly-plot')].find(scene);
       const { eye, center } = plot.layout.scene.camera;
       const size = plot._fullLayout._size, wide = size.w * (scene(plot).domain?.x?.[1] ?? 1);
-      const far = Math.hypot(eye.x, eye.y, eye.z - center.z);
-      const v = [eye.x / far, eye.y / far, (eye.z - center.z) / far];
+      const sight = ['x', 'y', 'z'].map((axis) => eye[axis] - center[axis]);
+      const far = Math.hypot(...sight), v = sight.map((part) => part / far);
       const flat = Math.hypot(v[0], v[1]);
       const right = [-v[1] / flat, v[0] / flat, 0];
       const up = [-v[0] * v[2] / flat, -v[1] * v[2] / flat, flat];
       const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-      const ratio = scene(plot).aspectratio, focus = size.h / 2 / Math.tan(Math.PI / 8);
-      let across = 0, above = 0;
-      for (let corner = 0; corner < 8; corner += 1) {
-        const p = ['x', 'y', 'z'].map((a, bit) => (corner & (1 << bit) ? 0.5 : -0.5) * ratio[a]);
-        p[2] -= center.z;
-        const deep = far - dot(p, v);
-        across = Math.max(across, Math.abs(dot(p, right)) * focus / deep / (wide / 2));
-        above = Math.max(above, Math.abs(dot(p, up)) * focus / deep / (size.h / 2));
-      }
-      return [across, above];
+      const focus = size.h / 2 / Math.tan(Math.PI / 8);
+      let across = 0, above = 0, below = 0;
+      for (const { x, y, z } of plot.data)
+        for (let n = 0; n < (x?.length ?? 0); n += 1) {
+          if (x[n] === null) continue;
+          const p = [['x', x[n]], ['y', y[n]], ['z', z[n]]].map(([axis, value]) => {
+            const [low, high] = scene(plot)[`${axis}axis`].range;
+            const place = ((value - (low + high) / 2) / (high - low));
+            return place * scene(plot).aspectratio[axis] - center[axis];
+          });
+          const deep = far - dot(p, v), height = dot(p, up) * focus / deep / (size.h / 2);
+          across = Math.max(across, Math.abs(dot(p, right)) * focus / deep / (wide / 2));
+          above = Math.max(above, height);
+          below = Math.max(below, -height);
+        }
+      return [across, above, below];
     }"""
     for size in WIDTHS:
         _seen(page, size)
         page.wait_for_function(f"() => Math.max(...({reach})()) > 0.8")
-        across, above = page.evaluate(reach)
-        assert max(across, above) < 1.01, size
+        across, above, below = page.evaluate(reach)
+        assert max(across, above, below) < 1.01, size
+        assert above == pytest.approx(below, abs=0.03), size  # in the middle of its card
 
 
 def test_home_is_read_on_a_phone(page: Any, workbench: RunningWorkbench) -> None:

@@ -26,6 +26,7 @@ from pretravel.app.components.layout import (
     live,
     note,
     panel,
+    printed,
     screen_places,
     text,
     warning,
@@ -232,7 +233,7 @@ def _answer(made: TaskRun) -> None:
 
 def _details(made: TaskRun) -> None:
     if made.text:
-        text("pre", made.text, "file-text").props('tabindex="0"')
+        printed(made.text)
     if made.report is not None:
         document_details(made.report)
 

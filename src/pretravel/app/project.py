@@ -20,6 +20,8 @@ SettingValue: TypeAlias = Any
 Listener: TypeAlias = Callable[[], None]
 UNTITLED = "Untitled"
 """Of a project that nobody named, and that has no file."""
+OF_AN_EXAMPLE = "Example"
+"""Of a project that nobody named, and that has an example alone."""
 LARGEST_PROJECT = 500_000_000
 """Most bytes of all files of a project."""
 OF_ALL_SCREENS = ("statements",)
@@ -325,6 +327,8 @@ class ScreenState:
         """Take an example; what the user had comes back with `take_back`."""
         if self.files and not self.can_take_back:
             self._mine = self.settings.plain(), dict(self.files)
+        if self.project is not None:
+            self.project.named_after(OF_AN_EXAMPLE)
         self.files.update(files)
         self.settings.update(settings)
 
@@ -442,7 +446,7 @@ class Project:
         >>> project.name
         'sphere 7'
         """
-        if self.name == UNTITLED:
+        if self.name in (UNTITLED, OF_AN_EXAMPLE):
             self.name = Path(file_name).stem
 
     def listen(self, listener: Listener) -> Listener:

@@ -201,12 +201,20 @@ def run_task(inputs: Inputs) -> TaskRun:
             with_file_names(task, **_shown(names)),
             report,
             result.page() if report is not None else None,
-            without_folder(result.text, folder),
+            _as_named(result.text, inputs, folder),
             result.template,
-            tuple(without_folder(words, folder) for words in result.cautions),
+            tuple(_as_named(words, inputs, folder) for words in result.cautions),
             _written(task, result, folder) | {file.name: file.content for file in grown.values()},
             {name: (grown[name],) for name in given},
         )
+
+
+def _as_named(words: str, inputs: Inputs, folder: Path) -> str:
+    """Words with the user's names of files, not those of temporary folders."""
+    own = {path.parent for files in inputs.files.values() for path in files}
+    for place in (*own, folder):
+        words = without_folder(words, place)
+    return words
 
 
 def _stored(path: Path) -> StoredFile:

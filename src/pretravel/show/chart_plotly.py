@@ -171,14 +171,16 @@ def _figure(chart: Chart) -> PlotlyFigure:
 
 def _axis(axis: Axis) -> dict[str, Any]:
     result: dict[str, Any] = {
-        "title": {"text": escaped(axis.text)}, "gridcolor": "@grid", "zerolinecolor": "@grid",
-        "linecolor": "@ink", "ticks": "outside", "automargin": True, "exponentformat": "power",
+        "title": {"text": escaped(axis.text), "standoff": 8},
+        "gridcolor": "@grid", "zerolinecolor": "@grid", "linecolor": "@ink",
+        "ticks": "outside", "automargin": True, "exponentformat": "power",
     }  # fmt: skip
     if axis.logarithmic:
         result |= {"type": "log", "tickformat": "~g"}  # 0.01, no power of ten
     if axis.categories:
         result |= {"tickmode": "array", "tickvals": [*range(len(axis.categories))]}
         result["ticktext"] = [escaped(name) for name in axis.categories]
+        result["range"] = [-0.5, len(axis.categories) - 0.5]  # all names have the same room
     if axis.ticks:
         result |= {"tickmode": "array", "tickvals": [*axis.ticks]}
     if axis.tick_names:
@@ -237,6 +239,7 @@ def _slider(chart: PlaneChart) -> dict[str, Any]:
         "currentvalue": {"visible": True, "prefix": "", "font": {"color": "@ink"}},
         "font": {"color": "rgba(0,0,0,0)"},  # names below the slider would cover each other
         "ticklen": 0,
+        "minorticklen": 0,
         "pad": {"t": 40},
     }
 

@@ -52,6 +52,8 @@ def space_figure(chart: SpaceChart) -> PlotlyFigure:
     eye = {"x": far * math.cos(turn) * math.cos(rise), "y": far * math.sin(turn) * math.cos(rise)}
     eye["z"] = far * math.sin(rise)
     scene |= {"aspectmode": "manual", "aspectratio": dict(zip("xyz", ratio.tolist(), strict=True))}
+    said = (mark for mark in chart.marks if isinstance(mark, SpaceNotes))
+    scene["annotations"] = [note for mark in said for note in _notes(mark)]
     scene |= {"camera": {"eye": eye, "center": {"x": 0, "y": 0, "z": -0.12}}}
     if chart.bare:
         for name in "xyz":
@@ -81,9 +83,7 @@ def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
         case SpaceMesh():
             return [_mesh_trace(mark, chart.scale)]
         case SpaceNotes():
-            words = {"mode": "text", "text": [*map(escaped, mark.texts)], "showlegend": False,
-                     "textfont": {"color": f"@{mark.colour}"}, "hoverinfo": "skip"}  # fmt: skip
-            return [_scattered(mark.positions) | words]
+            return []  # annotations of the scene
         case SpaceArrow():
             end = mark.start + mark.vector
             u, v, w = (0.3 * mark.vector).tolist()
@@ -98,6 +98,18 @@ def _space_traces(mark: SpaceMark, chart: SpaceChart) -> list[dict[str, Any]]:
                 _scattered(np.stack([mark.start, end])) | style,
                 head | {"x": x, "y": y, "z": z},
             ]
+
+
+def _notes(mark: SpaceNotes) -> list[dict[str, Any]]:
+    """Words with lines to their places; `fitted` moves them so that none covers another one."""
+    style = {"ax": 0, "ay": 0, "arrowhead": 0, "arrowwidth": 1, "arrowcolor": f"@{mark.colour}",
+             "bgcolor": "@paper", "bordercolor": f"@{mark.colour}", "borderwidth": 0.5,
+             "opacity": 0.9, "font": {"size": 12, "color": f"@{mark.colour}"}}  # fmt: skip
+    places = (plain_numbers(row) for row in mark.positions)
+    return [
+        {**dict(zip("xyz", place, strict=True)), "text": escaped(text.strip()), **style}
+        for place, text in zip(places, mark.texts, strict=True)
+    ]
 
 
 def _arrow_name(arrow: SpaceArrow, chart: SpaceChart) -> dict[str, Any]:

@@ -77,7 +77,8 @@ def test_a_link_of_a_stranger_is_checked() -> None:
 
 
 def test_an_example_gives_back_what_the_user_had() -> None:
-    state = Project().screen("engineer")
+    project = Project()
+    state = project.screen("engineer")
     state.files["touches"], state.settings["diameter"] = (TOUCHES,), 24.0
     example = {"touches": (StoredFile("example.csv", b"3"),), "map": (MAP,)}
     state.fill({"diameter": 25.0, "tip_diameter": 6.0}, example)
@@ -86,3 +87,6 @@ def test_an_example_gives_back_what_the_user_had() -> None:
     assert state.settings.plain() == {"diameter": 24.0}
     assert dict(state.files) == {"touches": (TOUCHES,)}
     assert not state.can_take_back
+    assert project.name == "Example"  # until the first file of the user's own
+    project.named_after("probe 7.csv")
+    assert project.name == "probe 7"

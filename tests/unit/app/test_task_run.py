@@ -97,3 +97,12 @@ def test_a_report_has_what_the_laboratory_states_in_the_project() -> None:
     stated = {figure.statement: figure.value for figure in found.page.sections[0].figures}
     assert stated["laboratory.name"] == "North"
     assert not [warning for warning in found.page.warnings if "laboratory.toml" in warning]
+
+
+def test_words_that_are_printed_name_the_file_of_the_user(tmp_path: Path) -> None:
+    log = tmp_path / "touches" / "mine.csv"
+    log.parent.mkdir()
+    log.write_bytes((DATA / "bore_touches.csv").read_bytes())
+    text = run_task(Inputs({"task": "convert"}, {"touches": (log,)})).text
+    assert text.startswith("mine.csv: ")
+    assert str(tmp_path) not in text

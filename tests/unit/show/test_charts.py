@@ -222,6 +222,12 @@ def test_numbers_of_a_logarithmic_axis_suit_its_limits(
     assert any("10^" in text for text in texts) != plain
 
 
+def test_names_below_an_axis_have_the_same_room_at_its_ends() -> None:
+    """Plotly shows no name that would reach beyond the picture."""
+    chart = PlaneChart("", Axis("", categories=("a", "b", "c")), Axis("", ""), ())
+    assert plotly_figure(chart)["layout"]["xaxis"]["range"] == [-0.5, 2.5]
+
+
 def test_what_a_mask_hides_is_not_drawn() -> None:
     """Plotly draws NetCDF's fill value, 1e37, of a masked reading."""
     from pretravel.base.arrays import frozen

@@ -165,9 +165,26 @@ def verdict_card(
                         text("dd", value_text(figure.value, figure.unit, figure.digits), "value")
                         if figure.remark:
                             text("dd", figure.remark, "addition")
-        text("p", sentence, "verdict")
+        if rest := _after_word(sentence, judgement):
+            text("p", rest, "verdict")
         for words in prose:
             text("p", words)
+
+
+def _after_word(sentence: str, judgement: Judgement | None) -> str:
+    """A sentence without the word that stands above it.
+
+    >>> _after_word("no change found since March: 9 touches", Judgement("good", "No change found"))
+    'Since March: 9 touches'
+    >>> _after_word("goods", Judgement("good", "Good"))
+    'goods'
+    """
+    word = "" if judgement is None else judgement.word
+    rest = sentence[len(word) :]
+    if not word or sentence[: len(word)].lower() != word.lower() or rest[:1].isalnum():
+        return sentence
+    rest = rest.lstrip(" :;,.")
+    return rest[:1].upper() + rest[1:]
 
 
 def sign_and_word(judgement: Judgement, tag: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import weakref
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -119,6 +120,20 @@ def text(tag: str, content: str, classes: str = "") -> TextElement:
     made = TextElement(tag=tag, text=content)
     if classes:
         made.classes(classes)
+    return made
+
+
+_COLUMN = re.compile(r"\S {2,}(?=\S)")
+
+
+def printed(content: str) -> Element:
+    """Text as a command prints it; in a narrow place a line goes on below its second column."""
+    made = ui.element("pre").classes("file-text").props('tabindex="0"')
+    with made:
+        for line in content.splitlines():
+            second = _COLUMN.search(line[:24])
+            column = second.end() if second else min(len(line) - len(line.lstrip()), 16)
+            text("span", line).style(f"padding-left: {column}ch; text-indent: -{column}ch")
     return made
 
 

@@ -12,7 +12,7 @@ export default {
     this.Plotly = Plotly;
     await this.draw();
     this.$el.on("plotly_relayouting", (event) => this.turnOthers(event));
-    this.$el.on("plotly_relayout", (event) => this.turnOthers(event));
+    this.$el.on("plotly_relayout", (event) => this.turnOthers(event) || this.placeNotes(event));
     for (const name of EVENTS) this.$el.on(name, (event) => this.$emit(name, this.plain(event)));
     this.$watch(() => this.$q.dark.isActive, () => this.draw());
     // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
@@ -58,6 +58,15 @@ export default {
         if (other === this.$el || JSON.stringify(other.layout?.scene?.camera) === seen) continue;
         this.Plotly.relayout(other, { "scene.camera": camera });
       }
+    },
+    // Words in a scene that was turned: none covers another one.
+    placeNotes(event) {
+      const camera = event?.["scene.camera"];
+      const { scene } = this.$el.layout;
+      if (!camera || !scene?.annotations?.length) return;
+      const { _size, scene: { domain: { x } } } = this.$el._fullLayout;
+      const notes = fitted.notes(scene, camera, _size.w * (x[1] - x[0]), _size.h, this.$el.data);
+      this.Plotly.relayout(this.$el, { "scene.annotations": notes });
     },
     // What the server needs of an event: elements of the page cannot be sent.
     plain(event) {

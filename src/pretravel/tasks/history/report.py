@@ -165,10 +165,12 @@ def control_charts(entries: Sequence[Entry]) -> tuple[PlaneChart, ...]:
 def _time_axis(entries: Sequence[Entry]) -> Axis:
     """Times of the verifications; of many only some are written."""
     times = [datetime.fromisoformat(str(entry["time"])) for entry in entries]
-    form = "%Y-%m-%d" if len({time.date() for time in times}) > 1 else "%H:%M"
+    one_day = len({time.date() for time in times}) == 1
+    minutes = len({f"{time:%H:%M}" for time in times}) == len(times)
+    form = "%Y-%m-%d" if not one_day else "%H:%M" if minutes else "%H:%M:%S"
     step = max(-(-len(entries) // 4), 1)
     names = tuple(f"{time:{form}}" if i % step == 0 else "" for i, time in enumerate(times))
-    what = "verification (UTC)" if form != "%H:%M" else f"verification, {times[0]:%Y-%m-%d} (UTC)"
+    what = f"verification, {times[0]:%Y-%m-%d} (UTC)" if one_day else "verification (UTC)"
     return Axis(what, "", -0.6, len(entries) - 0.4, names)
 
 
