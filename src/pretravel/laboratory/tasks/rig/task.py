@@ -152,8 +152,8 @@ class Rig(LaboratoryReport):
         Path | None,
         Field(
             help="Check of the ruler against a reference, .csv: scale_mm,reference_mm and, for "
-            "several runs, run. Its slope, periodic part and scatter take the place of the "
-            "budget's 'grating scale'.",
+            "several runs, run. The slope, periodic part and scatter replace the source 'grating "
+            "scale' of the budget.",
             label="Check of the ruler against a reference",
             reads=True,
         ),
