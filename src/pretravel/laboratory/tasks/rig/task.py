@@ -121,7 +121,7 @@ class Rig(LaboratoryReport):
         float | None,
         Field(
             help="Standard uncertainty of the ruler's temperature, in K; with --u-expansion it "
-            "replaces the one of the budget (Ren 2020, equation 17).",
+            "replaces that of the budget (Ren 2020, equation 17).",
             range=(0.0, 50.0),
             unit="K",
             label="Standard uncertainty of the temperature",
