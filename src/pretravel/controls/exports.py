@@ -208,8 +208,8 @@ def correction_on_control(
     form = CONTROLS[to].files(pretravel_map, settings).form
     if form is None:
         raise PretravelError(
-            f"the files for {to} contain radii, not a map: what they leave is in the rows of two "
-            "axis radii and of eight radii",
+            f"the files for {to} contain radii, not a map: the errors after them are in the rows "
+            "of two axis radii and of eight radii",
             inputs=("for",),
         )
 
@@ -432,8 +432,8 @@ TO_RENISHAW = Control(
     _renishaw,
     "Renishaw cycles (vector radii)",
     same_steps(
-        "No control has run this file yet. Write down the ten variables before: they are the way "
-        "back.",
+        "No control has run this file yet. Write down the ten variables first, so that you can "
+        "restore them.",
         "Compare the eight radii with those of a vector calibration by the control: the pattern of "
         "large and small ones must be the same. If it is turned by 180°, choose directions of "
         "travel above.",

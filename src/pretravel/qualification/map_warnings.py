@@ -96,10 +96,9 @@ def copy_warnings(copies: int, count: int) -> list[str]:
         return []
     return [
         (
-            f"{copies} of the {count} touches are alike to the last digit with others of their "
-            f"direction: copies of {count - copies} readings, not repeats. They say nothing of the "
-            "noise, and u of the map is too small as if they were independent. Give each reading "
-            "once"
+            f"{copies} of the {count} touches are identical to others of their direction: copies "
+            f"of {count - copies} readings, not repeats. Copies do not show the noise, and u of "
+            "the map is too small because they count as independent touches. Give each reading once"
         )
     ]
 

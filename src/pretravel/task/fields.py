@@ -365,8 +365,8 @@ class LaboratoryReport(Reported):
     lab: Annotated[
         Path | None,
         Field(
-            help="Laboratory, instrument with serial numbers, reference, environment and operator, "
-            "for the report: .toml, as pretravel laboratory prints it.",
+            help="File with laboratory, instrument and its serial numbers, reference, environment "
+            "and operator, for the report: .toml, as pretravel laboratory prints it.",
             reads=True,
         ),
     ] = None

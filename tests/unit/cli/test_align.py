@@ -62,7 +62,7 @@ def test_points_in_the_part_are_measured_as_the_drawing_asks(folder: Path) -> No
 def test_compensate_reads_the_placement_and_takes_normals_of_the_part(folder: Path) -> None:
     _, text = both_outputs("compensate", TOUCHES, "--map", folder / "map.json", "--nominal", PART,
                "--place", folder / "place.json", "-o", folder / "machine.csv")  # fmt: skip
-    assert "the touches have no normals: those of the nearest" in text
+    assert "the touches have no normals: the normals of the nearest" in text
     assert "deviations also contain the error of the placement, U up to" in text
     points = read_points(folder / "machine.csv")
     assert points.deviation is not None
@@ -191,7 +191,7 @@ def test_coordinates_alone_are_measured_and_no_tolerance_is_decided(tmp_path: Pa
     assert "20.00000" in text
     assert "cannot be decided" in text
     assert "the points have no uncertainty" in warned
-    assert "roundness" not in text.split("Conformity")[0]
+    assert "roundness" not in text
 
 
 def test_tolerances_to_datums_of_a_drawing(folder: Path) -> None:

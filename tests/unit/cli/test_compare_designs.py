@@ -146,4 +146,4 @@ def test_a_part_without_named_normals_says_how_to_go_on(tmp_path: Path) -> None:
     run("compare", "omp40-2", "--part", points)
     told = run("compare", "omp40-2", "--part", tmp_path / "none.csv", code=2)
     assert "there is no such file" in told
-    assert "compensate" not in told
+    assert "Compensate" not in told

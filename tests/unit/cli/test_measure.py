@@ -172,10 +172,7 @@ def test_without_the_machine_nothing_conforms(points_file: Path, tmp_path: Path)
     assert "give the u of the machine" in warned
     run(*command, "-o", table, code=3)
     run(*command, "-o", values, code=3)
-    explained = "A value conforms where it is inside the tolerance by at least the guard band, and "
-    explained += "does not conform where"
-    for shown in (text, *(file.read_text(encoding="utf-8") for file in (page, table, values))):
-        said = shown.replace(explained, "")
+    for said in (text, *(file.read_text(encoding="utf-8") for file in (page, table, values))):
         assert "conforms" not in said
         assert "not conform" not in said
     stated = run(*command, "--u-machine", 1, code=3).splitlines()[0]

@@ -79,7 +79,7 @@ def test_points_of_both_tips_are_those_of_one(folder: Path) -> None:
         (("--tip", "a=x"), "a tip is NAME=DIAMETER@X,Y,Z"),
         (("--tip", "a=6"), "tip 'b'; there are a"),
         ((*TIPS, "--tip", "c=6"), "no touch was made with the tip c"),
-        ((*TIPS, "--tip-diameter", 6), "a tip gives its diameter"),
+        ((*TIPS, "--tip-diameter", 6), "--tip gives the diameter"),
         ((*TIPS, "-o", "map.csv"), "the ending must be .json"),
     ],
 )

@@ -235,8 +235,8 @@ class TestShares:
             [found.machine_variance.min(), found.probe_variance.min()]
         )
         of_errors, of_variances = found.notes
-        words = f"up to {to_probe:.3g} µm² can move from every machine direction to every probe "
-        assert f"{words}direction, or {to_machine:.3g} µm² back" in of_variances
+        words = f"up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        assert f"{words}direction, or {to_machine:.3g} µm² of each probe" in of_variances
         assert of_errors.startswith(
             "360 readings, 3 machine and 4 probe directions. The readings determine "
             "everything except a constant "

@@ -251,7 +251,7 @@ class TestOrientations:
     )
     def test_what_they_cannot_tell_is_noted(self, degrees: tuple[float, ...], alone: bool) -> None:
         notes = self._check(*degrees).notes
-        words = "two orientations leave nothing to compare"
+        words = "two orientations do not check the offset"
         assert any(words in note for note in notes) == alone
         turns = np.radians(degrees)
         clockwise = _touched(_made(turns=turns), -turns)

@@ -301,8 +301,8 @@ def repeatability_doubts(
     if spread.of_lobes:
         shown = (
             "no direction was touched twice: the repeatability, "
-            f"{spread.value / MICROMETRE:.2g} µm, is what three equal lobes leave of the touches; "
-            "where the lobes differ it is too large. Repeat some directions"
+            f"{spread.value / MICROMETRE:.2g} µm, follows from the residuals of three equal lobes, "
+            "and is too large if the lobes differ. Repeat some directions"
         )
         return (shown,)
     if math.isfinite(spread.value):

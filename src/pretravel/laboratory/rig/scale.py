@@ -205,7 +205,7 @@ def scale_doubts(check: ScaleCheck) -> tuple[str, ...]:
         )
     if check.largest_error > MICROMETRE:
         doubts.append(
-            f"an error of the scale is {check.largest_error / MICROMETRE:.2f} µm, more than the "
-            "pretravel of a probe can bear"
+            f"an error of the scale is {check.largest_error / MICROMETRE:.2f} µm, too large to "
+            "measure the pretravel of a probe"
         )
     return tuple(doubts)

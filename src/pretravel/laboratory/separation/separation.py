@@ -473,14 +473,14 @@ def _notes(
         of_errors = (
             f"{len(design.row)} readings, {len(design.machines)} machine and "
             f"{len(design.probes)} probe directions, and circles of {of_circles} numbers: "
-            "the circles take the mean and the first harmonic of both errors, which are given as "
-            "zero; all else the readings determine"
+            "the circles contain the mean and the first harmonic of both errors, which are "
+            "therefore given as zero; the readings determine all other errors"
         )
     of_variances = (
-        "the matrix of the variances is rank deficient by one: variances of pairs are absolute, "
-        "but neither readings nor repeats separate the share of the machine from the share of "
-        "the probe. The reported shares are the equal ones, or the nearest to them without a "
-        "negative variance"
+        "variances of pairs are absolute, but neither readings nor repeats separate the share of "
+        "the machine from the share of the probe (the matrix of the variances is rank deficient by "
+        "one). The reported shares are equal, or as nearly equal as is possible without a negative "
+        "variance"
     )
     notes = [of_errors, of_variances + _movable_words(shares, variances)]
     if shares.negative:
@@ -511,6 +511,6 @@ def _movable_words(shares: _Shares, variances: FloatArray) -> str:
         return "; no other share is possible without a negative variance"
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
     return (
-        f"; up to {to_probe:.3g} µm² can move from every machine direction to every probe "
-        f"direction, or {to_machine:.3g} µm² back"
+        f"; in truth up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        f"direction, or {to_machine:.3g} µm² of each probe direction to each machine direction"
     )

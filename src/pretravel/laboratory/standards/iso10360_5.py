@@ -154,9 +154,9 @@ def check_iso10360_5(
     smallest, largest = _SPHERE_DIAMETERS
     if not smallest <= sphere.diameter <= largest:
         notes.append(
-            f"this sphere has {sphere.diameter:g} mm; remembered is a range of {smallest:g} to "
-            f"{largest:g} mm (others remember 51 mm, which contains a 2-inch sphere): compare it "
-            "with your edition of the standard"
+            f"the diameter of this sphere is {sphere.diameter:g} mm; the standard asks, from "
+            f"memory, for {smallest:g} to {largest:g} mm (or to 51 mm, with a 2-inch sphere): "
+            "check your edition of the standard"
         )
     notes.append(RANGE_AS_DEFINED)
     sets = tuple(

@@ -173,7 +173,7 @@ def _single_point_repeatability(touches: Touches, limit: float | None) -> _Probi
         limit,
         UNCHECKED,
     )
-    other = f"R_SPT needs {_REPEATS} repeats; there are at most {most}"
+    other = f"R_SPT is defined for {_REPEATS} repeats; there are at most {most}"
     return _ProbingTest(figure, note=other if most != _REPEATS else "")
 
 

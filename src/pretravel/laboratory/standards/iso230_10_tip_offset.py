@@ -111,8 +111,8 @@ def check_tip_offset(
         )
     if len(circles.angles) == 2:
         notes.append(
-            "two orientations leave nothing to compare the offset with: four (0°, 90°, 180°, 270°) "
-            "or repeats show what does not turn with the spindle"
+            "two orientations do not check the offset: four (0°, 90°, 180°, 270°) or repeats show "
+            "errors that do not turn with the spindle"
         )
     sets = tuple(
         FittedSet(f"spindle at {angle / DEGREE:g}°", fit, places, frame="probe")

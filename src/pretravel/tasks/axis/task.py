@@ -82,7 +82,7 @@ class FindAxis(TouchFilesWithFeed, Reported):
     work: Annotated[
         Vector,
         Field(
-            help="Place of the origin of the positions in the machine, in mm: the work offset.",
+            help="Work offset: origin of the positions in machine coordinates, in mm.",
             parse=vector,
             metavar="X,Y,Z",
         ),

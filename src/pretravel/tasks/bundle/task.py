@@ -28,8 +28,8 @@ Left out: {left_out}.
 class Bundle(TouchFilesWithFeed, OfOneTip):
     """Make one file to send: touches, map, machine and versions, without names and dates.
 
-    Each part is read and rewritten. What is in the file is printed, and is plain text in it:
-    look before you send it. See "Call for data" in the documentation.
+    Each part is read and written again as plain text. The command prints what the file contains:
+    check it before you send the file. See "Call for data" in the documentation.
     """
 
     name = "bundle"

@@ -174,9 +174,9 @@ def _normals_of(part: Path) -> npt.ArrayLike:
         if not part.is_file():
             raise
         raise PretravelError(
-            f"{error}. Compensate these touches first, and compare on the points: pretravel "
-            f"compensate {part.name} --map map.json --feature bore -o points.csv (boss or sphere, "
-            "if they lie on one; else --plan, --nominal or --columns)",
+            f"{error}. Compensate these touches first (pretravel compensate {part.name}) with the "
+            "kind of their feature (bore, boss, sphere), a nominal surface, a plan, or the columns "
+            "of the normals. Then compare on the points that compensate writes",
             inputs=error.inputs,
         ) from None
 

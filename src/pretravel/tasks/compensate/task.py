@@ -292,7 +292,9 @@ class Compensate(
         warnings = tuple(compensation_warnings(summary, pretravel_map))
         warnings += (*coarse, *refitted, *_error_of_placement(placement, points))
         if readings.normals_taken:
-            source = f"fitted {self.feature}" if nominal is None else f"nearest {self.nominal}"
+            source = (
+                f"fitted {self.feature}" if nominal is None else f"nearest points of {self.nominal}"
+            )
             source = "neighbouring touches (z > 0)" if of_neighbours else source
             warnings = (_NORMALS_TAKEN.format(source), *of_neighbours, *warnings)
         return CompensatedTouches(

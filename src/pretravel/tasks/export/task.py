@@ -119,9 +119,8 @@ CONTROL_FORM = Field(
 )
 
 _WITHOUT_MACHINE = (
-    "scale, squareness and backlash of the machine are subtracted in the map, and these files do "
-    "not subtract them: measure with the machine's own compensation of them, or compensate with "
-    "pretravel"
+    "the map does not contain the scale, squareness and backlash of the machine, and these files "
+    "do not correct them: switch on the machine's own compensation, or compensate with pretravel"
 )
 
 
@@ -221,7 +220,7 @@ class Export(Task):
     angles: Annotated[
         Literal["normals", "travel"] | None,
         Field(
-            help="What the control takes the angles for, azimuths of outward normals (default) or "
+            help="Meaning of the angles on the control: azimuths of outward normals (default) or "
             "of directions of travel.",
             only=(_controls("angles"),),
             label="Angles are those of",

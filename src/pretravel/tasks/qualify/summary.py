@@ -151,7 +151,7 @@ def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
     """The most useful thing to do with this probe; u is that of the map over its directions."""
     pretravel_map, observation = result.pretravel_map, result.fit.observation
     if result.outliers:
-        return "see the outliers: touch there again, or exclude these touches for good"
+        return "touch the places of the outliers again, or exclude these touches"
     if result.effects.step >= COARSE_STEP:
         return "write the positions with more digits, then touch and qualify again"
     if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:
@@ -159,7 +159,7 @@ def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
     if pretravel_map.single_touch > POOR_PROBE:
         return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
     if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > pretravel_map.single_touch:
-        return f"touch {worst} too: u of the map is largest there"
+        return f"also touch {worst}, where u of the map is largest"
     if not saved:
         return "write the map to a file (.json), then compensate a part with it"
     return "compensate a part with the map; verify the probe from time to time"

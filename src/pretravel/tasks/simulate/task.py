@@ -82,7 +82,9 @@ class Simulate(PlacedPart, Reported):
     targets: Annotated[
         Path,
         Field(
-            help="Targets, .csv: nx,ny,nz, and x_mm,y_mm,z_mm where they are needed.", reads=True
+            help="Targets, .csv: nx,ny,nz and, where a normal does not determine the place, "
+            "x_mm,y_mm,z_mm.",
+            reads=True,
         ),
     ]
     output: Annotated[Path, output("Touches: .csv; or a page, .html or .pdf.", ".csv", *PAGES)]
@@ -132,7 +134,7 @@ class Simulate(PlacedPart, Reported):
     clearance: Annotated[
         float,
         Field(
-            help="Distance before the contact on which the tip may not touch anything else, in mm.",
+            help="Length of the approach, in mm, in which the tip must not touch anything else.",
             range=DISTANCE,
         ),
     ] = 2.0

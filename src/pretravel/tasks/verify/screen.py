@@ -52,7 +52,7 @@ def show(state: ScreenState) -> None:
         with panel("Today"):
             file_drop(
                 state, "touches", "Today's touches on the reference", several=True,
-                hint="Five are enough, all are better. Files that come together are one day.",
+                hint="Five touches are enough, all are better. Files dropped together are one day.",
             )  # fmt: skip
         with panel("Map and reference"):
             follow_map(state, "map")
@@ -85,8 +85,8 @@ def show(state: ScreenState) -> None:
 def _history(state: ScreenState) -> None:
     """Where the days are kept, with the ways to begin again and to take a day out."""
     note(
-        "Each day is a line of the history, which the project keeps. A history that the command "
-        "verify wrote goes on here, and the file of this one goes on there."
+        "Each day is a line of the history, which the project keeps. A history file of the command "
+        "verify can be continued here, and the file of this history by the command."
     )
     file_drop(state, "history", "Go on with a history", endings=(".jsonl",))
 

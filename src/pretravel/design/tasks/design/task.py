@@ -40,7 +40,7 @@ class Design(Reported):
     wish: Annotated[
         str,
         Field(
-            help="Specification, .toml; or a name listed by pretravel wishes.",
+            help="Specification: .toml, or a name that pretravel wishes lists.",
             positional=True,
             metavar="WISH",
             reads=existing,

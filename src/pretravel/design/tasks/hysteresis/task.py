@@ -52,7 +52,7 @@ class Hysteresis(Reported):
     overtravel_um: Annotated[
         float | None,
         Field(
-            help="Deflection beyond that of the frictionless trigger, in µm; the default is 10, "
+            help="Deflection beyond the trigger without friction, in µm; the default is 10, "
             "or twice the deflection at the trigger.",
             range=STEP,
         ),

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 class MapInOrientation(Reported):
     """Predict the map of another orientation of an indexing head.
 
-    A map of one orientation and the weight of the probe's moving parts give that of another. Check
-    it with a few touches: pretravel qualify touches.csv --prior turned.json --diameter 25
+    The new map follows from the old map and the weight of the probe's moving parts. Check the new
+    map with a few touches: pretravel qualify touches.csv --prior turned.json --diameter 25
     """
 
     name = "orientation"

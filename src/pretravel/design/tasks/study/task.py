@@ -54,7 +54,8 @@ class RunStudy(Reported):
     study: Annotated[
         str,
         Field(
-            help="Study, .toml; or a name of pretravel studies; or results, .nc, to show again.",
+            help="Study: .toml, or a name that pretravel studies lists; or results (.nc) to show "
+            "again.",
             positional=True,
             metavar="STUDY",
             reads=existing,

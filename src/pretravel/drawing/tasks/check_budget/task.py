@@ -49,10 +49,10 @@ _NOT_SIMULATED = dict.fromkeys(("prior", "block", "reference", "tip"), ())
 class CheckBudget(Qualify, without=_NOT_SIMULATED):
     """Check the coverage of U by simulation: repeat your own qualification many times and count.
 
-    The probe of each set is drawn from the map of your touches and its uncertainty. It repeats your
-    touches, with your settings, and then touches faces and a bore whose places are known. The true
-    errors are those of your settings. --true-… gives other errors, for example a diameter that is
-    worse than its certificate says.
+    Each simulated probe is drawn from the map of your touches and the uncertainty of this map. The
+    probe repeats your touches, with your settings, and then measures faces and a bore whose
+    positions are known. The true errors are those of your settings; --true-… gives other true
+    errors, for example a diameter that is worse than its certificate says.
 
     Exit code 3: U is too small.
     """

@@ -121,7 +121,7 @@ class Rig(LaboratoryReport):
         float | None,
         Field(
             help="Standard uncertainty of the ruler's temperature, in K; with --u-expansion it "
-            "replaces the one of the budget (Ren 2020, equation 17).",
+            "replaces that of the budget (Ren 2020, equation 17).",
             range=(0.0, 50.0),
             unit="K",
             label="Standard uncertainty of the temperature",
@@ -152,8 +152,8 @@ class Rig(LaboratoryReport):
         Path | None,
         Field(
             help="Check of the ruler against a reference, .csv: scale_mm,reference_mm and, for "
-            "several runs, run. Its slope, periodic part and scatter take the place of the "
-            "budget's 'grating scale'.",
+            "several runs, run. The slope, periodic part and scatter replace the source 'grating "
+            "scale' of the budget.",
             label="Check of the ruler against a reference",
             reads=True,
         ),
