@@ -282,7 +282,9 @@ def _form(
     if not own.correlation_known:
         fit = np.linalg.pinv(columns) if columns.shape[1] else np.zeros((0, len(left)))
         points = -found.jacobian @ found.response if tolerance.tangent else np.eye(len(left))
-        u = _largest_u(involved, factor[:, None] * points, columns, fit, frame_rows, system)
+        own_rows = np.asarray(factor[:, None] * points, dtype=np.float64)
+        fit = np.asarray(fit, dtype=np.float64)
+        u = _largest_u(involved, own_rows, columns, fit, frame_rows, system)
         opposed = generator.standard_normal((trials, 1)) * np.sign(load) * u
     return form_by_trials(
         left,
