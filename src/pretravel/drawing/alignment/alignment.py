@@ -149,7 +149,8 @@ class Alignment:
         """U of the six motions: k u, with more than 2 u where few faces show their form, (6,)."""
         u = self.standard_uncertainty
         dof = [self.errors.dof(row, one) for row, one in zip(self._rows, u.tolist(), strict=True)]
-        return u * np.array([coverage_factor(each, whole_dof=False) for each in dof])
+        factor = np.array([coverage_factor(each, whole_dof=False) for each in dof])
+        return np.asarray(u * factor)
 
     @property
     def measured_placement(self) -> Placement:
