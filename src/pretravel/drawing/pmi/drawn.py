@@ -297,7 +297,7 @@ class _Work:
         ]
 
     def of_targets(self, datum: PmiDatum) -> FeatureInWork:
-        """The plane that rests on the touches at its targets, beside the feature of its face.
+        """The plane that rests on the touches at its targets, next to the feature of its face.
 
         Raises
         ------
