@@ -163,7 +163,7 @@ class PhysicalKind(KindOfMap):
                 f"scatter of repeats (probability {fit.misfit:.2g} for a six-seat probe). The map "
                 f"contains a correction of {fit.scales.mean('correction') / MICROMETRE:.1f} µm, "
                 "and its u what the correction does not determine. A drift of the reference from "
-                "ring to ring looks alike: touches in passes over all directions distinguish the two"
+                "ring to ring looks alike: touches in passes over all directions distinguish them"
             )
         return found
 
