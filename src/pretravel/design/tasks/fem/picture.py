@@ -114,7 +114,11 @@ def _solids(field: TriggerField) -> SpaceChart:
         SpaceNotes(middle + 1.3 * (pairs - middle), tuple(name[0] for name in SEAT_NAMES[::2])),
         _force_arrow(field, mesh.points),
     ]
-    title = f"{len(mesh.elements)} elements, {mesh.unknowns} unknowns"
+    force = float(np.linalg.norm(field.forces[_TIP]))
+    title = (
+        f"force on the tip {value_text(force, 'N', decimals(3))}; {len(mesh.elements)} elements, "
+        f"{mesh.unknowns} unknowns"
+    )
     return SpaceChart(title, tuple(marks), "probe", elevation=15.0, azimuth=_view_azimuth(field))
 
 
@@ -128,8 +132,7 @@ def _force_arrow(field: TriggerField, points: FloatArray) -> SpaceArrow:
     nearest = int(np.argmin(np.linalg.norm(mesh.points - rest, axis=1)))
     tip = rest + points[nearest] - mesh.points[nearest]
     length = 0.2 * float(np.ptp(mesh.points, axis=0).max())
-    name = f"force {value_text(size, 'N', decimals(3))}"
-    return SpaceArrow(tip - 1.25 * length * along, length * along, name)
+    return SpaceArrow(tip - 1.25 * length * along, length * along, "force")
 
 
 def _view_azimuth(field: TriggerField) -> float:
