@@ -179,7 +179,8 @@ else rows.scrollIntoView({block: 'nearest', behavior: 'smooth'});
 """
 """Shows the first row, which fails, without moving the verdict and the picture away."""
 _OF_LINES = ("feature", "characteristic", "limits", "value", "U", "k", "verdict")
-_OF_ROWS = ("feature", "", "before/mm", "after/mm", "tolerance", "U/µm", "verdict")
+_OF_ROWS = ("feature", "", "before/mm", "after/mm", "U/µm")
+"""Without a tolerance: each tolerance has a line."""
 
 
 def _line(line: ToleranceLine) -> None:
@@ -190,7 +191,7 @@ def _line(line: ToleranceLine) -> None:
         with ui.element("td"):
             text("span", line.limits)
             if math.isfinite(line.value):
-                _bar((line.lower, line.upper), line.value, None, line.expanded_u)
+                _bar((line.lower, line.upper), line.value, line.expanded_u)
         for heading, words in (
             ("value", line.value_text), ("U", line.u_text), ("k", line.k_text),
         ):  # fmt: skip
@@ -201,13 +202,13 @@ def _line(line: ToleranceLine) -> None:
 
 
 def _main_rows(rows: list[FeatureRow]) -> list[FeatureRow]:
-    """A row for each feature: its first quantity, and what is compared with a tolerance."""
+    """A row for each feature: its first quantity."""
     first = {row.name: row for row in reversed(rows)}
-    return [row for row in rows if row is first[row.name] or row.conformity is not None]
+    return [row for row in rows if row is first[row.name]]
 
 
 def _row(row: FeatureRow) -> None:
-    quantity, conformity = row.quantity, row.conformity
+    quantity = row.quantity
     before, after = quantity.uncompensated, quantity.value
     with ui.element("tr"):
         text("th", row.name).props('scope="row"')
@@ -216,21 +217,13 @@ def _row(row: FeatureRow) -> None:
             'data-label="before"'
         )
         text("td", number_text(after, decimals(4)), "number").props('data-label="after"')
-        with ui.element("td"):
-            if conformity is not None:
-                ends = (conformity.lower, conformity.upper)
-                _bar(ends, conformity.value, before, quantity.expanded_u)
         known = math.isfinite(quantity.expanded_u)
         expanded = number_text(quantity.expanded_u / MICROMETRE) if known else ""
         text("td", expanded, "number").props('data-label="U/µm"')
-        with ui.element("td").classes("row-verdict"):
-            if row.judgement is not None:
-                with ui.element("span").classes(f"row-judgement {row.judgement.level}"):
-                    sign_and_word(row.judgement, "span")
 
 
-def _bar(limits: tuple[float, float], here: float, before: float | None, expanded_u: float) -> None:
-    """The tolerance as a zone, the value before as a ring, that after as a dot with its U."""
+def _bar(limits: tuple[float, float], here: float, expanded_u: float) -> None:
+    """The tolerance as a zone, the value as a dot with its U."""
     lower, upper = limits
     ends = [end for end in (lower, upper) if math.isfinite(end)]
     values = [here - expanded_u, here + expanded_u]
@@ -250,8 +243,6 @@ def _bar(limits: tuple[float, float], here: float, before: float | None, expande
         bar.props["aria-label"] = bar.props["title"] = words
         left, right = place(lower), place(upper)
         ui.element("span").classes("zone").style(f"left: {left:.2f}%; width: {right - left:.2f}%")
-        if before is not None:
-            ui.element("span").classes("before").style(f"left: {place(before):.2f}%")
         start, end = place(values[0]), place(values[-1])
         ui.element("span").classes("whisker").style(
             f"left: {start:.2f}%; width: {end - start:.2f}%"
