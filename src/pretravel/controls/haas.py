@@ -15,8 +15,8 @@ HAAS = MacroDialect(
     digits=5,
     angles="haas/angles.nc",
     verified=(
-        "never run on a Haas control",
-        "its arithmetic was run by an interpreter of pretravel",
+        "not yet tried on a Haas control - test with care",
+        "its arithmetic was tested with the interpreter of pretravel",
     ),
 )  # fmt: skip
 """Macros of Haas: variables 10000 and above on the Next Generation Control, 800 to 999 on all.

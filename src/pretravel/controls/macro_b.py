@@ -99,8 +99,8 @@ FANUC = MacroDialect(
     volatile=(100, 199),
     angles="fanuc/angles.nc",
     verified=(
-        "never run on a Fanuc control",
-        "its arithmetic was run by two other interpreters - LinuxCNC and one of pretravel",
+        "not yet tried on a Fanuc control - test with care",
+        "its arithmetic was tested in LinuxCNC and with the interpreter of pretravel",
     ),
 )
 """Macro B of Fanuc. The table starts above the variables of the usual probing macros."""
@@ -231,7 +231,7 @@ def _radii_statements(
         f"so the nearest radius is wrong by {_residuals(table)} in the XY plane",
         f"a control that takes the angles as {other} is wrong by {misread} at most",
         f"radii touched at their angles are wrong by {_residuals(touched)}",
-        "never run on a control. Compare with a calibration by the control before use",
+        "not yet tried on a control. Compare with a calibration by the control before use",
     ]
 
 

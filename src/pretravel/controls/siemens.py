@@ -14,8 +14,8 @@ MOST_SIEMENS_VALUES = 800
 _WRONG_CODES = {"mm": (1, 3), "inch": (2, 4)}
 """Members of the 13th group of G functions (G70, G71, G700, G710) that a unit does not allow."""
 _VERIFIED = (
-    "never run on a Siemens control",
-    "its arithmetic was run by an interpreter of pretravel",
+    "not yet tried on a Siemens control - test with care",
+    "its arithmetic was tested with the interpreter of pretravel",
 )
 
 

@@ -163,7 +163,7 @@ def _bores_sentence(job: MainJob) -> str:
     left = max(bore.feature.association.form for bore in job.bores) / MICROMETRE
     u = max(size.expanded_u for size in sizes) / MICROMETRE
     return (
-        f"Two bores of {_limits()}: corrected by the tip's radius alone they measure "
+        f"Two bores, tolerance {_limits()}: corrected by the tip's radius alone they measure "
         f"{_sizes(before)} mm, {outside} outside the tolerance; corrected by the map "
         f"{_sizes([size.value for size in sizes])} mm, {inside} within the tolerance, U = "
         f"{value_text(u, 'µm')}. The range of the points about the circle falls from "

@@ -140,7 +140,7 @@ U_TEMPERATURE = Field(
     label="Standard uncertainty of its temperature",
 )
 SPHERE_FORM = Field(
-    help="Deviation of the reference from its form, in µm; the default is a grade 5 ball.",
+    help="Form deviation of the reference, highest to lowest point, in µm; default: grade 5 ball.",
     range=DEVIATION_OF_FORM,
     label="Form deviation of the reference",
 )
@@ -560,9 +560,9 @@ class TouchFiles(TouchTables):
     touches: Annotated[
         tuple[Path, ...],
         Field(
-            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …), or a file in a "
-            "format that the command pretravel formats lists; several files, a folder or a name "
-            "with * are read as one series.",
+            help="Table of any usual form (X;Y;Z;I;J;K, x_mm,y_mm,z_mm,nx,ny,nz …), or a file in "
+            "one of the formats of 'pretravel formats'; several files, a folder or a name with * "
+            "are read as one series.",
             positional=True,
             metavar="TOUCHES",
             reads=files_meant,

@@ -100,20 +100,21 @@ def test_a_long_table_stands_in_blocks_that_lose_no_row() -> None:
 
 
 class TestTextsOfStandards:
-    """What is from memory is said; a laboratory that owns the text can state its comparison."""
+    """What was not checked is said; a laboratory that owns the text can state its check."""
 
     def test_by_default_it_is_said_that_nobody_compared(self, tmp_path: Path) -> None:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, LaboratoryStatements()), *CHECK))
-        sentence = "was written from memory and was not compared with its text."
+        sentence = "was written without its text and was not checked against it."
         assert f"What is used here of ISO 10360-5 {sentence}" in shown
         assert "This is no statement of conformity" in shown
-        assert shown.count("from memory") == 2 + 2  # sentence, verdict, two definitions
+        assert shown.count("without its text") == 2  # sentence, verdict
+        assert shown.count("not checked") == 1 + 2  # sentence, two definitions
 
     def test_a_laboratory_states_that_it_compared_the_text(self, tmp_path: Path) -> None:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, RIGHT), *CHECK))
         assert "North Ltd declares that it compared what is used here of ISO 10360-5" in shown
         assert "(edition 2020, A. Lee, 2026-03-02)" in shown
-        assert "from memory" not in shown
+        assert "without its text" not in shown
         assert "This is no statement of conformity" not in shown
 
     def test_the_statement_holds_for_its_standard_alone(self, tmp_path: Path) -> None:
@@ -124,5 +125,5 @@ class TestTextsOfStandards:
             "-o", touches)  # fmt: skip
         command = ("check", "iso230-10", touches, "--diameter", 25)
         shown = _printed(_content(tmp_path, lab, *command))
-        assert "ISO 230-10 was written from memory" in shown
+        assert "ISO 230-10 was written without its text" in shown
         assert "This is no statement of conformity" in shown

@@ -114,7 +114,7 @@ class TestExportCommand:
         assert "#617=" in text
         for to in ("fanuc", "haas", "siemens"):
             printed = run("export", map_file, "--to", to, "-o", tmp_path / to, "--tolerance", 50)
-            assert "NEVER RUN ON A" in printed.upper()
+            assert "NOT YET TRIED ON A" in printed.upper()
             assert "UNITS MM" in printed.upper()
             # The filter of comments has found nothing to replace in our own sentences.
             assert "_" not in re.sub(r"PT_[A-Z]+|PRETRAVEL_[A-Z]+", "", printed.partition("\n")[2])

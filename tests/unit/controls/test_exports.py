@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -83,6 +84,10 @@ def _assigned(text: str) -> list[int]:
     return [int(number) for number in re.findall(r"^#(\d+) ?=", text, re.M)]
 
 
+def _where_allowed(table: LookupTable, *_: object, allowed: float, **__: object) -> object:
+    return table if table.largest_error <= allowed else None
+
+
 class TestControls:
     def test_what_each_control_needs_and_uses(self) -> None:
         """A folder where there are several programs; LinuxCNC subtracts the delay travel itself;
@@ -137,6 +142,7 @@ class TestControls:
         ):  # fmt: skip
             off = replace(TABLE, largest_error=error)
             monkeypatch.setattr(exports, "lookup_table", lambda *_, off=off, **__: off)
+            monkeypatch.setattr(exports, "lookup_table_within", partial(_where_allowed, off))
             files = CONTROLS[name].files(made, ExportSettings(tolerance=stated, form=form))
             assert isinstance(files.form, LookupTable) is expected, (error, stated, form)
             assert (len(files.texts) == {"siemens": 3}.get(name, 2)) is expected

@@ -250,7 +250,7 @@ class TestPattern:
 
     @pytest.mark.parametrize("degrees", [0.0, 22.5, 45.0, 80.0, -100.0])
     @pytest.mark.parametrize(
-        ("fourth_ring", "words"), [(0.0, "back and forth"), (45.0, "cumulatively")]
+        ("fourth_ring", "words"), [(0.0, "every second ring"), (45.0, "cumulatively")]
     )
     def test_both_readings_at_any_azimuth_about_any_axis(
         self, fourth_ring: float, words: str, degrees: float

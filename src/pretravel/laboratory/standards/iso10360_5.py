@@ -47,8 +47,8 @@ PATTERN_TOLERANCE = 10.0 * DEGREE
 _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
 _READINGS = {
-    False: "the rings of the pattern are turned by 22.5° back and forth: the rings at 22.5° "
-    "and 67.5° begin at the same azimuth",
+    False: "every second ring of the pattern is turned by 22.5°: the rings at 22.5° and 67.5° "
+    "begin at the same azimuth",
     True: "each ring of the pattern is turned by 22.5° further than the ring before (read "
     "cumulatively): the ring at 67.5° begins 45° after the ring at 22.5°",
 }

@@ -202,8 +202,7 @@ class StandardCheck:
         reasons = []
         if any(figure.status == UNCHECKED for figure in self.figures):
             reasons.append(
-                "its definitions were written from memory and have not been checked against its "
-                "text"
+                "its definitions were written without its text and have not been checked against it"
             )
         if any(f.limit is not None and f.u_test is None for f in self.figures):
             reasons.append("the uncertainty of the reference is not given")

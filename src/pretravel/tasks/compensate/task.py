@@ -116,7 +116,7 @@ class Compensate(
     feature: Annotated[
         Literal["bore", "boss", "sphere", "surface"] | None,
         Field(
-            help="Fit features of this kind and use their normals, also if the file gives normals. "
+            help="Fit features of this kind and use their normals, even if the file gives normals. "
             "Touches without normals in a bore, on a boss or a sphere need this. Labels that "
             "differ in the last "
             "number only (bore1-1, bore1-2, …) are one feature. surface: normals from neighbouring "

@@ -93,8 +93,9 @@ class ProgramTask(Task):
     spindle_deg: Annotated[
         float | None,
         Field(
-            help="Orientation of the spindle during the touches (M19), in degrees, as the "
-            "log gives it. For pretravel reversal make one program for 0 and one for 180.",
+            help="Orientation of the spindle during the touches, in degrees: the program orients "
+            "the spindle (M19) and writes the angle to the log. For pretravel reversal make one "
+            "program for 0 and one for 180.",
             range=ANGLE,
             label="Orientation of the spindle",
         ),
@@ -267,8 +268,8 @@ class ProgramAxis(ProgramTask):
     sense: Annotated[
         Literal["against", "with"],
         Field(
-            help="How the sphere turns. against: against the angle (right-handed about the "
-            "machine's axis), as on a table. with: with the angle.",
+            help="Sense in which the sphere turns where the angle of the axis increases. against: "
+            "left-handed about the machine's axis, as on a table. with: right-handed.",
         ),
     ] = "against"
     turning_feed: Annotated[

@@ -88,7 +88,7 @@ class DesignedProbe(Result):
 
 
 class Wishes(Task):
-    """List the specifications of the package, or print one as TOML."""
+    """List the example specifications for a design, or print one as TOML."""
 
     name = "wishes"
     group = "Predict"

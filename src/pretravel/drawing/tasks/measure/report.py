@@ -173,7 +173,7 @@ def features_summary(
     if any(verdict for *_, verdict in shown):
         columns.append(Column.of("verdict", [verdict for *_, verdict in shown]))
     left = f"{more} more quantities, positions" if more > 0 else "positions"
-    note = f"not shown: {left}, decisions in numbers, budgets and notes (see {more_in})"
+    note = f"not shown: {left}, guard bands, budgets and notes (see {more_in})"
     lines = [each for each in document.tables if each.title == TITLE_OF_LINES]
     rest = (replace(table, columns=tuple(columns)), *((angles,) if angles else ()))
     if lines and len(features) != 1:

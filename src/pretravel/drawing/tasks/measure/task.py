@@ -225,7 +225,7 @@ class Measure(LaboratoryReport):
     probability: Annotated[
         float,
         Field(
-            help="Probability that proves a decision (ISO 14253-1).",
+            help="Probability required to accept or to reject (ISO 14253-1).",
             range=(0.5, 0.9999),
             label="Probability at which a decision is proven",
         ),

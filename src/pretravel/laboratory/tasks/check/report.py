@@ -49,7 +49,7 @@ from pretravel.show import (
 )
 from pretravel.task import budget_table, budgets_data, sphere_section
 
-_ORIGIN = {UNCHECKED: "from memory", COMPARED: "compared"}
+_ORIGIN = {UNCHECKED: "not checked", COMPARED: "checked"}
 """Where a definition comes from, by its status."""
 
 

@@ -101,14 +101,17 @@ def _limit(name: str, label: str, text: str) -> Field:
 class Check(TouchFiles, OfOneTip, LaboratoryReport):
     """Determine the probing errors that an ISO standard defines, from touches on a sphere.
 
-    The definitions are from memory and have not been checked against the published standards: there
-    is no statement of conformity, unless the file of the laboratory (--lab) declares a comparison.
+    The definitions were written without the texts of the standards and have not been checked
+    against them: there is no statement of conformity, unless the file of the laboratory (--lab)
+    declares that the laboratory has checked them.
     Exit code 3: a figure exceeds its limit.
     """
 
     name = "check"
     group = "Laboratory"
-    example = "pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 6 -o check.html"
+    example = (
+        "pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 5.967 -o check.html"
+    )
 
     standard: Annotated[
         str,
@@ -130,8 +133,8 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     tip_diameter: Annotated[
         float | None,
         Field(
-            help="Effective diameter of the tip, as the machine uses it, in mm, for the size "
-            "error.",
+            help="Effective diameter of the tip that the control uses after its calibration, in "
+            "mm, for the size error. With the nominal diameter, this error contains the pretravel.",
             range=TIP_BALL,
             label="Diameter of the tip",
         ),
@@ -489,9 +492,7 @@ class Pattern(Task):
             repeats=self.repeats,
         )
         count = len(columns["label"])  # type: ignore[arg-type]
-        memory = (
-            " (the pattern is from memory and has not been checked against the published standard)"
-        )
+        memory = " (the pattern has not been checked against the published standard)"
         plain = self.standard.startswith("equator-")
         return PatternTargets(
             columns,
