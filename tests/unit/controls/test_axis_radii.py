@@ -153,6 +153,8 @@ def test_the_command_takes_the_feed(tmp_path: Path) -> None:
     path, out = tmp_path / "rest.json", tmp_path / "radii.json"
     write_map(path, replace(mean_map(0.016), delay=0.01, u_delay=1e-4))
     assert "--feed" in run("export", path, "--to", "radii", "-o", out, code=2)
+    said = run("export", path, "--to", "radii", "-o", tmp_path / "r.csv", "--feed", 60, code=2)
+    assert "the ending must be .json" in said  # JSON in a table would be read as nothing
     said = run("export", path, "--to", "radii", "-o", out, "--feed", 60)
     found = json.loads(out.read_text())
     assert found["feed_mm_min"] == 60.0

@@ -1,4 +1,4 @@
-"""Is U honest: closed forms of what a wrong statement costs, and the command."""
+"""Is U right: closed forms of what a wrong statement costs, and the command."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_diameter_that_is_worse_than_stated() -> None:
     assert _named(found, "position").verdict != "too small"
 
 
-def test_what_is_stated_truly_is_honest() -> None:
+def test_what_is_stated_truly_is_right() -> None:
     found = _checked(ActingErrors(NOISE, diameter=0.2e-3, form=0.13e-3), sets=20)
     assert found.verdict != "too small"
     assert found.refused == ()
@@ -113,7 +113,7 @@ def test_words_and_intervals_agree() -> None:
     few = Coverage("size", errors[:40], u[:40], 2.0 * u[:40])
     many = Coverage("size", errors, u, 2.0 * u)
     assert few.interval[0] == pytest.approx(0.9124, abs=1e-4)
-    assert (few.verdict, many.verdict) == ("honest", "too large")
+    assert (few.verdict, many.verdict) == ("right", "too large")
 
 
 def test_the_same_seed_gives_the_same_sets() -> None:

@@ -148,7 +148,9 @@ class Export(Task):
     output: Annotated[
         Path | None,
         Field(
-            help="File of the control, or the folder for several files.", short="-o", writes=FOLDER
+            help="Folder for linuxcnc, fanuc, haas and siemens, file for the others.",
+            short="-o",
+            writes=FOLDER,
         ),
     ] = None
     form: Annotated[FormOnControl, replace(CONTROL_FORM, only=(_controls("form"),))] = None
@@ -294,11 +296,14 @@ class Export(Task):
         return () if stated.get("show_template") else ("output",)
 
     def endings(self, output: str) -> tuple[str, ...]:
-        """One file has the ending that its control wants, which we do not know."""
+        """One file has the ending that its control wants, which we do not know; or is a table."""
+        from pretravel.controls import CONTROLS
+
         if makes_folder(self.to):
             return super().endings(output)
         own = "" if self.output is None else self.output.suffix.lower()
-        return (".csv" if self.to == _RADII_TABLE else own,)
+        usual = ".csv" if self.to == _RADII_TABLE else CONTROLS[self.to].ending
+        return (usual if usual in (".csv", ".json") else own,)
 
     def run(self, progress: Progress = SILENT) -> ExportedMap | TextResult:
         """Make the files of the map.

@@ -62,7 +62,7 @@ def history_document(
     return Document(
         title=title,
         verdict=f"{title}: {len(entries)} verification{'' if len(entries) == 1 else 's'}, "
-        f"{changed or 'none'} of them found a change"
+        + (f"{changed} found a change" if changed else "no change found")
         + (f"; {drift_verdict(drift)}" if drift is not None and told else ""),
         figures=drift_figures(drift) if drift is not None and told else (),
         tables=(

@@ -233,10 +233,11 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
             ),
         ),
         title="Directions that were left out of the fit of each kind:",
-        explanation="left-out rms: of the touches that were left out, repeatability included, "
-        "± its standard error; (error/u)²: mean over the touches, each with its own u, 1 where u "
-        "is right; score: mean of ln(u/µm) + (error/u)²/2, the smaller the better; weight: share "
-        "in the average, chosen for the largest probability of these directions.",
+        explanation="left-out rms: of the mean touch in each direction that was left out, its "
+        "scatter included, ± its standard error; (error/u)²: mean over these directions, each "
+        "with its own u, 1 where u is right; score: mean of ln(u/µm) + (error/u)²/2, the smaller "
+        "the better; weight: share in the averaged map, chosen so that the left-out directions "
+        "are most probable.",
         detail=True,
     )
 

@@ -144,7 +144,7 @@ class Coverage:
 
     @property
     def verdict(self) -> str:
-        """``honest``, ``too small`` or ``too large``.
+        """``right``, ``too small`` or ``too large``.
 
         U is so only where the interval of the share does not contain what is stated.
         """
@@ -152,7 +152,7 @@ class Coverage:
         if high < EXPANDED_COVERAGE:
             return "too small"
         large = low > EXPANDED_COVERAGE and self.needed < 1.0 / TOO_LARGE
-        return "too large" if large else "honest"
+        return "too large" if large else "right"
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +184,7 @@ class BudgetCheck:
     def verdict(self) -> str:
         """The worst of the quantities."""
         found = [each.verdict for each in self.coverages]
-        return next((word for word in ("too small", "too large") if word in found), "honest")
+        return next((word for word in ("too small", "too large") if word in found), "right")
 
 
 def check_budget(

@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from pretravel.touches import Touches
 
 _WORDS = {
-    "honest": "U is right: it contains the error as often as it should",
+    "right": "U is right: it contains the error as often as it should",
     "too small": "U is too small: it contains the error less often than it should",
     "too large": "U is larger than needed: it costs touches and good parts",
 }
 _LEVELS: Mapping[str, Literal["good", "caution", "bad"]] = {
-    "honest": "good",
+    "right": "good",
     "too small": "bad",
     "too large": "caution",
 }
@@ -200,8 +200,8 @@ class CheckedBudget(Result):
             pictures=(Picture("Shares of errors within U", lambda: _view(found)),),
             notes=(
                 (
-                    f"Acting: noise {acting.noise / MICROMETRE:.2f} µm, diameter of the reference "
-                    f"{acting.diameter / MICROMETRE:.2f} µm, its form "
+                    f"Simulated errors: noise {acting.noise / MICROMETRE:.2f} µm, diameter of "
+                    f"the reference {acting.diameter / MICROMETRE:.2f} µm, its form "
                     f"{acting.form / MICROMETRE:.2f} µm, hysteresis "
                     f"{acting.hysteresis / MICROMETRE:.2f} µm{_separated(self.task)}. "
                     f"The bore is {self.task.bore:g} mm wide, touched {self.task.bore_touches} "
@@ -265,7 +265,7 @@ def _figure(each: Coverage) -> KeyFigure:
 
     low, high = (100.0 * end for end in each.interval)
     perhaps = ""
-    if each.verdict == "honest" and each.needed < 1.0 / TOO_LARGE:
+    if each.verdict == "right" and each.needed < 1.0 / TOO_LARGE:
         perhaps = "; it may be too large, more sets are needed"
     return KeyFigure(
         f"{each.name}: errors within U", 100.0 * each.share, "%", decimals(1),
@@ -294,12 +294,13 @@ def _table(found: BudgetCheck) -> Table:
             Column.of("error (rms)", [_rms(one.errors) for one in each], "µm", decimals(2)),
             Column.of("u (rms)", [_rms(one.u) for one in each], "µm", decimals(2)),
             Column.of("χ²", [one.chi_squared for one in each], "", decimals(2)),
-            Column.of("U is right times", [one.needed for one in each], "", decimals(2)),
+            Column.of("factor for 95.4 %", [one.needed for one in each], "", decimals(2)),
             Column.of("verdict", [one.verdict for one in each]),
         ),
         "Errors compared with the given uncertainties:",
-        "χ² is the mean of (error/u)²: one where u is right. U times the factor would have "
-        "contained 95.4 % of the errors.",
+        "χ² is the mean of (error/u)²: 1 where u is right. U times the factor would have "
+        "contained 95.4 % of the errors. Too small: the interval of the share lies below 95.4 %; "
+        "too large: above it, and U could be smaller by a factor of 1.5.",
     )
 
 

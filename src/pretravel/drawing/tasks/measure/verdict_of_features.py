@@ -30,7 +30,7 @@ from pretravel.drawing.tolerances.tolerances import (
 )
 from pretravel.show import Judgement
 
-_WITHOUT_MACHINE = ". This is no statement of conformity (see the warning)"
+_WITHOUT_MACHINE = ". This is no statement of conformity: u of the machine is not given"
 
 
 def shown_name(feature: MeasuredFeature) -> str:
