@@ -153,8 +153,8 @@ class TurnedProbe(Result):
             notes=(
                 (
                     "Predicted, not measured: touch five to nine directions on the sphere in this "
-                    "orientation and give this map as --prior to pretravel qualify, which refuses "
-                    "it where it does not fit."
+                    "orientation, and update this map with them in qualify, which refuses it where "
+                    "it does not fit."
                 ),
             ),
         )

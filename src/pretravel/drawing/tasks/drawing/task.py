@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ReadDrawing(Reported):
-    """Read datums, sizes and tolerances of a STEP file (AP242), for measure --drawing."""
+    """Read datums, sizes and tolerances of a STEP file (AP242), as a drawing for measure."""
 
     name = "drawing"
     group = "Measure"
