@@ -67,8 +67,8 @@ _RING_TEXT = (
     (
         "Real data: 72 directions, each read once from a published picture, to ±0.5 µm; the "
         "centre of the ring is fitted too. Fitted: every second direction, then the others. Left "
-        "out: the directions that were not fitted. Neighbouring directions differ by about as "
-        "much as the errors of the best kinds."
+        "out: the directions that were not fitted. Readings of neighbouring directions scatter "
+        "by about as much as the errors of the best kinds."
     ),
 )
 _RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring subtracted"

@@ -145,11 +145,11 @@ SPHERE_FORM = Field(
     label="Form deviation of the reference",
 )
 TOOL_OF_SUBROUTINES = (
-    "linuxcnc: number of the probe in the tool table. Cycles stop if another tool is in the "
+    "Number of the probe in the tool table of LinuxCNC. Cycles stop if another tool is in the "
     "spindle or another length is active; without a number, if any tool length is active."
 )
 STYLUS_OF_SUBROUTINES = (
-    "linuxcnc: length of the stylus from the tip's centre to the probe's body, in mm; the default "
+    "Length of the stylus from the tip's centre to the probe's body, in mm; the default "
     "is 50. Cycles stop if the tip could go deeper than a fifth of this length."
 )
 REFERENCE_SPHERE = Field(help="Diameter of the sphere, in mm.", range=REFERENCE_DIAMETER)

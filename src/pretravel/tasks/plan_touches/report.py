@@ -86,7 +86,7 @@ def _directions_table(plan: TouchPlan) -> Table:
             Column.of("azimuth", azimuth, "°", decimals(1)),
         ),
         title="Directions, in their order:",
-        explanation="in the probe frame; the order varies from which direction the tip comes",
+        explanation="in the probe frame; in this order the tip comes from changing directions",
     )
 
 

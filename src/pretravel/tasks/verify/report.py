@@ -90,7 +90,7 @@ def verification_document(
             *_cause_figures(result),
             *_change_figures(result),
             *_test_figures(result),
-            KeyFigure("old map", decision_words(decision)),
+            KeyFigure("old map", decision_words(decision) + _UNTIL_THEN * keep),
         ),
         pictures=(
             Picture(
@@ -104,6 +104,7 @@ def verification_document(
     )
 
 
+_UNTIL_THEN = "; do not use it until the cause is found"
 _NOTES = (
     (
         "check the stylus and its mount, then touch the reference again, or accept the map of the "
