@@ -52,9 +52,7 @@ def drawing_document(model: ModelDrawing) -> Document:
                     Column.of("limits or zone", [each.limits for each in lines]),
                     Column.of("datums", [each.datums for each in lines]),
                     Column.of("faces", [each.faces for each in lines]),
-                    Column.of(
-                        "can be evaluated", ["no" if each.left_out else "yes" for each in lines]
-                    ),
+                    Column.of("evaluated", ["no" if each.left_out else "yes" for each in lines]),
                 )
             ),
         ),
