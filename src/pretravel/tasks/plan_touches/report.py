@@ -54,7 +54,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="root mean square over the directions, when it was made"),
+                      remark="root mean square over the normals given or the whole map, when made"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="with the drift since, without new touches"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",

@@ -117,9 +117,9 @@ def _motions_table(alignment: Alignment) -> Table:
         ),
         title="Placement of the part in the machine",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
-        "these axes. U (k = 2, more where few touches show the form of the faces) is the U of "
-        "shifts of, and rotations about, the middle of the touches; U is empty where the touches "
-        "do not determine a motion.",
+        "these axes. U (k = 2, more where few touches show the form of the faces) holds at the "
+        "middle of the touches; at the origin, U of a shift is larger by the distance times U of "
+        "the rotations. U is empty where the touches do not determine a motion.",
     )
 
 

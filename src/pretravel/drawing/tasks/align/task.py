@@ -69,8 +69,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         str | None,
         Field(
             help="Approximate placement of the part: x,y,z in mm, then rotations about the "
-            "machine's axes in degrees, or a file of pretravel align. Without a start, the "
-            "placement follows from the plan (--plan), or is searched.",
+            "machine's x, y and z axes in degrees, in that order; or a file of pretravel align. "
+            "Without a start, the placement follows from the plan (--plan), or is searched.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,
