@@ -34,9 +34,9 @@ _LEFT_OUT = "none"
 _MOST_DIGITS = 18
 _FEWEST_TO_NUMBER = 2
 _SHOWN = 12
-# What Open3D writes: X Y Z R G B, with a pure colour as 1 0 0.
-_COLOURS = ".xyzrgb"
 """Most columns that a message shows."""
+_COLOURS = ".xyzrgb"
+"""Ending of what Open3D writes: X Y Z R G B, with a pure colour as 1 0 0."""
 _UNITS_OF: Mapping[str, tuple[Mapping[str, float], str]] = {
     **dict.fromkeys(LENGTH_ROLES, (LENGTH_UNITS, "length")),
     "feed": (FEED_UNITS, "feed"),

@@ -8,7 +8,6 @@ the sphere. It has no seam in azimuth and no pole: +z is the origin of the plane
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -28,7 +27,6 @@ from pretravel.base import (
     frozen,
     polar_angle,
 )
-from pretravel.maps.few_triangles import FEW_NODES, few_triangles
 
 LARGEST_HOLE = 60.0 * DEGREE
 """Triangles with a wider circumscribed circle than this are holes, not support. [rad]
@@ -82,23 +80,11 @@ def _neighbours_in_turn(points: FloatArray) -> IntArray:
 class _Mesh:
     """Triangles that support directions, and the edges that bound them."""
 
-    nodes: FloatArray
-    triangulation: Any  # scipy.spatial.Delaunay, FewTriangles, None where all lie on one line
+    triangulation: Any  # scipy.spatial.Delaunay, or None where the nodes lie on one line
     triangle_held: BoolArray
     edges: IntArray
     edge_normals: FloatArray  # of the great circles of the edges, towards their triangles
     edge_bounds: BoolArray  # whether the edge bounds a triangle
-
-    @cached_property
-    def arcs(self) -> _Arcs:
-        """The edges as arcs of great circles."""
-        start, end = self.nodes[self.edges[:, 0]], self.nodes[self.edges[:, 1]]
-        length = np.arctan2(
-            np.linalg.norm(np.cross(start, end), axis=1), np.sum(start * end, axis=1)
-        )
-        across = np.cross(self.edge_normals, start)
-        backwards = np.sum(across * end, axis=1) < 0.0
-        return _Arcs(start, end, np.where(backwards[:, None], -across, across), length)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,28 +129,12 @@ class DirectionSupport:
 
     @cached_property
     def _mesh(self) -> _Mesh:
-        """The triangles between which a map is interpolated."""
-        from scipy.spatial import Delaunay, QhullError
+        from scipy.spatial import Delaunay, QhullError, cKDTree
 
-        try:
-            return self._mesh_of(Delaunay(self._plane))
-        except (QhullError, ValueError):  # fewer than three nodes, or all on one line
-            return self._mesh_of(None)
-
-    @cached_property
-    def _held(self) -> _Mesh:
-        """The triangles that hold directions.
-
-        Where nodes lie on one circle, these of a few can differ from those above, and hold the
-        same. SciPy's take less time where it is loaded already.
-        """
-        if len(self.nodes) > FEW_NODES or "scipy.spatial" in sys.modules:
-            return self._mesh
-        return self._mesh_of(few_triangles(self.nodes, self._plane))
-
-    def _mesh_of(self, triangulation: Any) -> _Mesh:
         plane = self._plane
-        if triangulation is None:
+        try:
+            triangulation = Delaunay(plane)
+        except (QhullError, ValueError):  # fewer than three nodes, or all on one line
             spread = plane - plane.mean(axis=0)
             along = spread @ np.linalg.svd(spread, full_matrices=False)[2][0]
             order = np.argsort(along, kind="stable")
@@ -195,7 +165,7 @@ class DirectionSupport:
         if len(loose):
             middle = 0.5 * (plane[loose[:, 0]] + plane[loose[:, 1]])
             half = 0.5 * np.linalg.norm(plane[loose[:, 0]] - plane[loose[:, 1]], axis=1)
-            nearest = _distance_to_nearest(plane, middle)
+            nearest = np.asarray(cKDTree(plane).query(middle)[0])
             angle = np.arccos(
                 np.clip(np.sum(self.nodes[loose[:, 0]] * self.nodes[loose[:, 1]], axis=1), -1, 1)
             )
@@ -219,7 +189,7 @@ class DirectionSupport:
             bounds[: len(boundary)] = True
             side = np.sum(normals[: len(boundary)] * self.nodes[inside], axis=1)
             normals[: len(boundary)][side < 0.0] = -normals[: len(boundary)][side < 0.0]
-        return _Mesh(self.nodes, triangulation, held, edges, normals, bounds)
+        return _Mesh(triangulation, held, edges, normals, bounds)
 
     def interpolation(self, directions: npt.ArrayLike) -> tuple[IntArray, FloatArray, FloatArray]:
         """Nodes and weights of linear interpolation, and the distance to the support.
@@ -239,20 +209,9 @@ class DirectionSupport:
             Zero inside, else the angle to the nearest supported direction, whose
             weights are then given. [rad]
         """
-        return self._nearest(self._mesh, np.asarray(directions, dtype=np.float64))
-
-    def distance(self, directions: npt.ArrayLike) -> FloatArray:
-        """The angle to the nearest supported direction, (m,); zero inside. [rad]
-
-        Parameters
-        ----------
-        directions : (m, 3) float
-            Unit vectors.
-        """
-        return self._nearest(self._held, np.asarray(directions, dtype=np.float64))[2]
-
-    def _nearest(self, mesh: _Mesh, d: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        d = np.asarray(directions, dtype=np.float64)
         point = _project(d)
+        mesh = self._mesh
         nodes = np.zeros((len(d), 3), dtype=np.int64)
         weights = np.zeros((len(d), 3))
         distance = np.zeros(len(d))
@@ -271,8 +230,87 @@ class DirectionSupport:
         rows = np.flatnonzero(outside)
         for start in range(0, len(rows), _CHUNK):
             chunk = rows[start : start + _CHUNK]
-            nodes[chunk], weights[chunk], distance[chunk] = _nearest_on_edges(mesh, d[chunk])
+            nodes[chunk], weights[chunk], distance[chunk] = self._nearest_on_edges(d[chunk])
         return nodes, weights, distance
+
+    @cached_property
+    def _arcs(self) -> _Arcs:
+        """The edges as arcs of great circles."""
+        mesh = self._mesh
+        start, end = self.nodes[mesh.edges[:, 0]], self.nodes[mesh.edges[:, 1]]
+        length = np.arctan2(
+            np.linalg.norm(np.cross(start, end), axis=1), np.sum(start * end, axis=1)
+        )
+        across = np.cross(mesh.edge_normals, start)
+        backwards = np.sum(across * end, axis=1) < 0.0
+        return _Arcs(start, end, np.where(backwards[:, None], -across, across), length)
+
+    def _nearest_on_edges(self, directions: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The nearest point of all edges, from those whose middles are nearest where that is sure.
+
+        The middle of an edge is at most half of its length from any of its points.
+        """
+        edges, lengths = self._mesh.edges, self._arcs.length
+        if len(edges) <= 4 * _NEAREST:
+            return self._nearest_among(directions, np.arange(len(edges))[None, :])
+        from scipy.spatial import cKDTree
+
+        middle = 0.5 * (self._arcs.start + self._arcs.end)
+        apart, nearest = (np.asarray(f) for f in cKDTree(middle).query(directions, k=_NEAREST))
+        nodes, weights, distance = self._nearest_among(directions, nearest)
+        # Chords and arcs: a middle lies inside the sphere, by less than half of the length.
+        sure = 2.0 * np.sin(0.5 * distance) <= apart[:, -1] - lengths.max()
+        rows, step = np.flatnonzero(~sure), max(_PAIRS // len(edges), 1)
+        for first in range(0, len(rows), step):
+            part = rows[first : first + step]
+            found = self._nearest_among(directions[part], np.arange(len(edges))[None, :])
+            nodes[part], weights[part], distance[part] = found
+        return nodes, weights, distance
+
+    def _nearest_among(
+        self, directions: FloatArray, candidates: IntArray
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The nearest point of candidate edges: (m, c) for each direction, or (1, c) for all."""
+        mesh, arcs = self._mesh, self._arcs
+        length = arcs.length[candidates]
+
+        def along_each(vectors: FloatArray) -> FloatArray:
+            if len(candidates) == 1:
+                return np.asarray(directions @ vectors[candidates[0]].T)
+            return np.asarray(np.einsum("mi,mci->mc", directions, vectors[candidates]))
+
+        to_start, to_end = along_each(arcs.start), along_each(arcs.end)
+        along = np.arctan2(along_each(arcs.across), to_start)
+        height = along_each(mesh.edge_normals)
+        on_arc = (along >= 0.0) & (along <= length) & (length > 0.0)
+        to_start = np.arccos(np.clip(to_start, -1.0, 1.0))
+        to_end = np.arccos(np.clip(to_end, -1.0, 1.0))
+        distance = np.where(
+            on_arc, np.abs(np.arcsin(np.clip(height, -1.0, 1.0))), np.minimum(to_start, to_end)
+        )
+        place = np.argmin(distance, axis=1)
+        rows = np.arange(len(directions))
+        nearest = candidates[rows if len(candidates) > 1 else 0, place]
+        t = np.clip(along[rows, place] / np.maximum(arcs.length[nearest], 1e-300), 0.0, 1.0)
+        t = np.where(on_arc[rows, place], t, 1.0 * (to_end < to_start)[rows, place])
+        # The chords of the flat triangles cut off the area between chord and arc.
+        cut_off = on_arc[rows, place] & mesh.edge_bounds[nearest] & (height[rows, place] >= 0.0)
+        chosen = mesh.edges[nearest]
+        return (
+            np.concatenate([chosen, chosen[:, 1:]], axis=1),
+            np.stack([1.0 - t, t, np.zeros_like(t)], axis=1),
+            np.where(cut_off, 0.0, distance[rows, place]),
+        )
+
+    def distance(self, directions: npt.ArrayLike) -> FloatArray:
+        """The angle to the nearest supported direction, (m,); zero inside. [rad]
+
+        Parameters
+        ----------
+        directions : (m, 3) float
+            Unit vectors.
+        """
+        return self.interpolation(directions)[2]
 
     def spread(self) -> FloatArray:
         """Directions spread over all that is supported, (n, 3): nodes first, some of very many."""
@@ -297,77 +335,6 @@ class DirectionSupport:
         (m,) bool
         """
         return np.asarray(self.distance(directions) <= margin)
-
-
-def _nearest_on_edges(
-    mesh: _Mesh, directions: FloatArray
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The nearest point of all edges, from those whose middles are nearest where that is sure.
-
-    The middle of an edge is at most half of its length from any of its points.
-    """
-    edges, lengths = mesh.edges, mesh.arcs.length
-    if len(edges) <= 4 * _NEAREST:
-        return _nearest_among(mesh, directions, np.arange(len(edges))[None, :])
-    from scipy.spatial import cKDTree
-
-    middle = 0.5 * (mesh.arcs.start + mesh.arcs.end)
-    apart, nearest = (np.asarray(f) for f in cKDTree(middle).query(directions, k=_NEAREST))
-    nodes, weights, distance = _nearest_among(mesh, directions, nearest)
-    # Chords and arcs: a middle lies inside the sphere, by less than half of the length.
-    sure = 2.0 * np.sin(0.5 * distance) <= apart[:, -1] - lengths.max()
-    rows, step = np.flatnonzero(~sure), max(_PAIRS // len(edges), 1)
-    for first in range(0, len(rows), step):
-        part = rows[first : first + step]
-        found = _nearest_among(mesh, directions[part], np.arange(len(edges))[None, :])
-        nodes[part], weights[part], distance[part] = found
-    return nodes, weights, distance
-
-
-def _nearest_among(
-    mesh: _Mesh, directions: FloatArray, candidates: IntArray
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The nearest point of candidate edges: (m, c) for each direction, or (1, c) for all."""
-    arcs = mesh.arcs
-    length = arcs.length[candidates]
-
-    def along_each(vectors: FloatArray) -> FloatArray:
-        if len(candidates) == 1:
-            return np.asarray(directions @ vectors[candidates[0]].T)
-        return np.asarray(np.einsum("mi,mci->mc", directions, vectors[candidates]))
-
-    to_start, to_end = along_each(arcs.start), along_each(arcs.end)
-    along = np.arctan2(along_each(arcs.across), to_start)
-    height = along_each(mesh.edge_normals)
-    on_arc = (along >= 0.0) & (along <= length) & (length > 0.0)
-    to_start = np.arccos(np.clip(to_start, -1.0, 1.0))
-    to_end = np.arccos(np.clip(to_end, -1.0, 1.0))
-    distance = np.where(
-        on_arc, np.abs(np.arcsin(np.clip(height, -1.0, 1.0))), np.minimum(to_start, to_end)
-    )
-    place = np.argmin(distance, axis=1)
-    rows = np.arange(len(directions))
-    nearest = candidates[rows if len(candidates) > 1 else 0, place]
-    t = np.clip(along[rows, place] / np.maximum(arcs.length[nearest], 1e-300), 0.0, 1.0)
-    t = np.where(on_arc[rows, place], t, 1.0 * (to_end < to_start)[rows, place])
-    # The chords of the flat triangles cut off the area between chord and arc.
-    cut_off = on_arc[rows, place] & mesh.edge_bounds[nearest] & (height[rows, place] >= 0.0)
-    chosen = mesh.edges[nearest]
-    return (
-        np.concatenate([chosen, chosen[:, 1:]], axis=1),
-        np.stack([1.0 - t, t, np.zeros_like(t)], axis=1),
-        np.where(cut_off, 0.0, distance[rows, place]),
-    )
-
-
-def _distance_to_nearest(plane: FloatArray, points: FloatArray) -> FloatArray:
-    """Distance of each point to the nearest node of the plane."""
-    if len(plane) <= FEW_NODES:
-        apart = points[:, None] - plane
-        return np.asarray(np.linalg.norm(apart, axis=2).min(axis=1))
-    from scipy.spatial import cKDTree
-
-    return np.asarray(cKDTree(plane).query(points)[0])
 
 
 def some_directions(directions: FloatArray) -> FloatArray:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -250,21 +248,3 @@ def test_directions_on_one_line_of_the_plane_are_joined_to_their_neighbours(
     for row in range(3):
         own = {order[k]: w for k, w in zip(found[row], weights[row], strict=True) if w}
         assert own == {row: pytest.approx(0.5), row + 1: pytest.approx(0.5)}
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 7, 25, 50])
-def test_few_directions_hold_what_many_hold(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Their own triangles and those of SciPy hold the same: patterns, rings, random, one line."""
-    rng = np.random.default_rng(count)
-    ring = from_angles(1.2, np.linspace(0.0, 2.0 * np.pi, count, endpoint=False))
-    line = from_angles(np.linspace(0.0, 2.0, count), 0.4)
-    drawn = fibonacci_cap(400, 2.2)[rng.permutation(400)[:count]]
-    looked_at = fibonacci_cap(3000, np.pi)
-    for nodes in (sphere_pattern_25()[:count], ring, line, drawn):
-        support = DirectionSupport(nodes)
-        many = support.interpolation(looked_at)[2]
-        with monkeypatch.context() as patched:
-            patched.delitem(sys.modules, "scipy.spatial", raising=False)
-            few = support.distance(looked_at)
-        # Angles near zero by arcsin and arccos: half of the digits.
-        assert few == pytest.approx(many, abs=1e-7)
