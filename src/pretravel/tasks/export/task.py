@@ -46,11 +46,17 @@ def _control_help() -> str:
 
     usable = CONTROLS.usable().items()
     listed = "; ".join(f"{name}, {control.label}" for name, control in usable)
-    folders = ", ".join(name for name, control in usable if control.folder)
     return (
-        f"One of {', '.join(control_names())}: {listed}; {_RADII_TABLE}, table of effective "
-        f"radii. A folder: {folders}."
+        f"One of {', '.join(control_names())}: {listed}; {_RADII_TABLE}, table of effective radii."
     )
+
+
+def _output_help() -> str:
+    """For which controls the output is a folder."""
+    from pretravel.controls import CONTROLS
+
+    folders = [name for name, control in CONTROLS.usable().items() if control.folder]
+    return f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others."
 
 
 def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
@@ -148,7 +154,7 @@ class Export(Task):
     output: Annotated[
         Path | None,
         Field(
-            help="Folder for linuxcnc, fanuc, haas and siemens, file for the others.",
+            help=_output_help,
             short="-o",
             writes=FOLDER,
         ),
