@@ -9,7 +9,8 @@ from nicegui.element import Element
 
 from pretravel.show import DARK, LIGHT
 
-_CONFIG = {"config": {"displaylogo": False, "responsive": True, "scrollZoom": False}}
+# plot.js alone draws again for a new size: Plotly would first stretch the words and camera of the old one.
+_CONFIG = {"config": {"displaylogo": False, "responsive": False, "scrollZoom": False}}
 
 
 class ColouredPlot(ui.plotly, component="plot.js"):

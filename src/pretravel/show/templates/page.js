@@ -146,7 +146,7 @@
     if (value === null || typeof value !== "object") return value;
     return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, coloured(part)]));
   };
-  const settings = { displaylogo: false, responsive: true, scrollZoom: false };
+  const settings = { displaylogo: false, responsive: false, scrollZoom: false };
   const fill = (picture) => {
     picture.plots.forEach((place, index) => {
       const figure = fitted(coloured(picture.figures[index]), place.clientWidth, place.clientHeight);

@@ -72,7 +72,7 @@ EXAMPLE_TRACES = tuple(
 )
 _MOVABLE = {
     "displaylogo": False,
-    "responsive": True,
+    "responsive": False,
     "scrollZoom": False,
     "edits": {"shapePosition": True},
 }
