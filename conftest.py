@@ -22,7 +22,7 @@ TOGETHER = {
     "tests/laws/test_finite_elements.py": "coarse mesh of a whole probe",
     "tests/laws/test_threefold_symmetry.py": "coarse mesh of a whole probe",
     "tests/laws/test_full_contact.py": "coarse mesh of a whole probe",
-    "tests/unit/prediction/test_reduction_cache.py": "coarse mesh of a whole probe",
+    "tests/unit/design/test_reduction_cache.py": "coarse mesh of a whole probe",
 }
 """Files whose tests run in the same worker, by what they share."""
 

@@ -24,6 +24,8 @@ from pretravel.design.fem.condensation import condense
 from pretravel.design.fem.elasticity import finite_element_model
 from pretravel.design.fem.geometry import probe_solids
 from pretravel.design.fem.mesh import mesh_solids
+from pretravel.design.probing.tip import LateralTip, predicted_tip
+from pretravel.design.probing.touching import touch
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
@@ -34,8 +36,6 @@ from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import contact_modulus, material
 from pretravel.prediction.seats import SeatStatics, seat_statics
 from pretravel.prediction.trigger import predict
-from pretravel.probing.tip import LateralTip, predicted_tip
-from pretravel.probing.touching import touch
 from pretravel.qualification.qualifying import qualify
 from pretravel.six_seats.hertz import rod_on_ball_coefficient
 from pretravel.six_seats.six_seat_slopes import six_seat_slopes

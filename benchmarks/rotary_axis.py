@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE
-from pretravel.measurement.rotary_axes import rotary_axis
+from pretravel.controls.rotary_axes import rotary_axis
 
 PLACE, SLOPES = np.array([100.0, 50.0, -30.0]), np.array([2e-4, -3e-4])
 FROM_THE_AXIS = np.array([40.0, 70.0, 10.0])

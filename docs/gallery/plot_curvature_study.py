@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from published import Statement, finish
 
 from pretravel.base.directions import from_angles
+from pretravel.design.probing.tip import LateralTip, TipBehaviour, predicted_tip
+from pretravel.design.probing.touching import touch
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.tip import LateralTip, TipBehaviour, predicted_tip
-from pretravel.probing.touching import touch
 from pretravel.surface.shapes import Plane, Reversed, Sphere
 from pretravel.touches.targets import Targets
 

@@ -14,16 +14,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from published import Statement, finish, sliding_tables
 
+from pretravel.design.probing.slide_history import SlideHistory
+from pretravel.design.probing.slides import slide
+from pretravel.design.probing.tip import predicted_tip
+from pretravel.design.tasks.slide.report import slide_chart
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.slide_history import SlideHistory
-from pretravel.probing.slides import slide
-from pretravel.probing.tip import predicted_tip
 from pretravel.show.chart import Axis, PlaneChart, View
 from pretravel.show.chart_files import drawn_figure
 from pretravel.show.chart_marks import Dots, LineMark, Mark, Rule
 from pretravel.surface.local_geometry import Surface
 from pretravel.surface.specification import parse_surface
-from pretravel.tasks.slide.report import slide_chart
 
 CASES = {
     "convex, u = 0.5, v = 0.5": ("convex", (0.5, 0.5), "deflection_mm_u0.5_v0.5", 1e3),

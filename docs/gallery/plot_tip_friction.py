@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from published import Statement, finish
 
 from pretravel.base.directions import from_angles
+from pretravel.design.probing.surface_touches import SurfaceTouches
+from pretravel.design.probing.tip import predicted_tip
+from pretravel.design.probing.touching import touch
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.surface_touches import SurfaceTouches
-from pretravel.probing.tip import predicted_tip
-from pretravel.probing.touching import touch
 from pretravel.surface.shapes import Sphere
 from pretravel.touches.targets import Targets
 

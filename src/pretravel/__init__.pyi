@@ -7,9 +7,6 @@ from .base.errors import InputError as InputError
 from .base.errors import PretravelError as PretravelError
 from .base.frames import Placement as Placement
 from .controls.linuxcnc_programs import linuxcnc_program as linuxcnc_program
-
-# the machine
-from .controls.machine import Machine as Machine
 from .controls.program import plan_program as plan_program
 from .controls.surroundings import PartObstacle as PartObstacle
 from .controls.surroundings import SphereObstacle as SphereObstacle
@@ -21,6 +18,15 @@ from .design.friction.seat_friction import friction_cycle as friction_cycle
 
 # both branches
 from .design.identification.probe_from_map import identify as identify
+from .design.probing.simulation import Latch as Latch
+from .design.probing.simulation import PartSetup as PartSetup
+from .design.probing.simulation import simulate as simulate
+from .design.probing.slides import SlideSettings as SlideSettings
+from .design.probing.slides import slide as slide
+from .design.probing.surface_touches import SurfaceTouches as SurfaceTouches
+from .design.probing.surface_touches import TouchStatus as TouchStatus
+from .design.probing.tip import predicted_tip as predicted_tip
+from .design.probing.touching import touch as touch
 from .drawing.alignment.aligning import align as align
 from .drawing.alignment.alignment import Alignment as Alignment
 from .drawing.alignment.alignment import Datum as Datum
@@ -32,6 +38,8 @@ from .drawing.features.conformity import position_conformity as position_conform
 from .drawing.features.conformity import size_conformity as size_conformity
 from .drawing.features.measured_feature import MeasuredFeature as MeasuredFeature
 from .drawing.features.measured_feature import measure_feature as measure_feature
+from .drawing.inspection import InspectionRegion as InspectionRegion
+from .drawing.inspection import plan_inspection as plan_inspection
 from .drawing.pmi.model import read_drawing as read_drawing
 from .drawing.tasks.measure.measuring import measure_drawing as measure_drawing
 from .drawing.tolerances.features_file import Drawing as Drawing
@@ -42,6 +50,9 @@ from .drawing.tolerances.tolerances import inspect_feature as inspect_feature
 from .files.file_format import FileFormat as FileFormat
 from .files.file_format import FileReadings as FileReadings
 from .files.file_format import ReadingOptions as ReadingOptions
+
+# the machine
+from .files.machine import Machine as Machine
 from .files.machine_file import read_machine as read_machine
 from .files.map_file import read_map as read_map
 from .files.map_file import write_map as write_map
@@ -102,17 +113,6 @@ from .prediction.materials import material as material
 from .prediction.trigger import Trigger as Trigger
 from .prediction.trigger import predict as predict
 from .prediction.trigger import predicted_map as predicted_map
-from .probing.inspection import InspectionRegion as InspectionRegion
-from .probing.inspection import plan_inspection as plan_inspection
-from .probing.simulation import Latch as Latch
-from .probing.simulation import PartSetup as PartSetup
-from .probing.simulation import simulate as simulate
-from .probing.slides import SlideSettings as SlideSettings
-from .probing.slides import slide as slide
-from .probing.surface_touches import SurfaceTouches as SurfaceTouches
-from .probing.surface_touches import TouchStatus as TouchStatus
-from .probing.tip import predicted_tip as predicted_tip
-from .probing.touching import touch as touch
 from .qualification.qualification import Qualification as Qualification
 
 # measured branch

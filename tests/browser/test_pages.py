@@ -17,12 +17,12 @@ import pytest
 from matplotlib.image import imread
 
 from pretravel.base import MICROMETRE
+from pretravel.design.tasks.slide import FollowedSlide, Slide
 from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
 from pretravel.laboratory.tasks.rig import CalibratedRig
 from pretravel.show.page import contents_text
 from pretravel.show.page_content import PageContent
 from pretravel.task import Pair
-from pretravel.tasks.slide import FollowedSlide, Slide
 from tests.browser.workbench_server import CHROMIUM, FLAGS, new_context, serious_problems
 from tests.support.pages import ATTACK, FORMULA, attacked_content, plain_content
 from tests.unit.show import test_subjects as subjects

@@ -13,13 +13,13 @@ import pytest
 from pretravel.base import toml_file
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.base.toml_file import parse_toml
+from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
 from pretravel.design.fem import step_solids as model_solids
 from pretravel.files import source_file
 from pretravel.files.csv_table import read_csv_table
 from pretravel.files.file_format import FilePositions, ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.laboratory_file import read_laboratory
-from pretravel.files.linuxcnc_files import read_tool, read_work_offset
 from pretravel.files.logs.fusion import read_fusion
 from pretravel.files.logs.grbl import read_grbl_log
 from pretravel.files.logs.joining import join

@@ -9,15 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 
 from pretravel.base.errors import InputError, PretravelError
-from pretravel.controls.machine import Machine
+from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
+from pretravel.controls.machine_text import machine_text
 from pretravel.drawing.pmi.model import read_drawing
 from pretravel.drawing.tolerances.plan_features import read_plan_features
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_named, format_of
 from pretravel.files.history_drift import drift_of_history
 from pretravel.files.laboratory_file import laboratory_template, read_laboratory
-from pretravel.files.linuxcnc_files import read_tool, read_work_offset
-from pretravel.files.machine_file import machine_text, read_machine
+from pretravel.files.machine import Machine
+from pretravel.files.machine_file import read_machine
 from pretravel.files.map_file import read_map
 from pretravel.files.map_json import json_of_map
 from pretravel.files.points_reading import read_points

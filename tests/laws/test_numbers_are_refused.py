@@ -14,8 +14,8 @@ import pytest
 import pretravel
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import PretravelError
-from pretravel.controls.machine import Machine
 from pretravel.files.file_format import ReadingOptions
+from pretravel.files.machine import Machine
 from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.laboratory.separation.plan import plan_separation
 from pretravel.laboratory.standards.standard_check import CalibratedSphere

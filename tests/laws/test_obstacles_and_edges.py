@@ -13,13 +13,13 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, from_angles
 from pretravel.base.errors import PretravelError
+from pretravel.design.probing.obstacles import StylusOutline, stylus_outline
+from pretravel.design.probing.simulation import simulate_some
+from pretravel.design.probing.surface_touches import TouchStatus
+from pretravel.design.probing.tip import PredictedTip, mapped_tip, predicted_tip
+from pretravel.design.probing.touching import touch
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict, predicted_map
-from pretravel.probing.obstacles import StylusOutline, stylus_outline
-from pretravel.probing.simulation import simulate_some
-from pretravel.probing.surface_touches import TouchStatus
-from pretravel.probing.tip import PredictedTip, mapped_tip, predicted_tip
-from pretravel.probing.touching import touch
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Ellipsoid, Reversed, Sphere

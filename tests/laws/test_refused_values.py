@@ -18,6 +18,8 @@ from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.macro_b import renishaw_variables
 from pretravel.design.fem.linear_solvers import factorise
 from pretravel.design.identification.probe_from_map import free_numbers
+from pretravel.design.probing.slide_one_normal import _golden_section
+from pretravel.design.probing.slides import SlideSettings, slide
 from pretravel.laboratory.rig.budget import LengthComponent, constant_and_slope, length_budget
 from pretravel.laboratory.rig.trace import RigTrace
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings, RepeatedPair
@@ -28,8 +30,6 @@ from pretravel.maps.kinds.wozniak import wozniak_constant
 from pretravel.maps.sector_tables import resampled_sectors
 from pretravel.maps.support import DirectionSupport
 from pretravel.prediction.compliance.base import compliance_model
-from pretravel.probing.slide_one_normal import _golden_section
-from pretravel.probing.slides import SlideSettings, slide
 from pretravel.qualification.probe_drift import ProbeDrift
 from pretravel.qualification.touch_plan import plan_touches
 from pretravel.six_seats.event import watched_loads

@@ -16,6 +16,12 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, unit
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
+from pretravel.design.probing.simulation import PartSetup, simulate, simulate_some
+from pretravel.design.probing.slide_one_normal import _golden_section
+from pretravel.design.probing.slides import SlideSettings, slide
+from pretravel.design.probing.surface_touches import SurfaceTouches, TouchStatus
+from pretravel.design.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
+from pretravel.design.probing.touching import touch
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance.base import ComplianceModel
@@ -24,12 +30,6 @@ from pretravel.prediction.materials import material
 from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.seats import seat_statics
 from pretravel.prediction.trigger import predict, predicted_map
-from pretravel.probing.simulation import PartSetup, simulate, simulate_some
-from pretravel.probing.slide_one_normal import _golden_section
-from pretravel.probing.slides import SlideSettings, slide
-from pretravel.probing.surface_touches import SurfaceTouches, TouchStatus
-from pretravel.probing.tip import LateralTip, MeasuredTip, PredictedTip, predicted_tip
-from pretravel.probing.touching import touch
 from pretravel.six_seats.hertz import curved_part_factor
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part

@@ -15,19 +15,19 @@ from pretravel.base.errors import InputError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.controls.control_table import TableSettings
+from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
 from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
-from pretravel.controls.machine import Machine, work_placement
 from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
 from pretravel.controls.program import plan_program
 from pretravel.controls.surroundings import SphereObstacle
-from pretravel.files.linuxcnc_files import read_tool, read_work_offset
 from pretravel.files.logs.joining import join
 from pretravel.files.logs.log_lines import read_log_positions
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.logs.probeopen import read_probeopen
+from pretravel.files.machine import Machine, work_placement
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualifying import qualify

@@ -15,9 +15,9 @@ import pytest
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
 from pretravel.controls.exports import CONTROLS, ExportSettings
-from pretravel.controls.machine import work_placement
-from pretravel.controls.program_log import FAULTS
 from pretravel.files.logs.pretravel_log import read_own_log
+from pretravel.files.machine import work_placement
+from pretravel.files.program_log import FAULTS
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualifying import qualify
 from pretravel.touches import moved

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from pretravel.controls.machine import Machine
+from pretravel.files.machine import Machine
 from tests.machine.conftest import run_program, simulated
 from tests.machine.modal_groups import GROUPS, PAGE, groups_of_the_control, rows
 from tests.machine.test_linuxcnc import hal

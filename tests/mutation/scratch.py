@@ -21,7 +21,7 @@ from typing import Any
 
 PROJECT = Path(__file__).parents[2]
 ROOMS = (
-    "prediction", "probing", "surface", "maps", "qualification", "measurement",
+    "prediction", "surface", "maps", "qualification", "measurement",
     "six_seats", "design", "laboratory", "drawing", "controls",
 )  # fmt: skip
 """Rooms of pretravel that get faults."""

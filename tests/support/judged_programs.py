@@ -15,9 +15,9 @@ from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_state import state_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
-from pretravel.controls.machine import Machine
 from pretravel.controls.program import ProbingProgram, plan_program
 from pretravel.controls.surroundings import PartObstacle, SphereObstacle
+from pretravel.files.machine import Machine
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches.targets import Targets
 from tests.support.example_maps import mean_map

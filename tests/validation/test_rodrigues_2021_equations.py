@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import azimuth_angle, polar_angle
+from pretravel.design.probing.slides import slide
+from pretravel.design.probing.tip import predicted_tip
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
@@ -15,8 +17,6 @@ from pretravel.measurement.compensation import embed
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.materials import material
 from pretravel.prediction.trigger import predict
-from pretravel.probing.slides import slide
-from pretravel.probing.tip import predicted_tip
 from pretravel.surface.parametric import FunctionSurface
 from pretravel.surface.specification import parse_surface
 from pretravel.uncertainty.covariance import Covariance

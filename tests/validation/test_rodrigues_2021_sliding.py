@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, fsolve, least_squares
 
+from pretravel.design.probing.simulation import simulate_some
+from pretravel.design.probing.slides import SlideSettings, slide
+from pretravel.design.probing.tip import LateralTip, PredictedTip, predicted_tip
+from pretravel.design.probing.touching import touch
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.simulation import simulate_some
-from pretravel.probing.slides import SlideSettings, slide
-from pretravel.probing.tip import LateralTip, PredictedTip, predicted_tip
-from pretravel.probing.touching import touch
 from pretravel.surface.parametric import Convex
 from pretravel.surface.shapes import Ellipsoid, Plane
 from pretravel.surface.specification import parse_surface

@@ -16,6 +16,7 @@ import pytest
 
 from pretravel.base.directions import five_point_pattern, from_angles, sphere_pattern_25
 from pretravel.base.errors import PretravelError
+from pretravel.design.probing.simulation import simulate
 from pretravel.maps.kinds.mean import MeanKind
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
 from pretravel.maps.observation import Scatter
@@ -26,7 +27,6 @@ from pretravel.prediction.compliance.wozniak import WozniakProbe, wozniak_pretra
 from pretravel.prediction.description import Probe
 from pretravel.prediction.materials import material
 from pretravel.prediction.trigger import predict
-from pretravel.probing.simulation import simulate
 from pretravel.qualification.observe import observe
 from pretravel.qualification.qualifying import qualify
 from pretravel.surface.shapes import Plane

@@ -57,9 +57,9 @@ SCREENS = (
         "Touches on a reference sphere in; the probe's lobes, a verdict, and values or programs "
         "for your control out.",
         "radar",
-        "pretravel.tasks.qualify.screen.engineer:show",
-        ("pretravel.tasks.qualify:FIT", "pretravel.tasks.qualify:EXPORT"),
-        "pretravel.tasks.qualify:next_sentence",
+        "pretravel.controls.screen.engineer:show",
+        ("pretravel.controls.screen:FIT", "pretravel.controls.screen:EXPORT"),
+        "pretravel.controls.screen:next_sentence",
     ),
     Screen(
         "daily",

@@ -88,7 +88,6 @@ from .quantities import decimal_point_advice as decimal_point_advice
 from .quantities import degrees_in as degrees_in
 from .quantities import extent as extent
 from .quantities import limits as limits
-from .shipped_texts import ShippedTexts as ShippedTexts
 from .toml_file import TomlDocument as TomlDocument
 from .toml_file import TomlStructure as TomlStructure
 from .toml_file import parse_toml as parse_toml

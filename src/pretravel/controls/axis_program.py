@@ -10,10 +10,10 @@ import numpy as np
 
 from pretravel.base import DEGREE, FloatArray, PretravelError, frozen
 from pretravel.controls.gcode import coordinate
-from pretravel.controls.machine import Machine, work_turn
 from pretravel.controls.program import ProbingProgram, TableTurns, plan_program
+from pretravel.controls.rotary_axes import AXIS_LETTERS, check_axis_angles
 from pretravel.controls.surroundings import SphereObstacle
-from pretravel.measurement import AXIS_LETTERS, check_axis_angles
+from pretravel.files import Machine, work_turn
 from pretravel.touches import Targets
 
 _FINE = 1.0 * DEGREE

@@ -31,7 +31,6 @@ from pretravel.controls.linuxcnc_subroutines import LAST_FREE, linuxcnc_subrouti
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries, exact_lookup
 from pretravel.controls.lookup_table import LookupTable, lookup_table, lookup_table_within
-from pretravel.controls.machine import USUAL_STYLUS_LENGTH
 from pretravel.controls.macro_b import (
     FANUC,
     MacroDialect,
@@ -41,6 +40,7 @@ from pretravel.controls.macro_b import (
 )
 from pretravel.controls.siemens import MOST_SIEMENS_VALUES, siemens_cycle, siemens_formula
 from pretravel.controls.steps import OF_OTHERS, Steps, macro_b_steps, same_steps, siemens_steps
+from pretravel.files import USUAL_STYLUS_LENGTH
 from pretravel.maps import PretravelMap, over_support
 
 # Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.

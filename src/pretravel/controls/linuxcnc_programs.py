@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from pretravel.base import DEGREE, FloatArray, PretravelError
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_state import HANDLER
-from pretravel.controls.machine import Machine, work_turn
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
-from pretravel.controls.program_log import (
+from pretravel.files import (
     FAULTS,
     LOG_ENDING,
     LOG_HEAD,
     SURFACE_POINT_COLUMNS,
     TOUCH_COLUMNS,
+    Machine,
+    work_turn,
 )
 from pretravel.maps import PretravelMap
 
@@ -54,7 +55,7 @@ def linuxcnc_program(
         Go on after a touch without contact; not after the first touch, and not after two in a row.
     spindle : float, optional
         Orientation of the spindle during the touches, which the log states, for
-        `pretravel.measurement.reversal`. [rad]
+        `pretravel.laboratory.reversal`. [rad]
     by_hand : bool
         The program waits until somebody has turned the spindle, instead of M19.
     written : str
@@ -70,7 +71,7 @@ def linuxcnc_program(
         The log's name is none that the control can read back; a line is too
         long for the control; the map belongs to another tip or another feed.
 
-    >>> from pretravel.controls.machine import Machine
+    >>> from pretravel.files.machine import Machine
     >>> from pretravel.controls.program import plan_program
     >>> from pretravel.touches.targets import Targets
     >>> up = Targets([[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], labels=("top",))

@@ -7,13 +7,13 @@ from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
 from pretravel.controls.linuxcnc_programs import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
-from pretravel.controls.machine import USUAL_STYLUS_LENGTH
 from pretravel.controls.map_identity import map_identity
-from pretravel.controls.program_log import (
+from pretravel.files import (
     FAULTS,
     LOG_HEAD,
     SUBROUTINE_TOUCH_COLUMNS,
     SURFACE_POINT_COLUMNS,
+    USUAL_STYLUS_LENGTH,
 )
 from pretravel.maps import PretravelMap
 from pretravel.touches import GLANCING

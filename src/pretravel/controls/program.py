@@ -18,7 +18,6 @@ from pretravel.base import (
     describe,
     frozen,
 )
-from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Obstacle, Surroundings
 from pretravel.controls.ways import (
     TouchMoves,
@@ -28,6 +27,7 @@ from pretravel.controls.ways import (
     ways_between,
     ways_down,
 )
+from pretravel.files import Machine
 from pretravel.touches import Targets
 
 _DOWNWARD = 0.02

@@ -21,8 +21,8 @@ from pretravel.base import (
     check_numbers,
     checked_values,
 )
-from pretravel.controls.machine import Machine
-from pretravel.probing import StylusOutline, first_obstacle, stylus_obstacle
+from pretravel.design import StylusOutline, first_obstacle, stylus_obstacle
+from pretravel.files import Machine
 from pretravel.surface import Part
 
 log = logging.getLogger(__name__)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import FloatArray, PretravelError, frozen
-from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Surroundings
+from pretravel.files import Machine
 from pretravel.touches import Targets
 
 _SIDEWAYS = (0.0, 2.0, 5.0, 10.0, 20.0, 40.0)

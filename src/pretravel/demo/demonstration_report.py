@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, azimuth_angle
+from pretravel.controls import comparison_document, comparison_view
 from pretravel.demo.demonstration import (
     BEST,
     LIMITS,
@@ -33,7 +34,6 @@ from pretravel.show import (
     series,
     value_text,
 )
-from pretravel.tasks.compare import comparison_document, comparison_view
 from pretravel.tasks.compensate import points_document, points_view
 from pretravel.tasks.qualify import qualification_document, qualification_view
 

@@ -10,6 +10,8 @@ from .features.conformity import size_conformity as size_conformity
 from .features.measured_feature import MeasuredFeature as MeasuredFeature
 from .features.measured_feature import Quantity as Quantity
 from .features.measured_feature import measure_feature as measure_feature
+from .inspection import InspectionPlan as InspectionPlan
+from .inspection import InspectionRegion as InspectionRegion
 from .tasks.measure.picture import feature_view as feature_view
 from .tasks.measure.picture import features_view as features_view
 from .tasks.measure.report import features_document as features_document

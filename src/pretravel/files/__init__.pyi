@@ -31,8 +31,6 @@ from .laboratory_statements import REPORT_TABLES as REPORT_TABLES
 from .laboratory_statements import LaboratoryStatement as LaboratoryStatement
 from .laboratory_statements import LaboratoryStatements as LaboratoryStatements
 from .laboratory_statements import comparison_sentence as comparison_sentence
-from .linuxcnc_files import read_tool as read_tool
-from .linuxcnc_files import read_work_offset as read_work_offset
 from .logs.dmis import statements as statements
 from .logs.plain_labels import plain_labels as plain_labels
 from .logs.qif_document import QifDocument as QifDocument
@@ -41,7 +39,12 @@ from .long_tables import WRITTEN_IN_PARTS as WRITTEN_IN_PARTS
 from .long_tables import LongTable as LongTable
 from .long_tables import long_table as long_table
 from .long_tables import written_in_parts as written_in_parts
-from .machine_file import machine_text as machine_text
+from .machine import USUAL_STYLUS_LENGTH as USUAL_STYLUS_LENGTH
+from .machine import WORK_OFFSETS as WORK_OFFSETS
+from .machine import Machine as Machine
+from .machine import largest_deflection as largest_deflection
+from .machine import work_placement as work_placement
+from .machine import work_turn as work_turn
 from .machine_file import read_machine as read_machine
 from .map_datasets import map_dataset as map_dataset
 from .map_file import FORMER_MAP_ENDINGS as FORMER_MAP_ENDINGS
@@ -54,9 +57,7 @@ from .netcdf import write_dataset as write_dataset
 from .placement_file import read_placement as read_placement
 from .placement_file import write_placement as write_placement
 from .plan_csv import block_table as block_table
-from .plan_csv import faces_table as faces_table
 from .plan_csv import pattern_table as pattern_table
-from .plan_csv import plan_table as plan_table
 from .point_files import point_endings as point_endings
 from .point_files import write_points as write_points
 from .point_tables import points_table as points_table
@@ -70,8 +71,12 @@ from .probe_history import add_verification as add_verification
 from .probe_history import check_history as check_history
 from .probe_history import read_history as read_history
 from .probe_history import refuse_known_touches as refuse_known_touches
-from .qdas_results import write_qdas_results as write_qdas_results
-from .qif_results import write_qif_results as write_qif_results
+from .program_log import FAULTS as FAULTS
+from .program_log import LOG_ENDING as LOG_ENDING
+from .program_log import LOG_HEAD as LOG_HEAD
+from .program_log import SUBROUTINE_TOUCH_COLUMNS as SUBROUTINE_TOUCH_COLUMNS
+from .program_log import SURFACE_POINT_COLUMNS as SURFACE_POINT_COLUMNS
+from .program_log import TOUCH_COLUMNS as TOUCH_COLUMNS
 from .readings import read_directions as read_directions
 from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings
@@ -81,7 +86,8 @@ from .repeat_log import read_repeats as read_repeats
 from .roles_of_columns import column_roles as column_roles
 from .several_files import files_of as files_of
 from .several_files import read_series as read_series
-from .slide_tables import slide_table as slide_table
+from .source_file import UNITS as UNITS
+from .source_file import Source as Source
 from .source_file import SourceFile as SourceFile
 from .source_file import opened as opened
 from .source_file import shortened as shortened

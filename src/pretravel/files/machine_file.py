@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import (
-    DEGREE,
     FloatArray,
     Placement,
     PretravelError,
@@ -18,7 +17,7 @@ from pretravel.base import (
     quoted,
     read_toml,
 )
-from pretravel.controls import Machine, render, work_placement, work_turn
+from pretravel.files.machine import Machine, work_placement
 
 _USUAL = Machine()
 
@@ -126,23 +125,13 @@ _STRUCTURE.table(
 _STRUCTURE.table(_LimitsTable, x="x_mm", y="y_mm", z="z_mm")
 
 
-def machine_text(machine: Machine) -> str:
-    """A machine file, to be edited.
-
-    >>> machine_text(Machine()).splitlines()[3]
-    'name = "machine"'
-    """
-    work = machine.work or Placement()
-    return render("machine.toml", machine=machine, work=work, rotation_deg=work_turn(work) / DEGREE)
-
-
 def read_machine(path: str | Path) -> Machine:
     r"""Read a machine from its file.
 
     Parameters
     ----------
     path : str or Path
-        TOML, as `machine_text` writes it.
+        TOML, as `pretravel.controls.machine_text.machine_text` writes it.
 
     Returns
     -------
@@ -156,7 +145,7 @@ def read_machine(path: str | Path) -> Machine:
 
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "mill.toml"
-    >>> _ = file.write_text(machine_text(Machine(measuring_feed=30.0)))
+    >>> _ = file.write_text("[feeds]\nmeasuring_mm_min = 30\n")
     >>> read_machine(file).measuring_feed
     30.0
     """

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import FloatArray, InputError, PretravelError
-from pretravel.controls import LOG_ENDING
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant
+from pretravel.files.program_log import LOG_ENDING
 from pretravel.files.readings import read_readings
 from pretravel.touches import WORD_COLUMNS, Touches, copied_rows_warnings, with_spindle, without
 

@@ -19,7 +19,6 @@ from .compensation import compensation_warnings as compensation_warnings
 from .compensation import conditions_notes as conditions_notes
 from .compensation import distances_from_reference as distances_from_reference
 from .compensation import embed as embed
-from .contact_slides import contact_slide as contact_slide
 from .measured_spheres import MeasuredSphere as MeasuredSphere
 from .measured_spheres import measured_sphere as measured_sphere
 from .missed_points import MissedPoints as MissedPoints
@@ -42,13 +41,6 @@ from .points import placed as placed
 from .points_summary import Moments as Moments
 from .points_summary import PointsSummary as PointsSummary
 from .points_summary import TouchSummary as TouchSummary
-from .reversal import ORDERS as ORDERS
-from .reversal import ReversedPairs as ReversedPairs
-from .reversal import reversed_touches as reversed_touches
-from .rotary_axes import AXIS_LETTERS as AXIS_LETTERS
-from .rotary_axes import RotaryAxis as RotaryAxis
-from .rotary_axes import check_axis_angles as check_axis_angles
-from .rotary_axes import rotary_axis as rotary_axis
 from .selection import named_feature as named_feature
 from .selection import points_at as points_at
 from .selection import points_of_features as points_of_features

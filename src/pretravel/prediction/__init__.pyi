@@ -22,9 +22,6 @@ from .compliance.ren import ren_trigger_force as ren_trigger_force
 from .compliance.wozniak import WozniakPretravel as WozniakPretravel
 from .compliance.wozniak import WozniakProbe as WozniakProbe
 from .compliance.wozniak import wozniak_pretravel as wozniak_pretravel
-from .contact_stress import ContactStress as ContactStress
-from .contact_stress import seat_stress as seat_stress
-from .contact_stress import tip_stress as tip_stress
 from .described_maps import described_map as described_map
 from .description import CONTACTS as CONTACTS
 from .description import LARGEST_FRICTION as LARGEST_FRICTION

@@ -79,6 +79,8 @@ from .page import write_page as write_page
 from .page_content import PageContent as PageContent
 from .page_content import image_address as image_address
 from .page_content import picture_figures as picture_figures
+from .part_pictures import body_marks as body_marks
+from .part_pictures import part_view as part_view
 from .plotly_parts import PlotlyFigure as PlotlyFigure
 from .result_file import read_result as read_result
 from .result_file import write_report as write_report
@@ -90,8 +92,6 @@ from .style import some_rows as some_rows
 from .style import svg_element as svg_element
 from .terminal import printable as printable
 from .terminal import terminal_text as terminal_text
-from .touch_sphere_chart import TouchesInSpace as TouchesInSpace
-from .touch_sphere_chart import touches_chart as touches_chart
 from .whisker_marks import interval_lines as interval_lines
 from .whisker_marks import magnification as magnification
 from .whisker_marks import round_number as round_number

@@ -55,7 +55,7 @@ def plotted(value: object) -> tuple[Axes, ...]:
 
 VIEWS = {
     "Points": "pretravel.tasks.compensate:points_view",
-    "Trigger": "pretravel.tasks.predict:prediction_view",
+    "Trigger": "pretravel.design.tasks.predict:prediction_view",
     "Qualification": "pretravel.tasks.qualify:qualification_view",
     "Separation": "pretravel.laboratory:separation_view",
     "MeasuredFeature": "pretravel.drawing:feature_view",

@@ -14,6 +14,8 @@ from scipy.special import ellipe, ellipk
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import with_file_names
 from pretravel.base.errors import PretravelError
+from pretravel.design.probing.slides import SlideSettings, slide
+from pretravel.design.probing.tip import predicted_tip
 from pretravel.design.screen.slide import shown_step
 from pretravel.design.screen.work import (
     DESIGN_FILE,
@@ -23,16 +25,14 @@ from pretravel.design.screen.work import (
     follow_slide,
     start_text,
 )
+from pretravel.design.tasks.slide.report import slide_step_figures, slide_step_view
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.materials import material
-from pretravel.probing.slides import SlideSettings, slide
-from pretravel.probing.tip import predicted_tip
 from pretravel.show.chart import PlaneChart, SpaceChart
 from pretravel.show.chart_marks import Bars, Dots, SpaceArrow, SpaceLines, SpacePoints
 from pretravel.six_seats import SEAT_NAMES
 from pretravel.surface.specification import face_of
 from pretravel.task.task import command_line
-from pretravel.tasks.slide.report import slide_step_figures, slide_step_view
 
 
 @pytest.mark.parametrize("surface", SURFACES)

@@ -10,16 +10,11 @@ import numpy as np
 import pytest
 
 from pretravel.app.project import Inputs
+from pretravel.controls.screen.settings import EngineerSettings, export_name, file_mark, tasks_of
+from pretravel.controls.screen.work import export, fit, look
 from pretravel.files.map_file import read_map
 from pretravel.task.example_data import example_folder
 from pretravel.task.task import command_line, python_lines
-from pretravel.tasks.qualify.screen.settings import (
-    EngineerSettings,
-    export_name,
-    file_mark,
-    tasks_of,
-)
-from pretravel.tasks.qualify.screen.work import export, fit, look
 from tests.support.commands import run
 
 SPHERE = example_folder() / "sphere_touches.csv"

@@ -14,7 +14,7 @@ from pretravel.app.links import (
 from pretravel.app.project import Link, Project, StoredFile
 from pretravel.app.project_file import project_bytes, project_of
 from pretravel.base import InputError
-from pretravel.tasks.qualify import FIT
+from pretravel.controls.screen.work import FIT
 
 TOUCHES, MAP = StoredFile("a.csv", b"1"), StoredFile("map.json", b"{}")
 

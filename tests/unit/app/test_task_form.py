@@ -13,6 +13,9 @@ from pretravel.app.jobs import Job
 from pretravel.app.project import Inputs
 from pretravel.app.task_form import TaskForm, with_file_names
 from pretravel.base.errors import PretravelError
+from pretravel.controls.screen.settings import CONTROL, QUALIFICATION
+from pretravel.controls.screen.work import EXPORT, FIT
+from pretravel.controls.tasks.export import Export
 from pretravel.drawing.screen import part
 from pretravel.drawing.screen.work import FEATURE_FORM, PART_FORM
 from pretravel.laboratory.tasks.check import Check
@@ -29,9 +32,6 @@ from pretravel.show.as_json import document_values
 from pretravel.task.example_data import example_folder
 from pretravel.task.fields import TouchFiles
 from pretravel.task.task import Field, Result, by_name, command_line, python_lines
-from pretravel.tasks.export import Export
-from pretravel.tasks.qualify.screen.settings import CONTROL, QUALIFICATION
-from pretravel.tasks.qualify.screen.work import EXPORT, FIT
 from tests.support.commands import run
 
 FORMS: dict[str, tuple[TaskForm, Job | None]] = {

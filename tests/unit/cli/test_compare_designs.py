@@ -9,16 +9,16 @@ import pytest
 
 from pretravel.base.directions import grid
 from pretravel.base.units import MICROMETRE
-from pretravel.prediction.catalogue import description_text, load_probe
-from pretravel.prediction.trigger import predict
-from pretravel.show.chart import PlaneChart, PolarChart, TopView
-from pretravel.show.chart_marks import Area, Bars, LineMark
-from pretravel.tasks.compare.designs import DesignComparison, compare_designs
-from pretravel.tasks.compare.designs_report import (
+from pretravel.design.tasks.compare.designs import DesignComparison, compare_designs
+from pretravel.design.tasks.compare.designs_report import (
     description_of,
     design_comparison_view,
     results_of,
 )
+from pretravel.prediction.catalogue import description_text, load_probe
+from pretravel.prediction.trigger import predict
+from pretravel.show.chart import PlaneChart, PolarChart, TopView
+from pretravel.show.chart_marks import Area, Bars, LineMark
 from tests.support.commands import rows, run
 from tests.support.pictures import coloured_share
 

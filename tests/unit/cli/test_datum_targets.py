@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import pretravel
+from pretravel.drawing import InspectionRegion
 from pretravel.drawing.tasks.plan.needed import ReachingStylus, needed_touches
 from pretravel.measurement.points import Points
-from pretravel.probing import InspectionRegion
 from pretravel.surface import read_part
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from pretravel.drawing import InspectionRegion
 from pretravel.drawing.tasks.plan.needed import MOST_OF_FEATURE, ReachingStylus, needed_touches
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, DrawnRelation
 from pretravel.drawing.tolerances.tolerance_frame import GeometricTolerance
-from pretravel.probing import InspectionRegion
 from pretravel.surface import read_part
 from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES

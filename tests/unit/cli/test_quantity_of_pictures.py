@@ -11,15 +11,15 @@ import pytest
 from pretravel.base.directions import grid
 from pretravel.design.studies.definition import STUDIES
 from pretravel.design.studies.results_file import read_results
+from pretravel.design.tasks.compare.designs import compare_designs
+from pretravel.design.tasks.compare.designs_report import design_comparison_view
+from pretravel.design.tasks.predict import Predict
+from pretravel.design.tasks.predict.view import prediction_view
 from pretravel.design.tasks.study.report import study_document
 from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.trigger import predict
 from pretravel.show.chart import PlaneChart, PolarChart
 from pretravel.show.chart_marks import LineMark
-from pretravel.tasks.compare.designs import compare_designs
-from pretravel.tasks.compare.designs_report import design_comparison_view
-from pretravel.tasks.predict import Predict
-from pretravel.tasks.predict.view import prediction_view
 from tests.support.commands import run
 from tests.support.pictures import coloured_share
 from tests.support.statics_by_hand import direction, first_contact_force

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pretravel.probing.touching import touch
+from pretravel.design.probing.touching import touch
 from pretravel.surface.parametric import Convex
 from pretravel.touches.targets import Targets
 from tests.support.commands import rows, run

@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 from pretravel.base.arrays import BoolArray, FloatArray
 from pretravel.base.errors import PretravelError
 from pretravel.controls import surroundings
-from pretravel.controls.machine import Machine
 from pretravel.controls.surroundings import Obstacle, PartObstacle, SphereObstacle, Surroundings
+from pretravel.files.machine import Machine
 
 MACHINE = Machine(
     tip_diameter=8.0, stem_diameter=3.0, stylus_length=60.0, body_diameter=30.0, clearance=0.75

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pretravel.tasks.export import Export, control_names, steps_at_control
+from pretravel.controls.tasks.export import Export, control_names, steps_at_control
 from tests.support.example_maps import example_map
 
 WITH_TABLES = ["fanuc", "haas", "siemens"]

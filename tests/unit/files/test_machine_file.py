@@ -10,9 +10,10 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.base.units import DEGREE
-from pretravel.controls.machine import Machine, work_placement
-from pretravel.files.linuxcnc_files import read_tool, read_work_offset
-from pretravel.files.machine_file import machine_text, read_machine
+from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
+from pretravel.controls.machine_text import machine_text
+from pretravel.files.machine import Machine, work_placement
+from pretravel.files.machine_file import read_machine
 from tests.support.commands import run
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from pretravel.base.directions import from_angles, unit
 from pretravel.base.errors import ExtrapolationError, PretravelError
+from pretravel.design.probing.simulation import simulate, simulate_some
+from pretravel.drawing.features.contact_slides import contact_slide
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply, embed
-from pretravel.measurement.contact_slides import contact_slide
 from pretravel.prediction.described_maps import described_map
-from pretravel.probing.simulation import simulate, simulate_some
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.shapes import Plane, Sphere
 from pretravel.touches import Touches

@@ -13,6 +13,9 @@ import pytest
 from pretravel import design
 from pretravel.base.errors import ConvergenceError, DescriptionError, InputError, PretravelError
 from pretravel.base.frames import probe_rotation
+from pretravel.design.probing.simulation import simulate
+from pretravel.design.probing.slides import slide
+from pretravel.design.tasks.predict import Predict
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.provenance import Origin
 from pretravel.prediction.catalogue import description_text, parse_probe
@@ -22,11 +25,8 @@ from pretravel.prediction.materials import default_workpiece, material
 from pretravel.prediction.response import probe_response
 from pretravel.prediction.seats import lifted_tip_motion, seat_statics, statics_in_machine
 from pretravel.prediction.trigger import Trigger, predict, predicted_map
-from pretravel.probing.simulation import simulate
-from pretravel.probing.slides import slide
 from pretravel.six_seats.event import trigger_force, watched_loads
 from pretravel.surface.shapes import Plane
-from pretravel.tasks.predict import Predict
 from pretravel.touches.targets import Targets
 
 RANDOM = np.random.default_rng(8)

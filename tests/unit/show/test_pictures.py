@@ -10,6 +10,7 @@ import pytest
 
 from pretravel.base.directions import azimuth_angle, fibonacci_cap, polar_angle
 from pretravel.base.units import DEGREE, MICROMETRE
+from pretravel.controls.tasks.compare.report import comparison_view
 from pretravel.design.friction.seat_friction import friction_cycle
 from pretravel.design.identification.probe_from_map import Identification
 from pretravel.design.tasks.hysteresis.report import friction_view
@@ -19,7 +20,6 @@ from pretravel.measurement.comparison import compare_corrections
 from pretravel.prediction.catalogue import load_probe
 from pretravel.show.chart import PlaneChart, PolarChart
 from pretravel.show.chart_marks import Bars, Dots, LineMark, Rule
-from pretravel.tasks.compare.report import comparison_view
 from pretravel.tasks.history.report import history_view
 from pretravel.tasks.verify.report import verification_view
 from tests.support.example_maps import example_map, lobes

@@ -16,12 +16,12 @@ from pretravel.qualification.qualifying import qualify
 from pretravel.show.chart import SpaceChart
 from pretravel.show.chart_marks import SpaceLines, SpaceMesh, SpacePoints
 from pretravel.show.chart_plotly import plotly_figure
+from pretravel.show.part_pictures import body_marks, part_view
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.cad.triangles import face_triangles
 from pretravel.surface.specification import parse_surface
 from pretravel.tasks.compensate.picture import deviation_before, points_view, touches_view
-from pretravel.tasks.plan.picture import body_marks, part_view
 from tests.support.examples import EXAMPLES
 
 

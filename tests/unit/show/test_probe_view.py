@@ -9,6 +9,8 @@ import pytest
 
 from pretravel.base.directions import grid
 from pretravel.base.units import MICROMETRE
+from pretravel.design.tasks.predict.view import levels_around, prediction_view
+from pretravel.design.tasks.probes.view import ball_centers, probe_view, space_chart
 from pretravel.prediction.catalogue import catalogue_names, load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.trigger import predict
@@ -16,8 +18,6 @@ from pretravel.show.chart import PlaneChart, PolarChart, SpaceChart
 from pretravel.show.chart_marks import Area, LineMark, Note, SpaceArrow, SpaceMesh
 from pretravel.show.chart_plotly import plotly_figure
 from pretravel.show.solid_meshes import cylinder_mesh, sphere_mesh
-from pretravel.tasks.predict.view import levels_around, prediction_view
-from pretravel.tasks.probes.view import ball_centers, probe_view, space_chart
 
 
 def _mesh(probe: Probe, name: str) -> SpaceMesh:

@@ -12,6 +12,9 @@ import pytest
 from scipy.special import stdtrit
 
 from pretravel.base.directions import fibonacci_cap, grid
+from pretravel.controls.tasks.compare.report import comparison_document
+from pretravel.design.tasks.predict.report import prediction_document
+from pretravel.design.tasks.probes.report import catalogue_document
 from pretravel.drawing.features.measured_feature import measure_feature
 from pretravel.drawing.tasks.measure.report import features_document
 from pretravel.drawing.tolerances.tolerances import FeatureTolerances, inspect_feature
@@ -44,11 +47,8 @@ from pretravel.show.formatting import expanded_text, figure_text, value_text
 from pretravel.show.page import page_text
 from pretravel.show.terminal import terminal_text
 from pretravel.task.standards import STANDARDS
-from pretravel.tasks.compare.report import comparison_document
 from pretravel.tasks.compensate.report import points_document
 from pretravel.tasks.plan_touches.report import touch_plan_document
-from pretravel.tasks.predict.report import prediction_document
-from pretravel.tasks.probes.report import catalogue_document
 from pretravel.tasks.qualify.report import qualification_document
 from pretravel.tasks.qualify.update_report import map_update_document
 from pretravel.uncertainty import EXPANDED_COVERAGE

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import sphere_pattern_25
+from pretravel.controls.screen.touch_sphere_chart import TouchesInSpace, touches_chart
+from pretravel.controls.tasks.compare.lobes_report import lobe_size, lobes_figures, lobes_sentence
 from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import compare_corrections
 from pretravel.show.chart_marks import SpaceLines, SpacePoints
-from pretravel.show.touch_sphere_chart import TouchesInSpace, touches_chart
-from pretravel.tasks.compare.lobes_report import lobe_size, lobes_figures, lobes_sentence
 from pretravel.uncertainty.covariance import Covariance
 
 

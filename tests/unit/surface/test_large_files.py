@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pretravel.design.probing.simulation import simulate
+from pretravel.drawing.inspection import plan_inspection
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
-from pretravel.probing.inspection import plan_inspection
-from pretravel.probing.simulation import simulate
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.part_file import read_part
 from pretravel.task.map_argument import map_or_prediction

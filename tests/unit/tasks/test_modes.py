@@ -64,8 +64,8 @@ def test_what_the_reader_of_a_format_does_not_use_is_refused(option: str, tmp_pa
 
 def test_help_and_form_say_the_mode(tmp_path: Path) -> None:
     from pretravel.app.task_form import TaskForm
+    from pretravel.controls.tasks.compare import Compare
     from pretravel.drawing.tasks.measure import Measure
-    from pretravel.tasks.compare import Compare
     from pretravel.tasks.qualify import Qualify
 
     assert by_name(Measure)["nominal"].help.endswith("Not with --drawing.")

@@ -13,11 +13,11 @@ from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure import Measure
 from pretravel.files.map_file import write_map
 from pretravel.files.several_files import read_series
+from pretravel.laboratory.tasks.repeat import Repeat
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.normals_of_features import normals_of_feature
 from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.qualify import Qualify
-from pretravel.tasks.repeat import Repeat
 from tests.support.example_maps import mean_map
 
 RNG = np.random.default_rng(51)

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, frozen
+from pretravel.design.contact_stress import ContactStress, seat_stress, tip_stress
 from pretravel.design.fem.compliance import FiniteElements, seat_closure
 from pretravel.design.fem.condensation import ElasticField, ReducedModel
 from pretravel.design.fem.elasticity import stress_of
 from pretravel.design.fem.interface_loads import INTERFACE, SEATS, SPRING_FORCE, TIP_FORCE
 from pretravel.prediction import (
-    ContactStress,
     Probe,
     Trigger,
     default_workpiece,
@@ -22,8 +22,6 @@ from pretravel.prediction import (
     predict,
     seat_frame,
     seat_statics,
-    seat_stress,
-    tip_stress,
 )
 from pretravel.six_seats import SEAT_NAMES
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -66,8 +66,7 @@ from pretravel.design.screen.work import (
     start_text,
 )
 from pretravel.show import InputFile, input_file, record_now
-from pretravel.task import command_line
-from pretravel.tasks.compare import Compare
+from pretravel.task import Task, command_line, task_named
 
 _FIXED_WORDS = {
     "first_contact": "first contact: one seat loses its force",
@@ -399,15 +398,16 @@ def _has_file(state: ScreenState, result: ComparedDesigns) -> bool:
 
 
 def _same(state: ScreenState, result: ComparedDesigns | None) -> None:
-    from pretravel.tasks.predict import Predict
+    from pretravel.design.tasks.predict.task import Predict
 
     if result is not None:
         predict = Predict(probe=result.source, output=Path("design-map.csv"))
         same_of_design(state, result.source, digest_of(result.text()), _comparing(result), predict)
 
 
-def _comparing(result: ComparedDesigns) -> Compare:
-    return Compare(map_file=result.other_name, other=result.source, output=Path("design.html"))
+def _comparing(result: ComparedDesigns) -> Task:
+    compare: Callable[..., Task] = task_named("compare")
+    return compare(map_file=result.other_name, other=result.source, output=Path("design.html"))
 
 
 def _write_map(path: Path, result: ComparedDesigns) -> None:

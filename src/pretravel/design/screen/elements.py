@@ -35,7 +35,7 @@ from pretravel.design.screen.work import (
     FiniteElementDesign,
     FiniteElementDesigns,
 )
-from pretravel.tasks.compare import Compare
+from pretravel.task import Task, task_named
 
 if TYPE_CHECKING:
     from pretravel.show import KeyFigure
@@ -72,7 +72,7 @@ def elements_view(state: ScreenState) -> None:
 
 def _expected(designs: Work, work: Work) -> None:
     """What will be there, before the first result."""
-    from pretravel.tasks.compare import elements_comparison_table
+    from pretravel.design.tasks.compare.designs_report import elements_comparison_table
 
     compared: ComparedDesigns | None = designs.result
     if work.result is not None or compared is None:
@@ -102,7 +102,8 @@ def _has_file(state: ScreenState, result: FiniteElementDesigns) -> bool:
 
 
 def _same(state: ScreenState, compared: ComparedDesigns) -> None:
-    task = Compare(
+    compare: Callable[..., Task] = task_named("compare")
+    task = compare(
         map_file=compared.other_name,
         other=compared.source,
         model="fem",

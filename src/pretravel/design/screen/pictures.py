@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray
+from pretravel.design.tasks.compare.designs_report import A, B, results_of
+from pretravel.design.tasks.predict.task import PredictedProbe
 from pretravel.prediction import Trigger
 from pretravel.show import (
     Axis,
@@ -22,8 +24,6 @@ from pretravel.show import (
     plotly_figure,
     value_text,
 )
-from pretravel.tasks.compare import A, B, results_of
-from pretravel.tasks.predict import PredictedProbe
 
 DESIGN = "B: your design"
 

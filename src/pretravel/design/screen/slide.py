@@ -89,7 +89,7 @@ def shown_step(stored: Any, steps: int) -> int:
 
 
 def _show(state: ScreenState, result: SlideOfDesign) -> None:
-    from pretravel.tasks.slide import slide_step_figures
+    from pretravel.design.tasks.slide.report import slide_step_figures
 
     history, surface = result.made.history, result.made.shape
     steps, radius = len(history), result.made.tip.radius
@@ -130,8 +130,8 @@ def _show(state: ScreenState, result: SlideOfDesign) -> None:
 
 
 def _figures(history: Any, surface: Any, radius: float, step: int) -> list[dict[str, Any]]:
+    from pretravel.design.tasks.slide.report import slide_step_view
     from pretravel.show import plotly_figure
-    from pretravel.tasks.slide import slide_step_view
 
     return [
         plotly_figure(chart) for chart in slide_step_view(history, surface, radius, step).charts

@@ -19,15 +19,15 @@ from pretravel.design.screen.form import (
     designed_text,
     setting_names,
 )
-from pretravel.tasks.slide import Slide
+from pretravel.design.tasks.slide.task import Slide
 
 if TYPE_CHECKING:
     from pretravel.design.fem.condensation import ReducedModel
     from pretravel.design.fem.elastic_field import StressByDirection
+    from pretravel.design.tasks.predict.task import PredictedProbe
+    from pretravel.design.tasks.slide.task import FollowedSlide
     from pretravel.prediction import Probe
     from pretravel.show import Document
-    from pretravel.tasks.predict import PredictedProbe
-    from pretravel.tasks.slide import FollowedSlide
 
 _log = logging.getLogger(__name__)
 
@@ -84,7 +84,7 @@ class ComparedDesigns:
 
     def document(self) -> Document:
         """The report that ``pretravel compare A B`` makes."""
-        from pretravel.tasks.compare import DesignComparison
+        from pretravel.design.tasks.compare.designs import DesignComparison
 
         pair = (self.other.probe, self.design.probe), (self.other.trigger, self.design.trigger)
         return DesignComparison(*pair).document(self.names)
@@ -161,7 +161,8 @@ class FiniteElementDesigns:
 
     def document(self) -> Document:
         """The report: the verdict of finite elements, and both models next to each other."""
-        from pretravel.tasks.compare import DesignComparison, elements_comparison_table
+        from pretravel.design.tasks.compare.designs import DesignComparison
+        from pretravel.design.tasks.compare.designs_report import elements_comparison_table
 
         compared = self.compared
         triggers = self.other.predicted.trigger, self.design.predicted.trigger
@@ -232,15 +233,15 @@ def start_and_changes(
 @lru_cache(maxsize=8)
 def predicted_text(text: str) -> PredictedProbe:
     """The prediction of a description that does not change, by the model analytic."""
+    from pretravel.design.tasks.predict.task import Predict
     from pretravel.prediction import parse_probe
-    from pretravel.tasks.predict import Predict
 
     return Predict(probe=DESIGN_FILE).predicted(parse_probe(text))
 
 
 def compare_designs(inputs: Inputs) -> ComparedDesigns:
     """Predict a design and the one that it is compared with."""
-    from pretravel.tasks.predict import Predict
+    from pretravel.design.tasks.predict.task import Predict
 
     settings = inputs.settings
     file = inputs.optional_file("description")
@@ -268,8 +269,8 @@ def _start_name(settings: Mapping[str, Any], file: Path | None) -> str:
 
 def probe_figure(probe: Probe) -> dict[str, Any]:
     """A probe in space, as Plotly's figure."""
+    from pretravel.design.tasks.probes.view import space_chart
     from pretravel.show import plotly_figure
-    from pretravel.tasks.probes import space_chart
 
     # Its sizes are in the form: without axes the body fills the picture.
     return plotly_figure(replace(space_chart(probe, "Your design"), bare=True))
@@ -295,7 +296,7 @@ def _by_finite_elements(name: str, probe: Probe) -> FiniteElementDesign:
     from pretravel.base import grid
     from pretravel.design.fem.elastic_field import stress_by_direction
     from pretravel.design.fem.reduction_cache import model_in_memory
-    from pretravel.tasks.predict import Predict
+    from pretravel.design.tasks.predict.task import Predict
 
     walls = grid([0.5 * np.pi], np.radians(np.array(_AZIMUTHS, dtype=np.float64)))
     with _said_of(name):

@@ -13,7 +13,6 @@ from pretravel.base import (
     DEGREE,
     InputError,
     PretravelError,
-    ShippedTexts,
     TomlDocument,
     TomlStructure,
     degrees_in,
@@ -21,6 +20,7 @@ from pretravel.base import (
     quoted,
     refuse_named_file,
 )
+from pretravel.design.shipped_texts import ShippedTexts
 from pretravel.prediction import catalogue_names, source_text
 from pretravel.surface import is_shape
 

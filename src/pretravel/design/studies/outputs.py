@@ -10,20 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, PretravelError, fibonacci_cap, grid
+from pretravel.design.contact_stress import seat_stress, tip_stress
+from pretravel.design.probing.simulation import Latch, PartSetup, simulate, travel_since_contact
 from pretravel.design.studies.conditions import Calibration, Case, case_of
 from pretravel.design.studies.definition import Directions, Level, Study
 from pretravel.files import read_targets
 from pretravel.maps import PretravelMap
 from pretravel.measurement import apply, compare_corrections
-from pretravel.prediction import (
-    Trigger,
-    predict,
-    probe_response,
-    response_map,
-    seat_stress,
-    tip_stress,
-)
-from pretravel.probing import Latch, PartSetup, simulate, travel_since_contact
+from pretravel.prediction import Trigger, predict, probe_response, response_map
 from pretravel.qualification import qualify
 from pretravel.surface import parse_surface
 from pretravel.touches import Touches

@@ -9,7 +9,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from pretravel.base import PretravelError, ShippedTexts, TomlDocument, TomlStructure
+from pretravel.base import PretravelError, TomlDocument, TomlStructure
+from pretravel.design.shipped_texts import ShippedTexts
 from pretravel.design.studies.definition import (
     Directions,
     Factor,

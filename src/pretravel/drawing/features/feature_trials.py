@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import FloatArray, PretravelError, frozen
-from pretravel.drawing import MeasuredFeature
 from pretravel.drawing.features.feature_uncertainty import FeatureErrors
-from pretravel.drawing.features.measured_feature import Quantity
+from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
 from pretravel.measurement import associate
 
 _COVERAGE = (0.025, 0.975)

@@ -38,9 +38,9 @@ from pretravel.drawing.screen.work import (
     PartResult,
     groups_of,
 )
-from pretravel.drawing.tasks.measure import BY_LABEL
 from pretravel.drawing.tasks.measure.lines import ToleranceLine
 from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows, short_report
+from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL
 from pretravel.measurement import named_feature
 from pretravel.show import Judgement, decimals, number_text
 from pretravel.task import command_line

@@ -21,15 +21,16 @@ from pretravel.app import (
     with_file_names,
 )
 from pretravel.base import FloatArray, IntArray, PretravelError, temporary_folder
+from pretravel.drawing.features.contact_slides import contact_slide
 from pretravel.drawing.pmi.model import read_drawing, read_model_drawing
 from pretravel.drawing.screen.rows import ToleranceRow, drawing_of, restored, rows_of
-from pretravel.drawing.tasks.align import Align, AlignedPart
-from pretravel.drawing.tasks.measure import Measure, MeasuredFeatures
+from pretravel.drawing.tasks.align.task import Align, AlignedPart
+from pretravel.drawing.tasks.measure.task import Measure, MeasuredFeatures
 from pretravel.drawing.tolerances.features_file import Drawing
 from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 from pretravel.files import read_points
 from pretravel.maps import PretravelMap
-from pretravel.measurement import contact_slide, label_prefix, point_budget, points_at
+from pretravel.measurement import label_prefix, point_budget, points_at
 from pretravel.prediction import catalogue_names
 from pretravel.show import Chart, Document, Scale, SpaceChart, SpacePoints
 from pretravel.surface import Part, feet_on_faces, read_part

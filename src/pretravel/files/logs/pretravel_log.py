@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
-from pretravel.controls import (
+from pretravel.files.file_format import FileFormat, FileReadings
+from pretravel.files.program_log import (
     FAULTS,
     LOG_HEAD,
     SUBROUTINE_LINE,
@@ -15,7 +16,6 @@ from pretravel.controls import (
     SURFACE_POINT_COLUMNS,
     TOUCH_COLUMNS,
 )
-from pretravel.files.file_format import FileFormat, FileReadings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.touches import Touches
 

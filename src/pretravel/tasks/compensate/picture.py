@@ -18,11 +18,11 @@ from pretravel.show import (
     SpaceMark,
     SpacePoints,
     View,
+    body_marks,
     magnification,
     whiskers,
 )
 from pretravel.surface import Part, Surface
-from pretravel.tasks.plan import body_marks
 from pretravel.touches import Touches
 
 

@@ -27,11 +27,11 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.controls import Machine
     from pretravel.files import (
         FeatureResult,
         FileFormat,
         FileReadings,
+        Machine,
         ReadingOptions,
         SourceFile,
     )
@@ -205,7 +205,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
 
     def _options(self, tip_diameter: float | None, machine: Machine | None) -> ReadingOptions:
         """What is stated about the files."""
-        from pretravel.controls import work_turn
+        from pretravel.files import work_turn
 
         options = self.reading_options(tip_diameter=tip_diameter, exclude=self.exclude)
         work = None if machine is None else machine.work

@@ -10,6 +10,7 @@ from pretravel.base import FloatArray, grid
 from pretravel.design.studies.definition import Factor, Level
 from pretravel.design.studies.design_search import FoundDesign, TriedDesign
 from pretravel.design.studies.wish import known_quantities
+from pretravel.design.tasks.predict.view import prediction_view
 from pretravel.prediction import predict
 from pretravel.show import (
     Axis,
@@ -27,7 +28,6 @@ from pretravel.show import (
     shown_unit,
     significant,
 )
-from pretravel.tasks.predict import prediction_view
 
 
 def design_document(found: FoundDesign) -> Document:

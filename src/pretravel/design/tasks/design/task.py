@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pretravel.design.tasks.study import PAGE
+from pretravel.design.tasks.study.task import PAGE
 from pretravel.task import (
     SILENT,
     Field,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, azimuth_angle, polar_angle
+from pretravel.design.contact_stress import ContactStress
 from pretravel.design.fem.condensation import ReducedModel
 from pretravel.design.fem.elastic_field import StressByDirection, TriggerField
 from pretravel.design.tasks.fem.picture import trigger_field_view
-from pretravel.prediction import ContactStress
+from pretravel.design.tasks.predict.report import shares_table
 from pretravel.show import (
     Column,
     Document,
@@ -21,7 +22,6 @@ from pretravel.show import (
     value_text,
 )
 from pretravel.six_seats import SEAT_NAMES
-from pretravel.tasks.predict import shares_table
 
 
 def finite_elements_document(

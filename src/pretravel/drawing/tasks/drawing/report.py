@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from pretravel.drawing.pmi.model import ModelDrawing
-from pretravel.show import Column, Document, Picture, Section, Table
-from pretravel.tasks.plan import part_view
+from pretravel.show import Column, Document, Picture, Section, Table, part_view
 
 
 def drawing_document(model: ModelDrawing) -> Document:

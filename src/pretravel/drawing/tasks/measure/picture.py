@@ -30,9 +30,9 @@ from pretravel.show import (
     SpaceMesh,
     SpaceNotes,
     View,
+    body_marks,
 )
 from pretravel.surface import Face, Part, face_triangles
-from pretravel.tasks.plan import body_marks
 from pretravel.uncertainty import across
 
 _MOST_CHARTS = 12

@@ -734,7 +734,9 @@ class MeasuredFeatures(Result):
             residuals_table,
             result_rows,
         )
-        from pretravel.files import write_qdas_results, write_qif_results, write_table
+        from pretravel.drawing.features.qdas_results import write_qdas_results
+        from pretravel.drawing.features.qif_results import write_qif_results
+        from pretravel.files import write_table
 
         ending = path.suffix.lower()
         if output == "residuals":

@@ -11,15 +11,15 @@ import numpy as np
 
 from pretravel.base import DEGREE, BoolArray, FloatArray, IntArray, PretravelError
 from pretravel.drawing.features.measured_feature import BARE_SURFACE
+from pretravel.drawing.inspection import InspectionPlan, InspectionRegion, plan_inspection
 from pretravel.drawing.tolerances.drawing_on_part import drawing_on_part
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
 from pretravel.measurement import associate
-from pretravel.probing import InspectionPlan, InspectionRegion, plan_inspection
 from pretravel.surface import Face, Part, face_triangles, feet_on_faces
 from pretravel.task import tolerance
 
 if TYPE_CHECKING:
-    from pretravel.controls import Machine
+    from pretravel.files import Machine
 
 SHARE_OF_TOLERANCE = 0.1
 """Of a tolerance that U may be."""

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import DEGREE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.drawing.tasks.plan.targets import PlanTargets
 from pretravel.task import SILENT, Field, Progress, Result
-from pretravel.tasks.plan import PlanTargets
 
 if TYPE_CHECKING:
     from pretravel.drawing.tasks.plan.needed import (
@@ -85,9 +85,9 @@ class PlanForDrawing(PlanTargets):
         """Choose the points."""
         if self.drawing is None:
             return super().run(progress)
+        from pretravel.drawing.inspection import InspectionRegion
         from pretravel.drawing.pmi.model import read_drawing
         from pretravel.drawing.tasks.plan.needed import needed_touches
-        from pretravel.probing import InspectionRegion
         from pretravel.surface import read_part
 
         if self.grid or self.spacing or self.curvature_um:
@@ -152,8 +152,8 @@ class PlannedDrawing(Result):
 
     def document(self) -> Document:
         """The report: how many touches each feature has, and the U that they give."""
+        from pretravel.drawing.tasks.plan.report import plan_document
         from pretravel.show import Column, Digits, Table
-        from pretravel.tasks.plan import plan_document
 
         rows = self.found.rows
         table = Table(
@@ -177,6 +177,7 @@ class PlannedDrawing(Result):
     def write(self, output: str, path: Path) -> None:
         """Write the targets."""
         del output
-        from pretravel.files import plan_table, write_csv_table
+        from pretravel.drawing.inspection_csv import plan_table
+        from pretravel.files import write_csv_table
 
         write_csv_table(path, plan_table(self.found.plan))

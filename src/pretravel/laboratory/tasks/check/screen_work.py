@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from pretravel.app import Inputs, TaskForm, laboratory_file, with_file_names
 from pretravel.base import MICROMETRE, FloatArray, Placement, probe_rotation, temporary_folder
+from pretravel.design import Latch, simulate
 from pretravel.files import LaboratoryStatements, write_touches
 from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
-from pretravel.laboratory.tasks.check import Check, CheckedProbe, not_stated
-from pretravel.probing import Latch, simulate
+from pretravel.laboratory.tasks.check.task import Check, CheckedProbe, not_stated
 from pretravel.show import Document
 from pretravel.surface import Sphere
 from pretravel.task import patterns

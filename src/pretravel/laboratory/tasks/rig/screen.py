@@ -35,7 +35,6 @@ from pretravel.app import (
     work_status,
 )
 from pretravel.base import MICROMETRE
-from pretravel.laboratory.tasks.rig import CalibratedRig
 from pretravel.laboratory.tasks.rig.report import trace_view
 from pretravel.laboratory.tasks.rig.screen_work import (
     RIG_FORM,
@@ -47,6 +46,7 @@ from pretravel.laboratory.tasks.rig.screen_work import (
     separate_readings,
     shown_events,
 )
+from pretravel.laboratory.tasks.rig.task import CalibratedRig
 from pretravel.show import Document, plotly_figure
 from pretravel.task import command_line, trace_mark
 

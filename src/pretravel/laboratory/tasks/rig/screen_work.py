@@ -12,8 +12,8 @@ from pretravel.app import Inputs, TaskForm, laboratory_file, with_file_names
 from pretravel.base import temporary_folder
 from pretravel.laboratory.rig.marks import MARKS
 from pretravel.laboratory.rig.trace import RigTouch, RigTrace
-from pretravel.laboratory.tasks.rig import FOREIGN_BUDGET, CalibratedRig, Rig
-from pretravel.laboratory.tasks.separate import Separate, SeparatedErrors
+from pretravel.laboratory.tasks.rig.task import FOREIGN_BUDGET, CalibratedRig, Rig
+from pretravel.laboratory.tasks.separate.task import Separate, SeparatedErrors
 from pretravel.show import Document
 from pretravel.task import MovedMark, trace_mark
 

@@ -1,0 +1,1 @@
+"""Tasks on the machine: maps and programs for controls."""

@@ -1,0 +1,393 @@
+"""Place and direction of a rotary axis from touches of a sphere at several angles."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pretravel.base import DEGREE, MICROMETRE, REFERENCE_DIAMETER, PretravelError
+from pretravel.task import (
+    ANSWER,
+    PAGES,
+    SILENT,
+    Angles,
+    Field,
+    Progress,
+    Reported,
+    Result,
+    TouchFilesWithFeed,
+    Vector,
+    angles,
+    files_meant,
+    output,
+    vector,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from pretravel.controls.rotary_axes import RotaryAxis
+    from pretravel.maps import PretravelMap
+    from pretravel.show import Document, View
+    from pretravel.touches import Touches
+    from pretravel.uncertainty import Covariance
+
+_AT = re.compile(r"at(-?\d+(?:\.\d+)?)_")
+"""Beginning of a label that states the angle, in degrees."""
+
+
+class FindAxis(TouchFilesWithFeed, Reported):
+    """Determine a rotary axis, from touches of a sphere at several of its angles.
+
+    Give one file for each angle, in the order of --angles, or one file whose labels begin with the
+    angle (at60_s1). The positions in the files are those of the machine's axes.
+    """
+
+    name = "axis"
+    group = "Measure"
+    example = (
+        "pretravel axis c0.csv c60.csv c120.csv --angles 0,60,120 --axis C --map map.json "
+        "-o axis.csv"
+    )
+
+    axis: Annotated[
+        Literal["A", "B", "C"], Field(help="Rotary axis: A lies along x, B along y, C along z.")
+    ]
+    angles: Annotated[
+        Angles | None,
+        Field(
+            help="Angle of the axis in each file, in degrees: three or more.",
+            parse=angles,
+            metavar="ANGLES",
+        ),
+    ] = None
+    map_file: Annotated[
+        Path | None,
+        Field(
+            help="Map of the probe. Without a map, the pretravel shifts the centres of the sphere "
+            "and so the axis, and the uncertainty does not contain this.",
+            option="--map",
+            reads=True,
+        ),
+    ] = None
+    diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the sphere, in mm: for files that do not give the directions.",
+            range=REFERENCE_DIAMETER,
+        ),
+    ] = None
+    work: Annotated[
+        Vector,
+        Field(
+            help="Work offset: origin of the positions in machine coordinates, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ] = Vector(0, 0, 0)
+    check: Annotated[
+        tuple[Path, ...],
+        Field(
+            help="Files with touches of the sphere at another distance from the axis, at the same "
+            "angles: both must give the same axis.",
+            reads=files_meant,
+        ),
+    ] = ()
+    output: Annotated[
+        Path | None,
+        output(
+            "Values: .csv; pins for LinuxCNC's xyzac-trt or xyzbc-trt: .hal; or a page, .html or "
+            ".pdf.", ".csv", ".hal", *PAGES,
+        ),
+    ] = None  # fmt: skip
+
+    def run(self, progress: Progress = SILENT) -> FoundAxis:
+        """Read the touches of each angle, compensate them, and fit the axis.
+
+        Raises
+        ------
+        PretravelError
+            Angles that do not belong to the files; as `rotary_axis`.
+        """
+        import numpy as np
+
+        from pretravel.files import read_map
+
+        pretravel_map = None if self.map_file is None else read_map(self.map_file)
+        found = self._axis(self.files, pretravel_map, progress)
+        again = self._axis(files_meant(self.check), pretravel_map, progress) if self.check else None
+        answer = FoundAxis(self, found, again, _center_stated(pretravel_map))
+        return replace(answer, exit_code=ANSWER) if np.any(answer.ratios >= 1.0) else answer
+
+    def _axis(
+        self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
+    ) -> RotaryAxis:
+        import numpy as np
+
+        from pretravel.controls.rotary_axes import rotary_axis
+
+        sets, turns = self._sets(files, pretravel_map, progress)
+        points, common = _points(sets, pretravel_map)
+        shifted = [own + np.array(self.work) for own in points]
+        return rotary_axis(shifted, turns, self.axis, common)
+
+    def _sets(
+        self, files: list[Path], pretravel_map: PretravelMap | None, progress: Progress
+    ) -> tuple[list[Touches], list[float]]:
+        """Touches of each angle, and the angles [rad]."""
+        from pretravel.touches import refuse_several
+
+        tip = None if pretravel_map is None else 2.0 * pretravel_map.tip_radius
+        sets = []
+        for path in files:
+            one = replace(self, touches=(path,))
+            read = one.read_touches(progress, tip_diameter=tip, reference_diameter=self.diameter)
+            sets.append(read.in_machine_axes().touches)
+            refuse_several(sets[-1])
+        if len(sets) == 1 and self.angles is None:
+            return _by_label(sets[0], files[0])
+        given = () if self.angles is None else self.angles.degrees
+        if len(given) != len(sets):
+            raise PretravelError(
+                f"{len(sets)} files and {len(given)} angles: one angle is needed for each file, in "
+                "their order",
+                inputs=("angles", "touches"),
+            )
+        return sets, [angle * DEGREE for angle in given]
+
+
+def _by_label(touches: Touches, path: Path) -> tuple[list[Touches], list[float]]:
+    rows: dict[float, list[int]] = {}
+    for row, label in enumerate(touches.labels or [""] * len(touches)):
+        stated = _AT.match(label)
+        if stated is None:
+            raise PretravelError(
+                f"{path}: the label '{label}' of touch {row + 1} has no angle (at60_s1); give "
+                "the angles, and a file for each",
+                inputs=("angles",),
+            )
+        rows.setdefault(float(stated[1]), []).append(row)
+    return [touches.take(own) for own in rows.values()], [a * DEGREE for a in rows]
+
+
+def _points(
+    sets: list[Touches], pretravel_map: PretravelMap | None
+) -> tuple[list[np.ndarray], list[Covariance]]:
+    """Surface points of each angle, and what they have in common; tip centres without a map.
+
+    The normals are those of the sphere on which the tip's centres lie. Stated normals are those
+    of the planned sphere: 0.5 mm next to it they compensate a tip of 6 mm wrong by 2 µm.
+    """
+    import numpy as np
+
+    from pretravel.measurement import REPEATABILITY, apply, point_sources
+    from pretravel.touches import Touches
+    from pretravel.uncertainty import Covariance
+
+    if pretravel_map is None:
+        return [own.positions for own in sets], []
+    feeds = [own.feeds for own in sets if own.feeds is not None]
+    every = Touches(
+        positions=np.vstack([own.positions for own in sets]),
+        normals=np.vstack([_outward(own.positions) for own in sets]),
+        approaches=np.vstack([own.approach_directions for own in sets]),
+        feeds=np.concatenate(feeds) if len(feeds) == len(sets) else None,
+    )
+    points = apply(every, pretravel_map)
+    ends = np.cumsum([len(own) for own in sets])[:-1]
+    sources = point_sources(every, points, pretravel_map)
+    common = [along for name, along in sources.items() if name != REPEATABILITY]
+    of_center = pretravel_map.provenance.center_covariance
+    if of_center is not None:
+        # A shift of a centre and a map with one lobe are the same: a place has it, points do not.
+        along = points.normals @ pretravel_map.rotation
+        common.append(Covariance.full(along @ np.array(of_center) @ along.T))
+    return np.split(points.positions, ends), common
+
+
+def _center_stated(pretravel_map: PretravelMap | None) -> bool:
+    """Maps that are predicted or calibrated on a rig have an absolute pretravel."""
+    from pretravel.maps import Origin
+
+    if pretravel_map is None:
+        return True
+    made = pretravel_map.provenance
+    return made.origin is not Origin.QUALIFIED or made.center_covariance is not None
+
+
+def _outward(positions: np.ndarray) -> np.ndarray:
+    """Directions of the tip's centres from the middle of their sphere, (n, 3)."""
+    import numpy as np
+
+    from pretravel.uncertainty import fit_sphere
+
+    away = positions - fit_sphere(positions).center
+    return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
+
+
+@dataclass(frozen=True, eq=False)
+class FoundAxis(Result):
+    """A rotary axis, and the same from another radius.
+
+    Attributes
+    ----------
+    task : FindAxis
+    found : RotaryAxis
+    again : RotaryAxis or None
+    center_stated : bool
+        The map states how well it separates its own shape from a centre, or needs not.
+    exit_code : int
+        `ANSWER` where the two radii contradict each other.
+    """
+
+    task: FindAxis
+    found: RotaryAxis
+    again: RotaryAxis | None
+    center_stated: bool = True
+    exit_code: int = 0
+
+    @property
+    def ratios(self) -> np.ndarray:
+        """Differences of the two radii by the expanded uncertainty of these, (4,); 1 and more is
+        a contradiction. Places are compared at the same height.
+        """
+        import numpy as np
+
+        if self.again is None:
+            return np.zeros(4)
+        one, two = self.found, self.again
+        along = "ABC".index(one.letter)
+        height = two.point[along] - one.point[along]
+        place = one.values[:2] + height * one.values[2:]
+        difference = np.concatenate([two.values[:2] - place, two.values[2:] - one.values[2:]])
+        moved = np.hypot(one.expanded[:2], height * one.expanded[2:])
+        u = np.hypot(np.concatenate([moved, one.expanded[2:]]), two.expanded)
+        return np.asarray(np.abs(difference) / u)
+
+    def rows(self) -> list[tuple[str, float, float, float]]:
+        """Name, value, u and U of each; slopes in mm per m, which are µm per mm."""
+        import numpy as np
+
+        found = self.found
+        names = ["xyz"[axis] for axis in found.across]
+        u = np.sqrt(np.diag(found.covariance))
+        return [
+            *((f"place_{n}_mm", found.values[i], u[i], found.expanded[i])
+              for i, n in enumerate(names)),
+            *((f"slope_{n}_mm_per_m", 1e3 * found.values[2 + i], 1e3 * u[2 + i],
+               1e3 * found.expanded[2 + i]) for i, n in enumerate(names)),
+        ]  # fmt: skip
+
+    def document(self) -> Document:
+        """The report."""
+        import numpy as np
+
+        from pretravel.show import Digits, Document, KeyFigure, Picture, by_uncertainty, decimals
+
+        found, two = self.found, Digits(2, significant=True)
+        along = "ABC".index(found.letter)
+        names = ["xyz"[axis] for axis in found.across]
+        u = np.sqrt(np.diag(found.covariance))
+        figures = [
+            KeyFigure(f"{name} of the axis {found.letter}", float(found.values[i]), "mm",
+                      by_uncertainty(float(u[i])), u=float(u[i]) / MICROMETRE, u_unit="µm",
+                      u_digits=two,
+                      coverage_factor=float(found.factors[i]),
+                      remark=f"at {'xyz'[along]} = {found.point[along]:.3f} mm")
+            for i, name in enumerate(names)
+        ] + [
+            KeyFigure(f"slope along {name}", float(1e3 * found.values[2 + i]), "mm/m",
+                      by_uncertainty(float(1e3 * u[2 + i])),
+                      u=float(1e3 * u[2 + i]), u_digits=two,
+                      coverage_factor=float(found.factors[2 + i]))
+            for i, name in enumerate(names)
+        ] + [
+            KeyFigure("noise of a touch", found.noise / MICROMETRE, "µm", decimals(2)),
+            KeyFigure("wander of the axis", found.wander / MICROMETRE, "µm", decimals(2),
+                      remark="of each coordinate of a centre, beyond the noise of the touches"),
+            KeyFigure("sense", "with the angle" if found.sense > 0 else "against the angle",
+                      remark="right-handed about the machine's axis; a table turns against it"),
+        ]  # fmt: skip
+        warnings = []
+        if self.task.map_file is None:
+            warnings.append(
+                "without a map of the probe the place contains what its pretravel moves the centre "
+                "of a sphere, most along the probe axis; the uncertainty does not"
+            )
+        if not self.center_stated:
+            warnings.append(
+                "the map does not give the uncertainty of its centre (an earlier version made "
+                "it): the place contains what a sphere does not show of the pretravel, most along "
+                "the probe axis, and the uncertainty does not; qualify its touches again"
+            )
+        if self.again is not None:
+            figures.append(
+                KeyFigure("check at another radius", float(self.ratios.max()), "", decimals(2),
+                          remark="largest difference by its expanded uncertainty")
+            )  # fmt: skip
+        against = self.exit_code == ANSWER
+        if against:
+            warnings.append("the two radii contradict each other: see the ratio")
+        count = len(found.angles)
+        return Document(
+            title=f"{self.task.touches_name}: rotary axis {found.letter}",
+            verdict=f"rotary axis {found.letter} from {count} angles"
+            + (", contradicted at another radius" if against else ""),
+            figures=tuple(figures),
+            pictures=(Picture("Centres of the sphere off their circle", lambda: _view(found)),),
+            warnings=tuple(warnings),
+        )
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the values, or lines for the control."""
+        del output
+        from pretravel.base import write_text
+        from pretravel.files import write_csv_table
+
+        if path.suffix.lower() == ".hal":
+            write_text(path, self.pins())
+            return
+        names, values, u, expanded = zip(*self.rows(), strict=True)
+        write_csv_table(
+            path,
+            {"quantity": names, "value": values, "u": u, "expanded_uncertainty": expanded},
+        )
+
+    def pins(self) -> str:
+        """Lines for a HAL file of LinuxCNC: the places of the axis across itself.
+
+        The pins of xyzac-trt-kins and xyzbc-trt-kins are the point about which both axes turn,
+        in the machine: of A its y and z, of B its x and z, of C its x and y. A C axis that does not
+        meet the other one has an offset, the difference of their places.
+        """
+        found = self.found
+        kins = {"A": "xyzac-trt-kins", "B": "xyzbc-trt-kins", "C": "xyzac-trt-kins"}[found.letter]
+        lines = [
+            f"# rotary axis {found.letter}, pretravel axis; U is the expanded uncertainty",
+            "# a slope of the axis has no pin",
+        ]
+        for index, axis in enumerate(found.across):
+            lines.append(
+                f"setp {kins}.{'xyz'[axis]}-rot-point {found.values[index]:.6f}"
+                f"  # U = {found.expanded[index]:.6f}"
+            )
+        return "\n".join(lines) + "\n"
+
+
+def _view(found: RotaryAxis) -> View:
+    from pretravel.show import SERIES, Axis, Dots, PlaneChart, Rule, View, number_text
+
+    angle = found.angles / DEGREE
+    dots = tuple(
+        Dots(angle, found.residuals[:, axis] / MICROMETRE, "xyz"[axis], colour)
+        for axis, colour in enumerate(SERIES[:3])
+    )
+    chart = PlaneChart(
+        f"axis {found.letter}, wander {number_text(found.wander / MICROMETRE)} µm",
+        Axis(f"angle of {found.letter}", "°"),
+        Axis("off the circle", "µm"),
+        (Rule(0.0), *dots),
+    )
+    return View("Centres of the sphere off their circle", (chart,))

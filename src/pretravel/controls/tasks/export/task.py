@@ -1,0 +1,426 @@
+"""Export a map: tables and programs for a control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+
+from pretravel.base import ANGLE, DEGREE, FEED_OR_NONE, MICROMETRE, TIP_BALL, PretravelError
+from pretravel.task import (
+    FOLDER,
+    SILENT,
+    STYLUS_OF_SUBROUTINES,
+    TOOL_OF_SUBROUTINES,
+    Field,
+    Progress,
+    Result,
+    Task,
+    TextResult,
+    Units,
+    When,
+    refuse_no_folder,
+)
+
+if TYPE_CHECKING:
+    from pretravel.controls.exports import ExportedFiles, ExportSettings
+    from pretravel.maps import PretravelMap
+
+_RADII_TABLE = "csv"
+"""A table of effective radii, which no control reads directly."""
+
+
+def _labels() -> dict[str, str]:
+    """What a form calls the controls."""
+    from pretravel.controls.exports import CONTROLS
+
+    labels = {name: control.label for name, control in CONTROLS.usable().items()}
+    return {"": "Choose …", **labels, _RADII_TABLE: "Other: table of effective radii"}
+
+
+def _control_help() -> str:
+    """The controls, each with a few words."""
+    from pretravel.controls.exports import CONTROLS
+
+    usable = CONTROLS.usable().items()
+    listed = "; ".join(f"{name}, {control.label}" for name, control in usable)
+    return (
+        f"One of {', '.join(control_names())}: {listed}; {_RADII_TABLE}, table of effective radii."
+    )
+
+
+def _output_help() -> str:
+    """For which controls the output is a folder."""
+    from pretravel.controls.exports import CONTROLS
+
+    folders = [name for name, control in CONTROLS.usable().items() if control.folder]
+    return f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others."
+
+
+def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
+    """What to do with exported files at the control `to`."""
+    from pretravel.controls.exports import CONTROLS
+
+    if to == _RADII_TABLE:
+        return ("The table has the effective radius for each direction, in mm.",)
+    return CONTROLS[to].steps(files.texts)
+
+
+def control_names() -> list[str]:
+    """What a map can be exported to."""
+    from pretravel.controls.exports import CONTROLS
+
+    return [*CONTROLS, _RADII_TABLE]
+
+
+_OF_OTHER_FILES = (
+    ".step", ".stp", ".igs", ".iges", ".py", ".toml", ".jsonl", ".pretravel", ".qif",
+)  # fmt: skip
+"""Endings of text files that no control reads: parts, descriptions, histories, projects."""
+
+
+def makes_folder(to: str) -> bool:
+    """Whether an export makes several files, in a folder."""
+    from pretravel.controls.exports import CONTROLS
+
+    return to in CONTROLS and CONTROLS[to].folder
+
+
+def takes_feed(to: str) -> bool:
+    """Whether the files hold for one measuring feed, where the map contains the signal delay."""
+    from pretravel.controls.exports import CONTROLS
+
+    return to not in CONTROLS or not CONTROLS[to].uses_feed
+
+
+def _controls(option: str) -> When:
+    """The controls that have an option."""
+
+    def names() -> list[str]:
+        from pretravel.controls.exports import CONTROLS
+
+        return [name for name, control in CONTROLS.usable().items() if option in control.options]
+
+    return When("to", names)
+
+
+def _controls_without_feed() -> list[str]:
+    from pretravel.controls.exports import CONTROLS
+
+    return [name for name in (*CONTROLS.usable(), _RADII_TABLE) if takes_feed(name)]
+
+
+FormOnControl: TypeAlias = Literal["auto", "formula", "table"] | None
+CONTROL_FORM = Field(
+    help="formula (exact, for harmonic, mean and physical maps), table (interpolated) or auto: on "
+    "linuxcnc the formula, on other controls a table where its error is small enough.",
+    words={
+        "": "Usual: automatic",
+        "auto": "Automatic",
+        "formula": "Formula (exact)",
+        "table": "Table",
+    },
+)
+
+_WITHOUT_MACHINE = (
+    "the map does not contain the scale, squareness and backlash of the machine, and these files "
+    "do not correct them: switch on the machine's own compensation, or compensate with pretravel"
+)
+
+
+class Export(Task):
+    """Export a map as tables and macros for a control."""
+
+    name = "export"
+    group = "Control"
+    example = "pretravel export map.json --to linuxcnc -o subroutines"
+
+    map_file: Annotated[
+        Path,
+        Field(help="Map: .json, or a .csv table.", positional=True, metavar="MAP", reads=True),
+    ]
+    to: Annotated[
+        str,
+        Field(
+            help=_control_help,
+            names=control_names,
+            metavar="CONTROL",
+            label="Your control",
+            words=_labels,
+        ),
+    ]
+    output: Annotated[
+        Path | None,
+        Field(
+            help=_output_help,
+            short="-o",
+            writes=FOLDER,
+        ),
+    ] = None
+    form: Annotated[FormOnControl, replace(CONTROL_FORM, only=(_controls("form"),))] = None
+    tolerance_um: Annotated[
+        float | None,
+        Field(
+            help="Largest deviation of the interpolated table from the map, in µm; by default "
+            "0.02, or half of the map's u.",
+            only=(_controls("tolerance"),),
+            without=(When("form", ("formula",)),),
+            range=(1e-6, 1000.0),
+            label="Largest deviation from the map",
+            hint="Empty: 0.02 µm, or half of the map's u",
+        ),
+    ] = None
+    base: Annotated[
+        int | None,
+        Field(
+            help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
+            "controls before NGC).",
+            range=(0, 100_000),
+            only=(_controls("base"),),
+            label="First variable",
+            hint="Empty: the usual one",
+        ),
+    ] = None
+    program: Annotated[
+        int | None,
+        Field(
+            help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
+            only=(_controls("program"),),
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="Number of the first program",
+            hint="Empty: the usual one",
+        ),
+    ] = None
+    tool: Annotated[
+        int | None,
+        Field(
+            help=TOOL_OF_SUBROUTINES,
+            only=(_controls("tool"),),
+            range=(1, 99_999),
+            metavar="NUMBER",
+            label="Tool number of the probe",
+            hint="Empty: no tool length",
+        ),
+    ] = None
+    stylus_length: Annotated[
+        float | None,
+        Field(
+            help=STYLUS_OF_SUBROUTINES,
+            only=(_controls("stylus_length"),),
+            range=(1.0, 1000.0),
+            unit="mm",
+            label="Length of the stylus",
+            hint="Empty: 50 mm",
+        ),
+    ] = None
+    units: Annotated[
+        Units | None,
+        Field(
+            help="Unit of the table and of the programs that use it; mm by default.",
+            only=(_controls("units"),),
+            label="Unit of the table",
+            words={"": "Usual: millimetres", "mm": "Millimetres", "inch": "Inches"},
+        ),
+    ] = None
+    angles: Annotated[
+        Literal["normals", "travel"] | None,
+        Field(
+            help="Meaning of the angles on the control: azimuths of outward normals (default) or "
+            "of directions of travel.",
+            only=(_controls("angles"),),
+            label="Angles are those of",
+            words={
+                "": "Usual: outward normals",
+                "normals": "Outward normals",
+                "travel": "Directions of travel",
+            },
+        ),
+    ] = None
+    criterion: Annotated[
+        Literal["max", "rms"] | None,
+        Field(
+            help="The residual to minimise, the largest (max, the default) or the rms.",
+            only=(_controls("criterion"),),
+            label="What is made small",
+            words={
+                "": "Usual: largest error",
+                "max": "Largest error",
+                "rms": "Mean square error",
+            },
+        ),
+    ] = None
+    template: Annotated[
+        Path | None,
+        Field(
+            help="The template to fill in.",
+            reads=True,
+            only=(_controls("template"),),
+            without=("show_template",),
+        ),
+    ] = None
+    show_template: Annotated[
+        bool, Field(help="Print the template to edit.", only=(_controls("template"),))
+    ] = False
+    azimuth_deg: Annotated[
+        float | None,
+        Field(
+            help="Azimuth of all touches, in degrees.",
+            only=(_controls("azimuth"),),
+            without=("show_template",),
+            range=ANGLE,
+            label="Azimuth of all touches",
+            hint="Empty: the mean around",
+        ),
+    ] = None
+    feed: Annotated[
+        float | None,
+        Field(
+            help="Measuring feed, in mm/min, for tables of a map that contains the signal delay; "
+            "the subroutines for linuxcnc use the feed of each touch.",
+            only=(When("to", _controls_without_feed),),
+            without=("show_template",),
+            range=FEED_OR_NONE,
+            label="Measuring feed",
+            hint="Only for touches at several feeds",
+        ),
+    ] = None
+    tip_diameter: Annotated[
+        float | None,
+        Field(
+            help="Diameter of the tip, in mm; the default is that of the map.",
+            range=TIP_BALL,
+            without=("show_template",),
+        ),
+    ] = None
+
+    @classmethod
+    def needed_outputs(cls, stated: Mapping[str, Any]) -> tuple[str, ...]:
+        """The files, unless the template alone is shown."""
+        return () if stated.get("show_template") else ("output",)
+
+    def endings(self, output: str) -> tuple[str, ...]:
+        """One file has the ending that its control wants, which we do not know; or is a table."""
+        from pretravel.controls.exports import CONTROLS
+
+        if makes_folder(self.to):
+            return super().endings(output)
+        own = "" if self.output is None else self.output.suffix.lower()
+        usual = ".csv" if self.to == _RADII_TABLE else CONTROLS[self.to].ending
+        return (usual if usual in (".csv", ".json") else own,)
+
+    def run(self, progress: Progress = SILENT) -> ExportedMap | TextResult:
+        """Make the files of the map.
+
+        Returns
+        -------
+        ExportedMap
+            Or a text: the template.
+
+        Raises
+        ------
+        PretravelError
+            No output; a setting that the control does not use; a map that it cannot hold.
+        """
+        del progress
+        from pretravel.controls.heidenhain import heidenhain_template
+        from pretravel.files import read_map
+
+        if self.show_template:
+            return TextResult(heidenhain_template(), heidenhain_template())
+        if self.output is None:
+            raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
+        if self.output.suffix.lower() in _OF_OTHER_FILES:
+            raise PretravelError(
+                f"cannot write {self.output}: {self.output.suffix} is no ending of a file of a "
+                "control, and a file of that kind would be lost",
+                inputs=("output",),
+            )
+        if makes_folder(self.to):
+            refuse_no_folder(self.output)
+        return self.exported(read_map(self.map_file, tip_diameter=self.tip_diameter))
+
+    def exported(self, pretravel_map: PretravelMap) -> ExportedMap:
+        """Make the files of a map that has been read.
+
+        Parameters
+        ----------
+        pretravel_map : PretravelMap
+        """
+        from pretravel.controls.exports import CONTROLS, ExportedFiles, table_travel
+        from pretravel.files import csv_table_text
+        from pretravel.maps import effective_radius_table
+
+        control = CONTROLS.get(self.to)
+        if control is not None:
+            files = control.files(pretravel_map, self._settings(pretravel_map))
+        else:
+            table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
+            remark = "effective radii over the supported directions"
+            files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
+        without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
+        return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))
+
+    def _settings(self, pretravel_map: PretravelMap) -> ExportSettings:
+        from pretravel.controls.exports import ExportSettings, table_travel
+
+        tolerance, azimuth = self.tolerance_um, self.azimuth_deg
+        names = ("form", "base", "program", "tool", "stylus_length", "units", "angles", "criterion")
+        given = {name: getattr(self, name) for name in names}
+        given |= {
+            "tolerance": None if tolerance is None else tolerance * MICROMETRE,
+            "azimuth": None if azimuth is None else azimuth * DEGREE,
+            "template": None if self.template is None else _read_template(self.template),
+        }
+        return ExportSettings(
+            written=date.today().isoformat(),
+            travel=table_travel(pretravel_map, self.feed) if takes_feed(self.to) else 0.0,
+            **{name: value for name, value in given.items() if value is not None},
+        )
+
+
+def _read_template(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise PretravelError(f"{path}: cannot be read as text: {error}") from None
+
+
+def _statement(task: Export, files: ExportedFiles) -> str:
+    """Names of the files, and what they state."""
+    made = f"{task.output or ''}: {', '.join(sorted(files.texts))}".rstrip()
+    separator = " " if len(files.remarks) == 1 and not makes_folder(task.to) else "\n"
+    return separator.join([made, "\n".join(files.remarks)]) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class ExportedMap(Result):
+    """The files of a map for a control.
+
+    Attributes
+    ----------
+    task : Export
+    files : ExportedFiles
+    text : str
+        Names of the files, and what they state.
+    cautions : tuple of str
+    """
+
+    task: Export
+    files: ExportedFiles
+    text: str
+    cautions: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the one text to a file, or each text to a folder; what they replace is removed."""
+        del output
+        from pretravel.base import write_text, write_texts
+
+        if "" in self.files.texts:
+            write_text(path, self.files.texts[""])
+            return
+        write_texts(path, self.files.texts, "ascii")
+        for name in self.files.obsolete:
+            (path / name).unlink(missing_ok=True)

@@ -1,0 +1,540 @@
+"""Make probing programs for LinuxCNC, and subroutines to call by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from pretravel.base import ANGLE, DEGREE, FEED, PretravelError
+from pretravel.task import (
+    FOLDER,
+    PROGRAMS,
+    REFERENCE_SPHERE,
+    SILENT,
+    STYLUS_OF_SUBROUTINES,
+    TOOL_OF_SUBROUTINES,
+    Angles,
+    Approach,
+    Feeds,
+    Field,
+    Progress,
+    Result,
+    Task,
+    Turn,
+    Vector,
+    When,
+    angles,
+    feeds_list,
+    is_shape,
+    output,
+    polar_angles,
+    refuse_no_folder,
+    surface_files,
+    vector,
+)
+
+if TYPE_CHECKING:
+    from pretravel.base import FloatArray
+    from pretravel.controls.program import ProbingProgram
+    from pretravel.surface import Part
+
+_RINGS = "0,20,40,60,75,90"
+_TOUCHES_ON_THE_EQUATOR = 24
+_RINGS_OF_AXIS = "0,40,80"
+_TOUCHES_AT_AN_ANGLE = 8
+_RINGS_PATTERN = When("pattern", ("rings",))
+_NAMED = 20
+"""Targets that are left out and named."""
+
+
+def _patterns() -> list[str]:
+    from pretravel.task import patterns
+
+    return ["rings", *patterns()]
+
+
+MachinePath: TypeAlias = Annotated[
+    Path,
+    Field(
+        help="Machine file: pretravel machine > mill.toml writes one to edit.",
+        positional=True,
+        reads=True,
+    ),
+]
+
+
+class ProgramTask(Task):
+    """Settings of tasks that make a program."""
+
+    output: Annotated[Path, output("Program: .ngc.", *PROGRAMS)]
+    repeats: Annotated[
+        int, Field(help="Repeats of each touch, one after the other.", range=(1, 1000))
+    ] = 1
+    feeds: Annotated[
+        Feeds | None,
+        Field(
+            help="Measuring feeds a,b,…, in mm/min: every touch is made once at each feed; the "
+            "default is the feed of the machine file.",
+            parse=feeds_list,
+            metavar="FEEDS",
+        ),
+    ] = None
+    log: Annotated[
+        str | None,
+        Field(
+            help="Log file on the machine, next to its INI file: NAME_log.ngc, which the control "
+            "can read again; the default NAME is that of the program."
+        ),
+    ] = None
+
+    spindle_deg: Annotated[
+        float | None,
+        Field(
+            help="Orientation of the spindle during the touches, in degrees: the program orients "
+            "the spindle (M19) and writes the angle to the log. For pretravel reversal make one "
+            "program for 0 and one for 180.",
+            range=ANGLE,
+            label="Orientation of the spindle",
+        ),
+    ] = None
+    by_hand: Annotated[
+        bool,
+        Field(
+            help="For a machine without M19: the program stops at the safe height, where you turn "
+            "the spindle by hand.",
+            only=("spindle_deg",),
+        ),
+    ] = False
+
+    @property
+    def log_name(self) -> str:
+        """Of the log file on the machine."""
+        from pretravel.files import LOG_ENDING
+
+        return self.log or f"{self.output.stem.lower()}{LOG_ENDING}"
+
+
+class ProgramSphere(ProgramTask):
+    """Touch a reference sphere in all directions, for pretravel qualify.
+
+    The centre of the sphere is the origin of the work offset (or --center), to about 1 mm.
+    """
+
+    name = "program sphere"
+    group = "Control"
+    example = "pretravel program sphere mill.toml --diameter 24.9987 -o sphere.ngc"
+
+    machine: MachinePath
+    diameter: Annotated[float, REFERENCE_SPHERE]
+    pattern: Annotated[
+        str,
+        Field(
+            help="rings, iso10360-5 (25 touches) or iso230-10 (36 on the equator).",
+            names=_patterns,
+            metavar="PATTERN",
+        ),
+    ] = "rings"
+    polar: Annotated[
+        Angles | None,
+        Field(
+            help="Polar angles of the rings, in degrees; 90 is the equator; the default is "
+            f"{_RINGS}.",
+            parse=polar_angles,
+            metavar="ANGLES",
+            only=(_RINGS_PATTERN,),
+        ),
+    ] = None
+    count: Annotated[
+        int | None,
+        Field(
+            help="Touches on the equator; other rings are as dense; the default is "
+            f"{_TOUCHES_ON_THE_EQUATOR}.",
+            range=(1, 10_000),
+            only=(_RINGS_PATTERN,),
+        ),
+    ] = None
+    center: Annotated[
+        Vector,
+        Field(
+            help="Centre of the sphere in work coordinates, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ] = Vector(0, 0, 0)
+    shank: Annotated[
+        float,
+        Field(
+            help="Diameter of a vertical shank below the sphere, in mm; 0: none.",
+            range=(0.0, 1000.0),
+            unit="mm",
+        ),
+    ] = 0.0
+    turn_deg: Turn = 0.0
+
+    def run(self, progress: Progress = SILENT) -> PlannedProgram:
+        """Plan the touches and the moves between them.
+
+        Raises
+        ------
+        PretravelError
+            A shank as thick as the sphere; rings of another pattern; as `plan_program`.
+        """
+        import numpy as np
+
+        from pretravel.base import probe_rotation
+        from pretravel.controls.program import plan_program
+        from pretravel.controls.surroundings import SphereObstacle
+        from pretravel.files import read_machine
+        from pretravel.touches import Targets
+
+        _check_shank(self.shank, self.diameter)
+        known = read_machine(self.machine)
+        normals = self._directions() @ probe_rotation(rotation=self.turn_deg * DEGREE).T
+        middle, radius = np.array(self.center), 0.5 * self.diameter
+        labels = tuple(f"s{i + 1}" for i in range(len(normals)))
+        x, y, z = self.center
+        with progress.working("planning"):
+            program = plan_program(
+                Targets(middle + radius * normals, normals, labels=labels),
+                known,
+                title=f"sphere of {self.diameter:g} mm around X{x:g} Y{y:g} Z{z:g}",
+                feeds=self.feeds or (),
+                repeats=self.repeats,
+                obstacles=[SphereObstacle(middle, radius, self.shank)],
+            )
+        return _planned(self, program)
+
+    def _directions(self) -> FloatArray:
+        """Directions of the pattern; polar angles and count are those of rings."""
+        from pretravel.base import ring_pattern
+        from pretravel.task import patterns
+
+        if self.pattern == "rings":
+            rings = polar_angles(_RINGS) if self.polar is None else self.polar
+            count = _TOUCHES_ON_THE_EQUATOR if self.count is None else self.count
+            return ring_pattern([angle * DEGREE for angle in rings.degrees], count)
+        return patterns()[self.pattern]()
+
+
+class ProgramAxis(ProgramTask):
+    """Touch a reference sphere at several angles of a rotary axis, for pretravel axis.
+
+    Give the centre of the sphere at the first angle and a point on the axis roughly: at each angle
+    the sphere must be within clearance_mm (machine file) of where it is expected, and an error of
+    the point on the axis shifts it by up to twice this error. The axis turns while the tip is at
+    the safe height. The same directions are touched at each angle; labels of the log begin with
+    the angle. Switch off tool centre point control, which moves X, Y and Z with the axis: M429 in
+    LinuxCNC's sample of xyzac-trt-kins.
+    """
+
+    name = "program axis"
+    group = "Control"
+    example = (
+        "pretravel program axis mill.toml --axis C --angles 0:300:60 --diameter 25 "
+        "--center 60,0,0 --about 0,0,0 -o axis.ngc"
+    )
+
+    machine: MachinePath
+    axis: Annotated[
+        Literal["A", "B", "C"], Field(help="Rotary axis: A lies along x, B along y, C along z.")
+    ]
+    angles: Annotated[
+        Angles,
+        Field(
+            help="Angles of the axis, in degrees, in their order: three or more.",
+            parse=angles,
+            metavar="ANGLES",
+        ),
+    ]
+    diameter: Annotated[float, REFERENCE_SPHERE]
+    center: Annotated[
+        Vector,
+        Field(
+            help="Centre of the sphere at the first angle, in work coordinates, in mm.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ]
+    about: Annotated[
+        Vector,
+        Field(
+            help="A point on the axis, in work coordinates, in mm, anywhere along the axis.",
+            parse=vector,
+            metavar="X,Y,Z",
+        ),
+    ]
+    sense: Annotated[
+        Literal["against", "with"],
+        Field(
+            help="Sense in which the sphere turns where the angle of the axis increases. against: "
+            "left-handed about the machine's axis, as on a table. with: right-handed.",
+        ),
+    ] = "against"
+    turning_feed: Annotated[
+        float, Field(help="Feed of the rotary axis, in degrees/min.", range=FEED)
+    ] = 1000.0
+    polar: Annotated[
+        Angles,
+        Field(
+            help="Polar angles of the rings, in degrees; 90 is the equator.",
+            parse=polar_angles,
+            metavar="ANGLES",
+        ),
+    ] = Angles(_RINGS_OF_AXIS)
+    count: Annotated[
+        int,
+        Field(help="Touches on the equator; other rings are as dense.", range=(1, 10_000)),
+    ] = _TOUCHES_AT_AN_ANGLE
+    shank: Annotated[
+        float,
+        Field(
+            help="Diameter of a vertical shank below the sphere, in mm; 0: none.",
+            range=(0.0, 1000.0),
+            unit="mm",
+            only=(When("axis", ("C",)),),
+        ),
+    ] = 0.0
+
+    def run(self, progress: Progress = SILENT) -> PlannedProgram:
+        """Plan the touches at all angles, and the moves between them.
+
+        Raises
+        ------
+        PretravelError
+            As `plan_axis_program`.
+        """
+        import numpy as np
+
+        from pretravel.base import ring_pattern
+        from pretravel.controls.axis_program import TurnedSphere, plan_axis_program
+        from pretravel.controls.surroundings import SphereObstacle
+        from pretravel.files import read_machine
+
+        _check_shank(self.shank, self.diameter)
+        known = read_machine(self.machine)
+        normals = ring_pattern([angle * DEGREE for angle in self.polar.degrees], self.count)
+        obstacle = SphereObstacle(np.array(self.center), 0.5 * self.diameter, self.shank)
+        sense = -1 if self.sense == "against" else 1
+        with progress.working("planning"):
+            program = plan_axis_program(
+                TurnedSphere(self.axis, np.array(self.about), sense, obstacle),
+                [angle * DEGREE for angle in self.angles.degrees],
+                normals,
+                known,
+                turning_feed=self.turning_feed,
+                feeds=self.feeds or (),
+                repeats=self.repeats,
+            )
+        return _planned(self, program)
+
+
+def _check_shank(shank: float, diameter: float) -> None:
+    if shank >= diameter:
+        raise PretravelError(
+            f"a shank of {shank:g} mm: it must be thinner than the sphere",
+            inputs=("shank", "diameter"),
+        )
+
+
+class ProgramPart(ProgramTask):
+    """Touch the targets of a plan, with moves between them that are free of collisions."""
+
+    name = "program part"
+    group = "Control"
+    example = "pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"
+
+    machine: MachinePath
+    targets: Annotated[
+        Path, Field(help="Targets, .csv, from pretravel plan.", positional=True, reads=True)
+    ]
+    surface: Annotated[
+        str | None,
+        Field(
+            help="The part, part.step: moves are checked against all its faces.",
+            reads=surface_files,
+            word=is_shape,
+        ),
+    ] = None
+    compensated: Annotated[
+        Path | None,
+        Field(
+            help="Compute surface points on the control, with the subroutines of pretravel export "
+            "MAP --to linuxcnc; the program stops if the control has those of another map.",
+            metavar="MAP",
+            reads=True,
+        ),
+    ] = None
+    allow_misses: Annotated[
+        bool,
+        Field(
+            help="Continue after a touch without contact, except if the first touch or two touches "
+            "in a row have none."
+        ),
+    ] = False
+    leave_out: Annotated[bool, Field(help="Leave out targets that cannot be reached.")] = False
+    approach: Approach = "normal"
+
+    def run(self, progress: Progress = SILENT) -> PlannedProgram:
+        """Plan the moves between the targets.
+
+        Raises
+        ------
+        PretravelError
+            A surface that is no part; targets that cannot be reached; as `plan_program`.
+        """
+        from pretravel.controls.program import plan_program
+        from pretravel.controls.surroundings import PartObstacle
+        from pretravel.files import read_machine, read_targets
+
+        known = read_machine(self.machine)
+        part = None if self.surface is None else _part(self.surface)
+        plan = read_targets(self.targets, approach=self.approach)
+        with progress.working(f"planning {len(plan)} touches"):
+            program = plan_program(
+                plan,
+                known,
+                title=self.targets.stem,
+                feeds=self.feeds or (),
+                repeats=self.repeats,
+                obstacles=[] if part is None else [PartObstacle(part)],
+                leave_out=self.leave_out,
+            )
+        return _planned(self, program, self.compensated, allow_misses=self.allow_misses)
+
+
+def _part(surface: str) -> Part:
+    from pretravel.surface import Part, parse_surface
+
+    shape = parse_surface(surface)
+    if not isinstance(shape, Part):
+        raise PretravelError(
+            f"{surface}: moves are checked against a STEP or IGES file (part.step)",
+            inputs=("surface",),
+        )
+    return shape
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedProgram(Result):
+    """A program and what is known of its moves.
+
+    Attributes
+    ----------
+    program : ProbingProgram
+    content : str
+        The program for the control.
+    text : str
+        Touches and duration, and what was checked.
+    cautions : tuple of str
+        What was not.
+    """
+
+    program: ProbingProgram
+    content: str
+    text: str
+    cautions: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write the program."""
+        del output
+        from pretravel.base import write_text
+
+        write_text(path, self.content, "ascii")
+
+
+def _planned(
+    task: ProgramTask,
+    program: ProbingProgram,
+    compensated: Path | None = None,
+    *,
+    allow_misses: bool = False,
+) -> PlannedProgram:
+    from pretravel.controls.linuxcnc_programs import linuxcnc_program
+    from pretravel.controls.linuxcnc_state import HANDLER
+    from pretravel.files import read_map
+
+    pretravel_map = None if compensated is None else read_map(compensated)
+    content = linuxcnc_program(
+        program,
+        task.log_name,
+        compensated=pretravel_map,
+        allow_misses=allow_misses,
+        spindle=None if task.spindle_deg is None else task.spindle_deg * DEGREE,
+        by_hand=task.by_hand,
+        written=date.today().isoformat(),
+    )
+    minutes = program.duration / 60.0
+    where = f"log: {task.log_name}, next to the machine's INI file"
+    lines = [
+        f"{len(program)} touches, about {minutes:.1f} min; {where}",
+        f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",
+        *(f"checked: {statement}" for statement in program.checked),
+    ]
+    warnings = []
+    if pretravel_map is not None and pretravel_map.delay is None and pretravel_map.feed is None:
+        warnings.append(
+            f"{compensated} has no feed: the points hold only if the probe was qualified at "
+            "the feed of this program"
+        )
+    if program.left_out:
+        more = "…" if len(program.left_out) > _NAMED else ""
+        names = ", ".join(program.left_out[:_NAMED]) + more
+        count = len(program.left_out)
+        warnings.append(f"{count} targets left out that cannot be reached: {names}")
+    warnings += [f"not checked: {statement}" for statement in program.unchecked]
+    return PlannedProgram(program, content, "\n".join(lines) + "\n", tuple(warnings))
+
+
+class ProgramMdi(Task):
+    """Write the subroutine pretravel_sphere, which touches a reference sphere when MDI calls it.
+
+    The command needs neither a map nor a machine file. With a map, pretravel export --to linuxcnc
+    writes the same subroutine together with the cycles that compensate.
+    """
+
+    name = "program mdi"
+    group = "Control"
+    example = "pretravel program mdi -o subroutines"
+
+    output: Annotated[Path, output("Folder for the subroutines, on SUBROUTINE_PATH.", *FOLDER)]
+    tool: Annotated[
+        int | None, Field(help=TOOL_OF_SUBROUTINES, range=(1, 99_999), metavar="NUMBER")
+    ] = None
+    stylus_length: Annotated[
+        float, Field(help=STYLUS_OF_SUBROUTINES, range=(1.0, 1000.0), unit="mm")
+    ] = 50.0
+
+    def run(self, progress: Progress = SILENT) -> Subroutines:
+        """The subroutines."""
+        del progress
+        from pretravel.controls.linuxcnc_cycles import sphere_subroutines
+
+        refuse_no_folder(self.output)
+        texts = sphere_subroutines(self.tool, self.stylus_length)
+        return Subroutines(texts, f"{self.output}: {', '.join(sorted(texts))}\n")
+
+
+@dataclass(frozen=True)
+class Subroutines(Result):
+    """Texts of subroutines.
+
+    Attributes
+    ----------
+    texts : mapping of str to str
+        By the names of their files.
+    text : str
+        Their names.
+    """
+
+    texts: Mapping[str, str]
+    text: str
+
+    def write(self, output: str, path: Path) -> None:
+        """Write a file for each in a folder."""
+        del output
+        from pretravel.base import write_texts
+
+        write_texts(path, self.texts, "ascii")

@@ -1,0 +1,1 @@
+"""Compare the designs of two probes."""

@@ -1,0 +1,189 @@
+"""Reports and pictures of a part: its faces, and a plan of the points to touch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pretravel.base import DEGREE, PretravelError
+from pretravel.drawing.inspection import InspectionPlan
+from pretravel.measurement import associate
+from pretravel.show import (
+    Column,
+    Document,
+    Picture,
+    SpaceChart,
+    SpaceLines,
+    SpacePoints,
+    Table,
+    View,
+    body_marks,
+    decimals,
+    part_view,
+    signed_decimals,
+    significant,
+    value_text,
+)
+from pretravel.surface import Face, Part, Surface
+
+_HALF = 0.99
+"""Of half a turn: half a bore is named as a bore, a fillet is not."""
+_UPRIGHT = 1e-6  # of a cosine: an axis along x, y or z
+_APEX = 1e-6
+"""A radius below this is the tip of a cone. [mm]"""
+
+
+def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document:
+    """The report of a part: its faces.
+
+    Parameters
+    ----------
+    part : Part
+    columns : mapping of str to values
+        Of `pretravel.drawing.inspection_csv.faces_table`.
+
+    Returns
+    -------
+    Document
+    """
+    values = {name: np.asarray(column).tolist() for name, column in columns.items()}
+    values["type"] = [_type_words(face) for face in part.faces] + values["type"][len(part.faces) :]
+    usable = [row for row, problem in enumerate(values["problem"]) if not problem]
+    low, high = part.box
+    size = " x ".join(value_text(float(length)) for length in high - low)
+    count = len(values["face"])
+    parts = len({face.part for face in part.faces})
+    return Document(
+        title=part.name,
+        verdict=f"{part.name}: {count} face{'' if count == 1 else 's'}"
+        f"{f' of {parts} parts' if parts > 1 else ''}, {size} mm, from "
+        f"{value_text(tuple(low.tolist()))} to {value_text(tuple(high.tolist()))}",
+        tables=(
+            _faces_table({k: [column[row] for row in usable] for k, column in values.items()}),
+        ),
+        pictures=(Picture("Faces and their numbers", lambda: part_view(part)),),
+        warnings=_size_warnings(part.size)
+        + tuple(
+            f"face {face} cannot be used: {problem}"
+            for face, problem in zip(values["face"], values["problem"], strict=True)
+            if problem
+        ),
+    )
+
+
+_SMALL, _LARGE = 1.0, 10_000.0
+"""Sizes of parts beyond which the unit of a file is doubtful. [mm]"""
+
+
+def _size_warnings(size: float) -> tuple[str, ...]:
+    if _SMALL <= size <= _LARGE:
+        return ()
+    return (f"the part is {value_text(size, 'mm')} long: is the unit of the file correct?",)
+
+
+def _type_words(face: Face) -> str:
+    """What a face is; a bore or a boss by its diameter and its axis."""
+    if face.kind != "cylinder":
+        return face.kind
+    local = face.coarse.points
+    try:
+        # The normals of a cylinder lie across its axis: no search is needed.
+        normals = face.local(face.coarse.uv).normal
+        axis = np.linalg.svd(normals, full_matrices=False)[2][-1]
+        found = associate("cylinder", local, axis=axis * np.sign(axis[np.argmax(np.abs(axis))]))
+    except PretravelError:  # too narrow a strip
+        return face.kind
+    assert found.direction is not None
+    assert found.diameter is not None
+    normal = face.local(face.middle[None])
+    away = normal.point[0] - found.point
+    across = away - (away @ found.direction) * found.direction
+    low, high = face.box
+    turns = float(high[0] - low[0]) > _HALF * math.pi
+    side = "bore" if float(across @ normal.normal[0]) < 0.0 else "boss"
+    main = int(np.argmax(np.abs(found.direction)))
+    upright = abs(float(found.direction[main])) > 1.0 - _UPRIGHT
+    way = "xyz"[main] if upright else value_text(tuple(found.direction.tolist()), "", decimals(2))
+    kept = [axis for axis in range(3) if axis != main or not upright]
+    at = value_text(tuple(float(found.point[axis]) for axis in kept), "", decimals(2))
+    name = side if turns else f"part of a {side}"
+    return f"{name} {found.diameter:.4g} about {way} at {at}"
+
+
+def _faces_table(values: Mapping[str, list[Any]]) -> Table:
+    angle = significant(4)
+    radii = ["apex" if radius < _APEX else radius for radius in values["smallest_radius_mm"]]
+    return Table(
+        (
+            Column.of("face", [str(face) for face in values["face"]]),
+            Column.of("name", values["name"]),
+            *((Column.of("part", values["part"]),) if "part" in values else ()),
+            Column.of("type", values["type"]),
+            *(Column.of(axis, values[f"{axis}_mm"], "mm") for axis in "xyz"),
+            *(Column.of(f"n{axis}", values[f"n{axis}"], "", signed_decimals(2)) for axis in "xyz"),
+            Column.of("radius", radii, "mm", significant(3)),
+            *(
+                Column.of(name.replace("_", " "), values[name], "", angle)
+                for name in ("u_from", "u_to", "v_from", "v_to")
+            ),
+        ),
+        explanation="type: a bore or boss with its diameter, and where its axis lies in mm; "
+        "x, y, z: a point in the middle of the face, far from its edges; nx, ny, nz: "
+        "the normal there; radius: the smallest anywhere on the face, empty where it is flat; "
+        "u, v: the range of its parameters.",
+    )
+
+
+def plan_document(plan: InspectionPlan, surface: Surface | Part, title: str = "") -> Document:
+    """The report of a plan of points to touch.
+
+    Parameters
+    ----------
+    plan : InspectionPlan
+    surface : Surface or Part
+    title : str
+        Of the picture.
+
+    Returns
+    -------
+    Document
+    """
+    steepest = math.acos(float(np.clip(plan.normal[:, 2].min(), -1.0, 1.0))) / DEGREE
+    polar = value_text(steepest, "°", decimals(1))
+    return Document(
+        title=title or "Targets",
+        verdict=f"{len(plan)} targets, normals up to {polar} from z",
+        pictures=(Picture("Targets and normals", lambda: plan_view(plan, surface, title)),),
+        warnings=tuple(
+            f"{count} points left out: {reason}" for reason, count in plan.left_out.items()
+        ),
+    )
+
+
+def plan_view(plan: InspectionPlan, surface: Surface | Part, title: str = "") -> View:
+    """Targets on their surface, with their normals.
+
+    Parameters
+    ----------
+    plan : InspectionPlan
+    surface : Surface or Part
+    title : str
+
+    Returns
+    -------
+    View
+    """
+    body = body_marks(surface)
+    cloud = np.concatenate([plan.point, surface.box]) if isinstance(surface, Part) else plan.point
+    length = 0.06 * (float(np.linalg.norm(np.ptp(cloud, axis=0))) or 1.0)
+    marks = (
+        *body,
+        SpaceLines(plan.point, plan.point + length * plan.normal, "normals", "series2", 1.2),
+        SpacePoints(plan.point, "targets", "series1", size=4.0, labels=plan.labels),
+    )
+    chart = SpaceChart("Targets and normals", marks, "part")
+    return View(f"{title or 'Targets'}: {len(plan)} points", (chart,))

@@ -1,5 +1,0 @@
-"""Choose points of a surface to touch."""
-
-import lazy_loader
-
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

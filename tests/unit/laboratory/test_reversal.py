@@ -1,0 +1,140 @@
+"""Touches at 0° and 180° of the spindle: run-out and odd lobes drop out of the means."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.departures.probes import six_seats
+from pretravel.base.arrays import FloatArray
+from pretravel.base.errors import PretravelError
+from pretravel.files.touches_csv import read_touches, write_touches
+from pretravel.laboratory.reversal import reversed_touches
+from pretravel.touches import Touches
+from tests.support.commands import run
+
+PHI = np.radians(np.arange(0.0, 360.0, 10.0))
+NORMALS = np.stack([np.cos(PHI), np.sin(PHI), np.zeros(len(PHI))], axis=1)
+RUNOUT = np.array([0.012, -0.005, 0.0])
+NOISE = 0.3e-3
+
+
+def _travel(azimuth: FloatArray) -> FloatArray:
+    odd = 0.006 * np.cos(3.0 * azimuth - 0.7) + 0.001 * np.cos(5.0 * azimuth)
+    return np.asarray(0.012 + odd + 0.002 * np.cos(2.0 * azimuth - 0.3))
+
+
+def _even(azimuth: FloatArray) -> FloatArray:
+    return np.asarray(0.012 + 0.002 * np.cos(2.0 * azimuth - 0.3))
+
+
+def _pin(turn: float, rng: np.random.Generator) -> Touches:
+    """A pin of 25 mm: the tip is beside the axis and its lobes are turned with the spindle."""
+    c, s = np.cos(turn), np.sin(turn)
+    beside = np.array([c * RUNOUT[0] - s * RUNOUT[1], s * RUNOUT[0] + c * RUNOUT[1], 0.0])
+    reach = 12.5 + 3.0 - _travel(PHI - turn) + rng.normal(0.0, NOISE, len(PHI))
+    return Touches(NORMALS * reach[:, None] - beside, NORMALS, spindle=np.full(len(PHI), turn))
+
+
+def _both(seed: int = 0) -> Touches:
+    rng = np.random.default_rng(seed)
+    one, other = _pin(0.0, rng), _pin(np.pi, rng)
+    return Touches(
+        np.vstack([one.positions, other.positions[::-1]]),
+        np.vstack([NORMALS, NORMALS[::-1]]),
+        spindle=np.repeat([0.0, np.pi], len(PHI)),
+    )
+
+
+def test_means_have_even_lobes_only() -> None:
+    found = reversed_touches(_both())
+    read = 15.5 - np.sum(found.means.positions * NORMALS, axis=1)
+    assert np.std(read - _even(PHI)) == pytest.approx(NOISE / np.sqrt(2.0), rel=0.4)
+    assert found.means.spindle is None
+
+
+def test_what_is_taken_out() -> None:
+    """Run-out and lobes within U of 95 %: of 20 x 4 values at least 70."""
+    within = []
+    for seed in range(20):
+        found = reversed_touches(_both(seed))
+        reach = found.factor * found.u
+        within += (np.abs(found.runout - RUNOUT[:2]) < reach[0]).tolist()
+        within += (np.abs(found.amplitudes[1:] - [0.006, 0.001]) < reach[1:]).tolist()
+        # Ten degrees of freedom at least, beside 26 numbers: 22 %, and two of these.
+        assert found.noise == pytest.approx(NOISE, rel=0.45)
+    assert np.sum(within) >= 70
+
+
+@pytest.mark.parametrize(
+    ("touches", "reason"),
+    [
+        (replace(_both(), spindle=None), "do not give the orientation"),
+        (replace(_both(), spindle=np.repeat([0.0, 1.5], 36)), "180° apart"),
+        (_both().take(np.arange(71)), "touch 1 has no touch at the other orientation"),
+        (_both().take(np.arange(1, 72)), "touch 71 has no touch at the first"),
+    ],
+)
+def test_refused(touches: Touches, reason: str) -> None:
+    with pytest.raises(PretravelError) as caught:
+        reversed_touches(touches)
+    assert reason in str(caught.value)
+
+
+def test_few_directions_have_means_but_no_lobes() -> None:
+    touches = _both().take([0, 9, 18, 27, 71, 62, 53, 44])
+    found = reversed_touches(touches)
+    assert len(found.means) == 4
+    assert np.isnan(found.noise)
+
+
+@pytest.mark.parametrize(
+    ("count", "together"), [(8, (5, 11, 13)), (12, (9, 15, 21)), (13, (23, 29)), (24, (21, 27))]
+)
+def test_lobes_that_directions_do_not_tell_apart(count: int, together: tuple[int, ...]) -> None:
+    """Probes of `benchmarks.departures`: the lobe of three is in U; χ² is that of 40 sets, which
+    scatters by 0.22. n equal steps show m and n - m, 2 n - m alike, of the odd
+    orders that a reversal has. Before, the lobe of nine was in that of three of twelve directions
+    (22 % in U), u of eight was 19 m, and the noise of 16 was three times too large."""
+    azimuth, fine = np.arange(count) * 2.0 * np.pi / count, np.arange(720) * np.pi / 360.0
+    normals, all_around = (
+        np.stack([np.cos(a), np.sin(a), np.zeros(len(a))], axis=1) for a in (azimuth, fine)
+    )
+    squares, noises = [], []
+    for seed in range(40):
+        rng = np.random.default_rng([5, seed])
+        probe = six_seats(rng)
+        reach = [
+            15.5 - probe.pretravel(side * normals) + rng.normal(0.0, NOISE, count)
+            for side in (1.0, -1.0)
+        ]
+        both = Touches(
+            np.vstack([normals * each[:, None] for each in reach]),
+            np.vstack([normals, normals]),
+            spindle=np.repeat([0.0, np.pi], count),
+        )
+        found = reversed_touches(both)
+        true = 2.0 * np.abs(np.fft.rfft(probe.pretravel(all_around)))[3] / 720.0
+        squares.append(((found.amplitudes[1] - true) / found.u[1]) ** 2)
+        noises.append(found.noise)
+        assert found.together[1][: len(together)] == together
+        assert np.isnan(found.amplitudes[2]) == (5 in together)
+    assert 0.2 < np.mean(squares) < 1.6
+    assert NOISE < np.sqrt(np.mean(np.square(noises))) < 1.5 * NOISE
+
+
+def test_command(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    for name, turn in (("a.csv", 0.0), ("b.csv", np.pi)):
+        write_touches(tmp_path / name, replace(_pin(turn, rng), spindle=None))
+    files, means = (tmp_path / "a.csv", tmp_path / "b.csv"), tmp_path / "means.csv"
+    out = run("reversal", *files, "--spindle", "0,180", "-o", means, "--plot", tmp_path / "a.png")
+    assert "36 means of two orientations: without run-out and odd lobes" in out
+    assert "lobes of order 3" in out
+    assert len(read_touches(means)) == 36
+    out = run("qualify", means, "--pin", "--diameter", 25, "--tip-diameter", 6, "--kind", "mean")
+    assert "effective radius" in out
+    assert "do not give the orientation" in run("reversal", *files, code=2)
