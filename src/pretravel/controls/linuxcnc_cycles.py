@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 from pretravel.base import INCH
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_programs import check_line_lengths
-from pretravel.controls.linuxcnc_state import state_subroutines
+from pretravel.controls.linuxcnc_state import check_line_lengths, state_subroutines
 from pretravel.controls.machine import USUAL_STYLUS_LENGTH, largest_deflection
 from pretravel.controls.program_log import FAULTS, LOG_ENDING, LOG_HEAD, SUBROUTINE_TOUCH_COLUMNS
 

@@ -15,8 +15,10 @@ READABLE_FORMATS = "Formats that can be read (pretravel formats describes them):
 """Begins the list of names in the error of a file of no known format; the workbench folds it."""
 _HEAD = 1000
 _OWN_COLUMNS = frozenset(
-    ("label", *NEEDED, "ax", "ay", "az", "feed_mm_min", "spindle_deg")
-    + ("nominal_x_mm", "nominal_y_mm", "nominal_z_mm")
+    [
+        *("label", *NEEDED, "ax", "ay", "az", "feed_mm_min", "spindle_deg"),
+        *("nominal_x_mm", "nominal_y_mm", "nominal_z_mm"),
+    ]
 )
 """Of the tables of touches that this package writes."""
 _NUMBERS = re.compile(r"[-+\d.,;\s]*(?:\de[-+]?\d[-+\d.,;\s]*)*", re.IGNORECASE)
