@@ -113,9 +113,10 @@ class Command(HelpUnread, TyperCommand):
 
     def _take_help(self) -> None:
         """Take the help of the parameters from the settings: some lists all kinds or controls."""
-        for parameter in self.params:
-            if parameter.name in self.settings:
-                parameter.help = self.settings[parameter.name].help
+        each: Any
+        for each in self.params:
+            if each.name in self.settings:
+                each.help = self.settings[each.name].help
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """The words of the usage; an argument that is needed without typer's braces."""

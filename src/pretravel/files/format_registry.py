@@ -125,7 +125,7 @@ def _is_own_table(file: SourceFile) -> bool:
     Known without the other formats, whose modules need not be imported then.
     """
     first, _, rest = file.content.partition(b"\n")
-    header = first.decode("ascii", "replace").strip().split(",")
+    header = [name.strip('"') for name in first.decode("ascii", "replace").strip().split(",")]
     if file.ending != ".csv" or not _OWN_COLUMNS.issuperset(header):
         return False
     widths = {line.count(b",") for line in rest.splitlines() if line.strip()}

@@ -135,7 +135,7 @@ class Compensate(
     def endings(self, output: str) -> tuple[str, ...]:
         """Points are written in each format that is known; the usual ones are known here."""
         usual = super().endings(output)
-        if output != "output" or (self.output and self.output.suffix.lower() in usual):
+        if output != "output" or self.output.suffix.lower() in usual:
             return usual
         from pretravel.files import point_endings
 
