@@ -126,7 +126,8 @@ class Plugins(Mapping[str, _T], Generic[_T]):
         return found
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self._own, *self._points])
+        yield from self._own
+        yield from self._points  # asked for where the own ones do not suffice
 
     def __len__(self) -> int:
         return len(self._own) + len(self._points)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +14,7 @@ from typer.core import TyperCommand, TyperOption
 from pretravel.base import PretravelError
 from pretravel.cli.typed_values import HelpUnread
 from pretravel.task import ANSWER as ANSWER
+from pretravel.task import Setting
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
@@ -49,7 +51,14 @@ class Command(HelpUnread, TyperCommand):
     The library speaks of quantities and names the inputs that can correct a fault
     (`PretravelError.inputs`). An input ``tip_diameter`` is the option ``--tip-diameter`` of a
     command that has it. Values that typer refuses become messages of the same form.
+
+    Attributes
+    ----------
+    settings : mapping of str to Setting
+        Of its task, by the names of the parameters.
     """
+
+    settings: Mapping[str, Setting] = {}
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments; a value that cannot be used is named with its option."""
@@ -80,6 +89,7 @@ class Command(HelpUnread, TyperCommand):
         With ``--help-all`` all of every text, and every part.
         """
         whole = ctx.meta.get(WHOLE_HELP, False)
+        self._take_help()
         self.format_usage(ctx, formatter)
         text = "\n\n".join((self.help or "").split("\n\n")[: None if whole else 2])
         with formatter.indentation():
@@ -95,6 +105,18 @@ class Command(HelpUnread, TyperCommand):
         formatter.write_text(self.epilog or "")
         if not whole:
             formatter.write_text(f"All options in full: {WHOLE_HELP}")
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        """What can follow, with its help."""
+        self._take_help()
+        return list(super().shell_complete(ctx, incomplete))
+
+    def _take_help(self) -> None:
+        """Take the help of the parameters from the settings: some lists all kinds or controls."""
+        each: Any
+        for each in self.params:
+            if each.name in self.settings:
+                each.help = self.settings[each.name].help
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """The words of the usage; an argument that is needed without typer's braces."""

@@ -66,10 +66,10 @@ def command_of(task: type[Task]) -> Any:
         context_settings={"max_content_width": 100},
     )(callback)
     command: Any = typer.main.get_command(alone)
-    settings = {setting.name: setting for setting in settings_of(task)}
+    command.settings = {setting.name: setting for setting in settings_of(task)}
     for parameter in command.params:
-        if parameter.name in settings:
-            read_here(parameter, settings[parameter.name])
+        if parameter.name in command.settings:
+            read_here(parameter, command.settings[parameter.name])
     return command
 
 
@@ -139,8 +139,7 @@ def _section(task: type[Task], setting: Setting) -> str:
 
 def _information(setting: Setting, section: str) -> Any:
     field = setting.field
-    common: dict[str, Any] = {"help": setting.help, "metavar": field.metavar or None}
-    common["rich_help_panel"] = section
+    common: dict[str, Any] = {"metavar": field.metavar or None, "rich_help_panel": section}
     if field.parse is not None or field.names is not None:
         common["parser"] = str  # what its words say is read in typed_values
     elif setting.kind in (float, int) and field.range is not None:

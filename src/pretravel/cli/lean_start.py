@@ -9,7 +9,7 @@ import sys
 
 _UNUSED = ("numpy.f2py", "numpy.testing")
 """Parts of NumPy that SciPy loads, because it takes all names of NumPy; it uses none of them."""
-_OBJECTS = 50_000
+_OBJECTS = 500_000
 """New objects until the garbage is collected; Python's 700 are met hundreds of times by imports."""
 
 

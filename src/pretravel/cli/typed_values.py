@@ -71,7 +71,7 @@ def _value(setting: Setting, typed: Any) -> Any:
     except PretravelError as error:
         raise typer.BadParameter(f"{typed}: {error}") from error
     if setting.field.names is not None:
-        if typed not in setting.choices:
+        if not setting.is_choice(typed):
             known = ", ".join(setting.choices)
             raise typer.BadParameter(f"{typed}: it is not known; there are {known}")
         return typed

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 from pretravel.base import INCH
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_programs import check_line_lengths
-from pretravel.controls.linuxcnc_state import state_subroutines
+from pretravel.controls.linuxcnc_state import check_line_lengths, state_subroutines
 from pretravel.files import (
     FAULTS,
     LOG_ENDING,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pretravel.base import DEGREE, FloatArray, PretravelError
 from pretravel.controls.gcode import render
-from pretravel.controls.linuxcnc_state import HANDLER
+from pretravel.controls.linuxcnc_state import HANDLER, check_line_lengths
 from pretravel.controls.map_identity import check_map_of_program, map_identity
 from pretravel.controls.program import ProbingProgram
 from pretravel.files import (
@@ -22,8 +22,6 @@ from pretravel.maps import PretravelMap
 
 _ANY_FAULT = "#<_pretravel_fault> NE 0"
 _MISSES_ALLOWED = "#<_pretravel_fault> GT 1 OR [#<_pretravel_fault> EQ 1 AND #<misses> GE 1]"
-_LONGEST_LINE = 250
-"""Characters of a line; the interpreter accepts 255."""
 _LOG_SIGNS = frozenset("abcdefghijklmnopqrstuvwxyz0123456789_-")
 """The interpreter makes names of subroutines small."""
 
@@ -145,22 +143,3 @@ def _moves(places: FloatArray, machine: Machine) -> list[_Move]:
         moves.append(_Move(place, feed))
         was_high = high
     return moves
-
-
-def check_line_lengths(text: str) -> None:
-    """Refuse G-code with a line that LinuxCNC's interpreter does not accept.
-
-    Parameters
-    ----------
-    text : str
-
-    Raises
-    ------
-    PretravelError
-    """
-    longest = max(text.splitlines(), key=len)
-    if len(longest) > _LONGEST_LINE:
-        raise PretravelError(
-            f"a line of {len(longest)} characters is too long for the control, which accepts "
-            f"{_LONGEST_LINE}; shorten the texts in it: {longest}"
-        )

@@ -1,11 +1,14 @@
-"""Subroutines of LinuxCNC that keep the state of the control."""
+"""What all files for LinuxCNC need: the state of the control is kept, lines have their length."""
 
 from __future__ import annotations
 
+from pretravel.base import PretravelError
 from pretravel.controls.gcode import render
 
 HANDLER = "ON_ABORT_COMMAND = O <pretravel_restore> call"
 """The line for the section RS274NGC of the INI file of a machine."""
+_LONGEST_LINE = 250
+"""Characters of a line; the interpreter accepts 255."""
 
 
 def state_subroutines() -> dict[str, str]:
@@ -27,3 +30,22 @@ def state_subroutines() -> dict[str, str]:
     """
     names = ("pretravel_keep.ngc", "pretravel_restore.ngc")
     return {name: render(f"linuxcnc/{name}", handler=HANDLER) for name in names}
+
+
+def check_line_lengths(text: str) -> None:
+    """Refuse G-code with a line that LinuxCNC's interpreter does not accept.
+
+    Parameters
+    ----------
+    text : str
+
+    Raises
+    ------
+    PretravelError
+    """
+    longest = max(text.splitlines(), key=len)
+    if len(longest) > _LONGEST_LINE:
+        raise PretravelError(
+            f"a line of {len(longest)} characters is too long for the control, which accepts "
+            f"{_LONGEST_LINE}; shorten the texts in it: {longest}"
+        )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pretravel.base import DEGREE, INCH
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
-from pretravel.controls.linuxcnc_programs import check_line_lengths
+from pretravel.controls.linuxcnc_state import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
 from pretravel.controls.map_identity import map_identity
 from pretravel.files import (

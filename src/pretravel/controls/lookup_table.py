@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 from operator import itemgetter
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
 from pretravel.base import (
     DEGREE,
     FloatArray,
+    IntArray,
     PretravelError,
     azimuth_angle,
     frozen,
@@ -30,6 +31,7 @@ from pretravel.controls.lookup import (
 )
 from pretravel.maps import PretravelMap
 
+_Weights: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 _STEP_OF_A_RING = 1.0 * DEGREE
 """Step of the polar angle where a band has no width. [rad]"""
 _FEWEST_COLUMNS = 12
@@ -96,22 +98,39 @@ class LookupTable:
 
     def value(self, directions: FloatArray) -> FloatArray:
         """See `Lookup`."""
-        columns = self.values.shape[1]
-        down = (polar_angle(directions) - self.band.lowest) / self.polar_step
-        i = np.clip(np.floor(down).astype(np.int64), 0, self.rows - 2)
-        around = azimuth_angle(directions) / self.azimuth_step
-        j = np.floor(around).astype(np.int64)
-        weights_down = _catmull_rom(np.clip(down - i, 0.0, 1.0))
-        weights_around = _catmull_rom(around - j)
+        i, weights_down = self._rows_at(polar_angle(directions))
+        j, weights_around = self._columns_at(azimuth_angle(directions))
         total = np.zeros(len(directions))
         for a in range(4):
             for b in range(4):
-                node = self.values[i + a, (j + b - 1) % columns]
+                node = self.values[i + a, (j + b - 1) % self.values.shape[1]]
                 total += weights_down[a] * weights_around[b] * node
         return total
 
+    def on_grid(self, polar: FloatArray, azimuth: FloatArray) -> FloatArray:
+        """See `FormOnGrid`: rows between the nodes first, then all azimuths of each."""
+        i, weights_down = self._rows_at(polar)
+        j, weights_around = self._columns_at(azimuth)
+        rows = sum(weights_down[a][:, None] * self.values[i + a] for a in range(4))
+        columns = np.zeros((self.values.shape[1], len(azimuth)))
+        for b in range(4):
+            np.add.at(columns, ((j + b - 1) % len(columns), np.arange(len(j))), weights_around[b])
+        return np.asarray(rows @ columns)
 
-def _catmull_rom(f: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def _rows_at(self, polar: FloatArray) -> tuple[IntArray, _Weights]:
+        """First of the four rows about each polar angle, and their weights."""
+        down = (polar - self.band.lowest) / self.polar_step
+        i = np.clip(np.floor(down).astype(np.int64), 0, self.rows - 2)
+        return i, _catmull_rom(np.clip(down - i, 0.0, 1.0))
+
+    def _columns_at(self, azimuth: FloatArray) -> tuple[IntArray, _Weights]:
+        """Second of the four columns about each azimuth, and their weights."""
+        around = azimuth / self.azimuth_step
+        j = np.floor(around).astype(np.int64)
+        return j, _catmull_rom(around - j)
+
+
+def _catmull_rom(f: FloatArray) -> _Weights:
     """Weights of four neighbours at a share f of the way from the second to the third."""
     return (
         0.5 * f * (f * (2.0 - f) - 1.0),

@@ -8,11 +8,19 @@ from collections.abc import Mapping
 from pretravel.base import Plugins, PretravelError
 from pretravel.files.file_format import FileFormat
 from pretravel.files.lines_of_tables import has_known_header, has_worded_rows, is_table, not_a_table
-from pretravel.files.source_file import Source, opened
+from pretravel.files.number_tables import NEEDED
+from pretravel.files.source_file import Source, SourceFile, opened
 
 READABLE_FORMATS = "Formats that can be read (pretravel formats describes them):"
 """Begins the list of names in the error of a file of no known format; the workbench folds it."""
 _HEAD = 1000
+_OWN_COLUMNS = frozenset(
+    [
+        *("label", *NEEDED, "ax", "ay", "az", "feed_mm_min", "spindle_deg"),
+        *("nominal_x_mm", "nominal_y_mm", "nominal_z_mm"),
+    ]
+)
+"""Of the tables of touches that this package writes."""
 _NUMBERS = re.compile(r"[-+\d.,;\s]*(?:\de[-+]?\d[-+\d.,;\s]*)*", re.IGNORECASE)
 FORMATS: Mapping[str, FileFormat] = Plugins(
     "pretravel.formats",
@@ -80,6 +88,8 @@ def format_of(source: Source) -> FileFormat:
     'grbl'
     """
     file = opened(source)
+    if _is_own_table(file):
+        return FORMATS["csv"]
     formats = FORMATS.values()
     for known in formats:
         # Programs of controls have the ending .nc, as NetCDF has.
@@ -107,6 +117,19 @@ def format_of(source: Source) -> FileFormat:
         f"{not_a_table(lines)}. {READABLE_FORMATS} {readable}",
         first,
     )
+
+
+def _is_own_table(file: SourceFile) -> bool:
+    """Whether a text has the header of this package's touches, and rows of its width below it.
+
+    Known without the other formats, whose modules need not be imported then.
+    """
+    first, _, rest = file.content.partition(b"\n")
+    header = [name.strip('"') for name in first.decode("ascii", "replace").strip().split(",")]
+    if file.ending != ".csv" or not _OWN_COLUMNS.issuperset(header):
+        return False
+    widths = {line.count(b",") for line in rest.splitlines() if line.strip()}
+    return set(NEEDED).issubset(header) and widths == {len(header) - 1}
 
 
 def format_named(name: str) -> FileFormat:

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import InputError, PretravelError, whole_file
 from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import format_of
+from pretravel.files.many_numbers import arrow_column
 from pretravel.files.number_tables import (
     LABEL,
     NEEDED,
@@ -238,7 +238,7 @@ def _parquet_appender(path: Path, stack: ExitStack) -> Callable[[_Columns], None
     writers: list[Any] = []
 
     def append(columns: _Columns) -> None:
-        part = pa.table({name: np.asarray(values) for name, values in columns.items()})
+        part = pa.table({name: arrow_column(values) for name, values in columns.items()})
         if not writers:
             writers.append(stack.enter_context(parquet.ParquetWriter(str(path), part.schema)))
         writers[0].write_table(part)

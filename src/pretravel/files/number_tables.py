@@ -16,6 +16,7 @@ import numpy as np
 from pretravel.base import LARGEST_NUMBER, FloatArray, InputError
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import ReadingOptions
+from pretravel.files.many_numbers import numbers_of_arrow
 from pretravel.files.source_file import SourceFile
 from pretravel.files.spreadsheet_cells import cell_content
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
@@ -89,7 +90,7 @@ def number_table(
             cells[name] = tuple(map(cell_content, stripped) if head.separator else stripped)
             continue
         cells[name] = ()
-        values[name] = column.to_numpy(zero_copy_only=False)
+        values[name] = numbers_of_arrow(column)
         if np.any(odd := ~(np.abs(values[name]) <= LARGEST_NUMBER)):
             row = int(np.argmax(odd))
             what = "is empty" if column[row].as_py() is None else "is no number of this size"

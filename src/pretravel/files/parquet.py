@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import PretravelError, needed, whole_file
 from pretravel.files.csv_table import CsvTable
+from pretravel.files.many_numbers import arrow_column
 from pretravel.files.source_file import Source, SourceFile, opened
 
 _MOST_BYTES = 200_000_000
@@ -150,6 +150,6 @@ def write_parquet_table(
     import pyarrow as pa
     from pyarrow import parquet
 
-    table = pa.table({name: np.asarray(values).tolist() for name, values in columns.items()})
+    table = pa.table({name: arrow_column(values) for name, values in columns.items()})
     with whole_file(path) as temporary:
         parquet.write_table(table, str(temporary))

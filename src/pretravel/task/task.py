@@ -291,6 +291,11 @@ class Setting(NamedTuple):
             return tuple(self.field.names())
         return get_args(self.kind) if get_origin(self.kind) is Literal else ()
 
+    def is_choice(self, value: Any) -> bool:
+        """Whether a value is one of the choices; those of other packages are asked last."""
+        names = self.field.names
+        return value in (self.choices if names is None else names())
+
     def is_report(self, path: Path) -> bool:
         """Whether a file of this output is the report: a page, or its values."""
         if self.field.in_run or not set(PAGES) <= set(self.field.writes):
@@ -327,7 +332,8 @@ class Setting(NamedTuple):
     def _one(self, value: Any) -> Any:
         if isinstance(value, str | int | float) and self.field.parse is not None:
             return self.field.parse(self.text(value))
-        if self.choices and value not in self.choices:
+        offered = self.field.names is not None or self.choices
+        if offered and not self.is_choice(value):
             self._refuse(value, f"it is not known; there are {', '.join(self.choices)}")
         if self.kind is Path:
             return Path(value)
@@ -576,19 +582,26 @@ def _modes(modes: Iterable[str | When]) -> list[When]:
 
 
 def _with_modes(task: type[Task], setting: Setting, every: Mapping[str, Setting]) -> Setting:
-    """A setting whose help also says in which modes it is used."""
+    """A setting whose help also says in which modes it is used, made when it is read.
+
+    Help that lists the kinds or the controls imports all of them.
+    """
     without = (*setting.field.without, *task.inherited_without.get(setting.name, ()))
     never = task.inherited_without.get(setting.name) == ()
-    said = [setting.help, *(["Not used here."] if never else [])]
-    for words, modes in (("Only with", setting.field.only), ("Not with", without)):
-        names = {mode: every[mode.key] for mode in _modes(modes)}
-        options = [
-            mode.said(key.option_or_argument)
-            + (f" ({key.option_or_argument})" if mode.what else "")
-            for mode, key in names.items()
-        ]
-        said += [f"{words} {_either(options)}."] if options else []
-    return setting._replace(field=replace(setting.field, help=" ".join(said), without=without))
+
+    def text() -> str:
+        said = [setting.help, *(["Not used here."] if never else [])]
+        for words, modes in (("Only with", setting.field.only), ("Not with", without)):
+            names = {mode: every[mode.key] for mode in _modes(modes)}
+            options = [
+                mode.said(key.option_or_argument)
+                + (f" ({key.option_or_argument})" if mode.what else "")
+                for mode, key in names.items()
+            ]
+            said += [f"{words} {_either(options)}."] if options else []
+        return " ".join(said)
+
+    return setting._replace(field=replace(setting.field, help=text, without=without))
 
 
 def unused(task: type[Task], name: str, values: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:

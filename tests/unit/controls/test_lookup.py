@@ -266,6 +266,13 @@ class TestChoice:
 
 
 class TestTable:
+    def test_on_a_grid_it_is_the_same(self) -> None:
+        """In both borders, at a node and near the end of the turn; the order of sums differs."""
+        form = LookupTable(BAND, np.random.default_rng(1).normal(size=(6, 5)))
+        polar, around = np.radians([20.0, 33.0, 60.0, 80.0]), np.radians([0.0, 71.0, 72.0, 359.9])
+        at_each = form.value(grid(polar, around)).reshape(4, 4)
+        assert form.on_grid(polar, around) == pytest.approx(at_each, abs=1e-14)
+
     def test_between_nodes_it_is_the_cubic_of_four(self) -> None:
         """A parabola over the polar angle and a constant azimuth: exact everywhere, by borders on
         the parabola; over the azimuth, the Catmull-Rom spline written as in its paper, with slopes

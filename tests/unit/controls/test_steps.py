@@ -17,7 +17,7 @@ def _made(control: str, **stated: object) -> tuple[str, str]:
     return " ".join(steps_at_control(control, files)), "\n".join(files.texts.values())
 
 
-@pytest.mark.parametrize("control", control_names())
+@pytest.mark.parametrize("control", [*control_names()])
 def test_every_control_has_steps(control: str) -> None:
     steps, _ = _made(control)
     assert steps

@@ -133,10 +133,13 @@ class Compensate(
     model: ModelOfMap = "analytic"
 
     def endings(self, output: str) -> tuple[str, ...]:
-        """Points are written in each format that is known."""
+        """Points are written in each format that is known; the usual ones are known here."""
+        usual = super().endings(output)
+        if output != "output" or self.output.suffix.lower() in usual:
+            return usual
         from pretravel.files import point_endings
 
-        return (*point_endings(), *PAGES) if output == "output" else super().endings(output)
+        return (*point_endings(), *PAGES)
 
     def run(
         self, progress: Progress = SILENT

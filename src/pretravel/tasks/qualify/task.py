@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -50,11 +50,12 @@ if TYPE_CHECKING:
     from pretravel.show import Document
 
 
-def kind_names() -> list[str]:
+def kind_names() -> Iterator[str]:
     """The kinds of map, and the choice among them."""
     from pretravel.maps import AUTO, KINDS
 
-    return [*KINDS, AUTO]
+    yield from KINDS
+    yield AUTO
 
 
 def _kind_help() -> str:

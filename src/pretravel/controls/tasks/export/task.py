@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
@@ -68,11 +68,12 @@ def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
     return CONTROLS[to].steps(files.texts)
 
 
-def control_names() -> list[str]:
+def control_names() -> Iterator[str]:
     """What a map can be exported to."""
     from pretravel.controls.exports import CONTROLS
 
-    return [*CONTROLS, _RADII_TABLE]
+    yield from CONTROLS
+    yield _RADII_TABLE
 
 
 _OF_OTHER_FILES = (
