@@ -123,7 +123,7 @@ class PhysicalKind(KindOfMap):
     """A six-seat probe: statics of the tripod, linear compliance, Hertz contact, a correction."""
 
     name: ClassVar[str] = "physical"
-    title: ClassVar[str] = "six-seat probe"
+    title: ClassVar[str] = "physical map"
     summary: ClassVar[str] = "a fitted six-seat probe"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (SixSeatBasis, ResponseBasis)
     prior_weight: ClassVar[float] = 3.0
