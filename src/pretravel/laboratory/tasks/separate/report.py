@@ -144,7 +144,7 @@ def _excluded_figure(result: Separation) -> tuple[KeyFigure, ...]:
 def _side_figures(side: str, error: FloatArray, variance: FloatArray) -> tuple[KeyFigure, ...]:
     return (
         KeyFigure(f"{side}, errors", float(np.ptp(error)) / MICROMETRE, "µm", decimals(3),
-                  remark="largest less smallest"),
+                  remark="largest minus smallest"),
         KeyFigure(f"{side}, variance", float(variance.mean()) / _SQUARE, "µm²", decimals(3),
                   remark="mean over the directions"),
     )  # fmt: skip
