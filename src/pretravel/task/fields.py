@@ -209,7 +209,12 @@ MODEL = Field(
 ModelName: TypeAlias = Annotated[str, MODEL]
 ModelOfMap: TypeAlias = Annotated[
     str,
-    replace(MODEL, without=(When("map_file", is_so=is_map, what="a map"),)),
+    replace(
+        MODEL,
+        help="Model of the compliance of a probe that is given in place of a map: analytic, fem, "
+        "shen, ren or wozniak.",
+        without=(When("map_file", is_so=is_map, what="a map"),),
+    ),
 ]
 """Where a probe takes the place of a map."""
 CONTACT_MODEL = Field(

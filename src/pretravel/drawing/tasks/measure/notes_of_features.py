@@ -62,10 +62,10 @@ def notes_of(
     if rough:
         excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
         notes.append(
-            f"{', '.join(map(shown_name, rough))}: the residuals scatter by {_range_text(excess)} "
-            f"more than the errors of the points explain. This is {FORM_OF_PART}, or touches "
-            "that scatter more than those on the reference; its effect on size and position is in "
-            "u, with the correlation of the shapes that the residuals show"
+            f"{', '.join(map(shown_name, rough))}: the residuals are larger than the errors of the "
+            f"points explain. Another {_range_text(excess)} (standard deviation) is "
+            f"{FORM_OF_PART}, or touches scatter more than those on the reference. Its effect on "
+            "size and position is in u, with the correlation of the shapes that the residuals show"
         )
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)

@@ -160,10 +160,10 @@ def _range_figures(result: Separation) -> tuple[KeyFigure, ...]:
             found.value / _SQUARE,
             "µm²",
             decimals(3),
-            remark=f"{'larger than by chance' if found.differs else 'explained by chance'}: with "
-            "equal variances it is below "
-            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in 95 of 100 "
-            f"tests (p = {number_text(found.probability, significant(2))})",
+            remark=f"{'variances differ' if found.differs else 'explained by chance'}. Equal "
+            "variances have a range below "
+            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in 95 of 100 tests, and "
+            f"a larger one than this with p = {number_text(found.probability, significant(2))}",
         )
         for side, found in zip(("machine", "probe"), ranges_of_variances(result.used), strict=True)
     )
