@@ -183,8 +183,8 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity in the first line and, with the force, in the pictures. The sensing distance is "
-    "the deflection across the axis (Rodrigues 2021).",
+    help="Quantity of the first line and of the pictures, which also show the force. The sensing "
+    "distance is the deflection across the axis (Rodrigues 2021).",
     label="Quantity of the pictures",
     words={
         "pretravel": "pretravel",

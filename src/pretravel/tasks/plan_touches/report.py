@@ -60,8 +60,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
                       remark=f"at most {number_text(float(plan.u_after.max()) / MICROMETRE)} µm; "
                       f"for a repeatability of {number_text(noise)} µm"),
-            KeyFigure("common shift", "an error that moves the whole part and cancels in distances. "
-                      "u of the updated map contains it, and is therefore larger"),
+            KeyFigure("common shift", "moves the whole part and cancels in distances; u of the "
+                      "updated map contains it, and is therefore larger"),
             KeyFigure("usual drift", f"size {drift.level / MICROMETRE:.2f} µm, "
                       f"amplitude {100.0 * drift.scale:.1f} %, "
                       f"turn {drift.turn / DEGREE:.2f}°, form {100.0 * drift.form:.1f} %",

@@ -466,7 +466,7 @@ def _planned(
     where = f"log: {task.log_name}, next to the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
-        f"the control needs the subroutines of pretravel program mdi, and in its INI file {HANDLER}",
+        f"the control needs the subroutines of pretravel program mdi and, in its INI file, {HANDLER}",
         *(f"checked: {statement}" for statement in program.checked),
     ]
     warnings = []

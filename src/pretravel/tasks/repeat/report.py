@@ -233,7 +233,7 @@ def _series_table(series: Sequence[NamedSeries]) -> Table:
             Column.of("U", lengths([one.drift_u95 for one in judged]), "µm", _TWO),
             Column.of("first − others", lengths([one.first.size for one in judged]), "µm",
                       _SIGNED),
-            Column.of("apart", ["yes" if one.first.apart else "no" for one in judged]),
+            Column.of("differs", ["yes" if one.first.apart else "no" for one in judged]),
             Column.of("outliers", [float(len(one.outliers)) for one in judged], "", decimals(0)),
             Column.of("jumps", [float(len(one.jumps)) for one in judged], "", decimals(0)),
         ),
