@@ -123,12 +123,11 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
                                     ("the first touch", judged.first.apart),
                                     ("outliers", bool(judged.outliers)),
                                     ("a jump", bool(judged.jumps))) if on]  # fmt: skip
-    contained = f" contains {' and '.join(inside)}" if inside else ""
+    contained = f", which contains {' and '.join(inside)}" if inside else ""
     return (
         KeyFigure("touches", f"{len(judged.values)}, {int(np.sum(judged.kept))} of them usual"),
         KeyFigure("noise of a touch", judged.noise / MICROMETRE, "µm", _digits(judged.noise),
-                  remark=f"standard deviation; the plain one of all touches, {plain},"
-                  f"{contained or ' is of the same'}"),
+                  remark=f"standard deviation; of all touches {plain}{contained}"),
         KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch",
                   _digits(judged.drift, signed=True),
                   remark=f"U = {_um(judged.drift_u95)}; {_drift_words(judged)}"),
