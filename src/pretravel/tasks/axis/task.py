@@ -389,7 +389,7 @@ def _view(found: RotaryAxis) -> View:
     chart = PlaneChart(
         f"axis {found.letter}, wander {number_text(found.wander / MICROMETRE)} µm",
         Axis(f"angle of {found.letter}", "°"),
-        Axis("off the circle", "µm"),
+        Axis("distance from the circle", "µm"),
         (Rule(0.0), *dots),
     )
     return View("Centres of the sphere off their circle", (chart,))

@@ -67,7 +67,12 @@ def map_update_document(
         f"{int(result.groups.max()) + 1} directions",
         figures=(*_map_figures(result), *_drift_figures(result), _test_figure(result)),
         tables=(_touches_table(result),),
-        pictures=(Picture("The new map, and its change", lambda: map_update_view(result, title)),),
+        pictures=(
+            Picture(
+                "The new map, its change from the old map, and the new touches",
+                lambda: map_update_view(result, title),
+            ),
+        ),
         warnings=(*warnings, *result.warnings),
     )
 

@@ -82,7 +82,12 @@ def repeat_document(
         verdict=(f"{name}: " if len(series) > 1 else "") + answer_sentence(worst),
         figures=figures,
         tables=(_series_table(series),) if len(series) > 1 else (),
-        pictures=(Picture("Touches, their parts, residuals", lambda: repeat_view(series)),),
+        pictures=(
+            Picture(
+                "Touches, contributions to their scatter, and residuals",
+                lambda: repeat_view(series),
+            ),
+        ),
         notes=tuple(notes),
         warnings=warnings,
         data=(Table.of(repeat_columns(series), "Touches"),),
@@ -317,7 +322,7 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     """Sizes of what moves the touches, in addition to the plain standard deviation."""
     first = abs(judged.first.size) if math.isfinite(judged.first.size) else 0.0
     parts = (
-        ("plain deviation", judged.plain_deviation),
+        ("standard deviation", judged.plain_deviation),
         ("noise", judged.noise),
         (
             "drift over the series" if judged.drifts else "drift (not detected)",
@@ -329,7 +334,7 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     sizes = np.array([size / MICROMETRE for _, size in parts])
     bars = Bars(np.arange(float(len(parts))), sizes, "", "series1", horizontal=True,
                 texts=tuple(_um(size) for _, size in parts))  # fmt: skip
-    return PlaneChart(f"{title}parts", Axis("size", "µm", 0.0, 1.35 * float(sizes.max()) or 1.0),
+    return PlaneChart(f"{title}contributions", Axis("size", "µm", 0.0, 1.35 * float(sizes.max()) or 1.0),
                       Axis("", categories=tuple(name for name, _ in parts)), (bars,))  # fmt: skip
 
 
