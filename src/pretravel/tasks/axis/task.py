@@ -338,7 +338,11 @@ class FoundAxis(Result):
             verdict=f"rotary axis {found.letter} from {count} angles"
             + (", contradicted at another radius" if against else ""),
             figures=tuple(figures),
-            pictures=(Picture("Centres of the sphere off their circle", lambda: _view(found)),),
+            pictures=(
+                Picture(
+                    "Distances of the sphere's centres from their circle", lambda: _view(found)
+                ),
+            ),
             warnings=tuple(warnings),
         )
 
@@ -392,4 +396,4 @@ def _view(found: RotaryAxis) -> View:
         Axis("distance from the circle", "µm"),
         (Rule(0.0), *dots),
     )
-    return View("Centres of the sphere off their circle", (chart,))
+    return View("Distances of the sphere's centres from their circle", (chart,))

@@ -68,7 +68,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
                       remark=drift.source),
         ),
         tables=(_directions_table(plan),),
-        pictures=(Picture("u of the map today, and with the planned touches", lambda: touch_plan_view(plan, title)),),
+        pictures=(Picture("u today and with the touches", lambda: touch_plan_view(plan, title)),),
     )  # fmt: skip
 
 

@@ -232,8 +232,8 @@ def _series_table(series: Sequence[NamedSeries]) -> Table:
             Column.of("touches", [float(len(one.values)) for one in judged], "", decimals(0)),
             Column.of("next within", lengths([one.reach for one in judged]), "µm", _TWO),
             Column.of("noise", lengths([one.noise for one in judged]), "µm", _TWO),
-            Column.of("plain", lengths([one.plain_deviation for one in judged]), "µm", _TWO),
-            Column.of("drift a touch", lengths([one.drift for one in judged]), "µm", _SIGNED),
+            Column.of("all touches", lengths([one.plain_deviation for one in judged]), "µm", _TWO),
+            Column.of("drift per touch", lengths([one.drift for one in judged]), "µm", _SIGNED),
             Column.of("U", lengths([one.drift_u95 for one in judged]), "µm", _TWO),
             Column.of("first − others", lengths([one.first.size for one in judged]), "µm",
                       _SIGNED),
@@ -334,7 +334,7 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     sizes = np.array([size / MICROMETRE for _, size in parts])
     bars = Bars(np.arange(float(len(parts))), sizes, "", "series1", horizontal=True,
                 texts=tuple(_um(size) for _, size in parts))  # fmt: skip
-    return PlaneChart(f"{title}contributions", Axis("size", "µm", 0.0, 1.35 * float(sizes.max()) or 1.0),
+    return PlaneChart(f"{title}scatter", Axis("size", "µm", 0.0, 1.35 * float(sizes.max()) or 1.0),
                       Axis("", categories=tuple(name for name, _ in parts)), (bars,))  # fmt: skip
 
 
