@@ -227,7 +227,7 @@ def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
     walking = f"; u {course.walking.slope[1]:.2g} for a random walk" if course.may_walk else ""
-    return f"{words[course.kind]}, p = {course.p_slope:.2g}{walking}"
+    return f"{words[course.kind]}, p = {course.p_slope:.2g} for such a trend by chance{walking}"
 
 
 def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
@@ -363,8 +363,8 @@ def _notes(drift: DriftOverTime) -> tuple[str, ...]:
         return ()
     return (
         (
-            f"the dates count from a map made on {_date(drift.moments[drift.starts[-1]])}: "
-            "qualify the probe if that was not done since"
+            f"the dates hold for a map made on {_date(drift.moments[drift.starts[-1]])}. If the "
+            "probe was not qualified since then, qualify it now"
         ),
     )
 
