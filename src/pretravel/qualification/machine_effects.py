@@ -124,10 +124,10 @@ def machine_effects(
             first, size = level[0], level[1] / MICROMETRE
             warnings.append(
                 f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
-                f"{size:+.1f} µm from that of the touches before. A drift of the reference explains "
-                "this worse than another feed, another force, or a changed probe. The map is "
-                "between both states, and U does not contain half of the difference: give the feeds (column feed_mm_min), or qualify "
-                "with the touches of one state"
+                f"{size:+.1f} µm from that of the touches before. Another feed, another force or "
+                "a changed probe explains this better than a drift of the reference. The map is "
+                "between both states, and U does not contain half of the difference: give the "
+                "feeds (column feed_mm_min), or qualify with the touches of one state"
             )
         elif found.p_value < DRIFT_LEVEL:
             drift = np.asarray(-found.value)

@@ -89,7 +89,7 @@ def _directions_table(plan: TouchPlan) -> Table:
             Column.of("azimuth", azimuth, "°", decimals(1)),
         ),
         title="Directions, in their order:",
-        explanation="In the probe frame. In this order, the direction of arrival changes from touch to touch.",
+        explanation="In the probe frame. In this order, the tip arrives from changing directions.",
     )
 
 

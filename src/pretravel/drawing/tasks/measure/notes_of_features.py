@@ -147,8 +147,8 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
     if not all(feature.points.state_uncertainty for feature in features):
         warnings.append(
             "the points have no uncertainty: u follows from their scatter about the feature "
-            "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
-            "and of the machine; form and noise are not distinguished. No tolerance is decided"
+            "alone. u does not contain their common errors: those of the probe (pretravel, tip) "
+            "and of the machine. Form and noise are not distinguished. No tolerance is decided"
         )
         warnings += _coarse(features)
     elif not all(feature.errors.correlation_known for feature in features):

@@ -286,9 +286,8 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
             ], "", decimals(5)),
         ),
         title=TRIALS,
-        explanation=f"{trials} trials: the points drawn with their errors, of their "
-        "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
-        "angles in minutes.",
+        explanation=f"Each of {trials} trials draws the own and the common errors of the points "
+        "and the form of the part, and fits the feature again. u in µm; of angles in minutes.",
     )  # fmt: skip
 
 
