@@ -122,7 +122,7 @@ class TestControls:
         assert files.warnings == ()
         assert files.obsolete == ()
         assert len(files.texts) > 1
-        assert "against the map 0.500 um" in " ".join(files.remarks).lower()
+        assert "from the map 0.500 um" in " ".join(files.remarks).lower()
         coarse, asked = _exported(monkeypatch, name, base=base, tolerance=4e-4)
         assert asked["tolerance"] == 4e-4
         (warned,) = coarse.warnings
