@@ -260,7 +260,7 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
         for parameter in IDEAL
     )
     return Section(
-        "Six-seat probe",
+        "Six-seat model",
         figures=(
             figure("lever / radius", "lever_ratio", "", 1.0, "lever over tripod radius"),
             figure("support angle", "support_angle", "°", 1.0 / DEGREE),
