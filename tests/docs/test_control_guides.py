@@ -162,7 +162,7 @@ def test_macro_guide(
     control.load(program)
     if table:
         control.run(7750)
-    errors = re.findall(r"AGAINST THE MAP ([\d.]+) UM", printed)
+    errors = re.findall(r"FROM THE MAP ([\d.]+) UM", printed)
     error = float(errors[table]) * 1e-3
     # Two walls, each with the error that the head states.
     control.variables |= STATES
@@ -199,7 +199,7 @@ def test_siemens_guide(
     at = triggers(read_map(tmp_path / "map.json"))
     given = {1: TIP, 11: at["+X"], 12: -at["-X"], 13: at["+Y"], 14: -at["-Y"]}
     found = control.main(program_of("siemens"), given)
-    error = float(re.findall(r"against the map ([\d.]+) um", printed)[table]) * 1e-3
+    error = float(re.findall(r"from the map ([\d.]+) um", printed)[table]) * 1e-3
     assert [found[31], found[32]] == pytest.approx([RING, RING], abs=2.0 * error)
     assert [found[33], found[34]] == pytest.approx([0.0, 0.0], abs=error)
 

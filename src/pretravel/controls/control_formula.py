@@ -80,10 +80,10 @@ def _statements(
     range_deg = f"{band.lowest / DEGREE:.2f} to {band.highest / DEGREE:.2f} degrees"
     error = f"{max(form.largest_error, _ROUNDING) / MICROMETRE:.3f} um"
     radius = float(np.asarray(settings.scaled(pretravel_map.tip_radius)))
-    words = form.description.replace(", and", " and").replace(",", " -")
+    words = form.description.replace(",", " -")
     return [
         map_statement(pretravel_map),
-        f"{words}. Largest error against the map {error}",
+        f"{words}. Largest difference from the map {error}",
         f"holds from {range_deg} from the probe axis. Outside there is an alarm",
         f"units {settings.units}. Tip radius {plain_number(radius)}",
         feed_statement(pretravel_map, settings),

@@ -216,7 +216,7 @@ def table_statements(
     radius = settings.scaled(pretravel_map.tip_radius)
     return [
         map_statement(pretravel_map),
-        f"table of {size} - cubic between. Largest error against the map {error}",
+        f"table of {size} - cubic between. Largest difference from the map {error}",
         f"holds from {range_deg} from the probe axis. Outside there is an alarm",
         f"units {settings.units}. Tip radius {plain_number(float(radius))}",
         feed_statement(pretravel_map, settings),

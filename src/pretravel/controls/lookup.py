@@ -111,10 +111,10 @@ def describe_form(form: Lookup) -> str:
     >>> from pretravel.controls.lookup_table import LookupTable
     >>> table = LookupTable(Band(0.0, np.pi / 2), np.zeros((4, 4)), 2e-5)
     >>> describe_form(table)
-    'table of 2 x 4, cubic between; largest error against the map 0.020 um'
+    'table of 2 x 4, cubic between; largest difference from the map 0.020 um'
     """
     error = f"{form.largest_error / MICROMETRE:.3f} um"
-    return f"{form.description}; largest error against the map {error}"
+    return f"{form.description}; largest difference from the map {error}"
 
 
 def probe_frame_pretravel(pretravel_map: PretravelMap, directions: FloatArray) -> FloatArray:

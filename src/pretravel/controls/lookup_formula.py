@@ -136,8 +136,8 @@ class LookupSeats:
     @property
     def description(self) -> str:
         """See `Lookup`."""
-        added = "" if self.series is None else f", and a {self.series.description}"
-        return f"six seats, in closed form{added}"
+        added = "" if self.series is None else f" and {self.series.description}"
+        return f"six-seat formula{added}"
 
     def template_values(self) -> Mapping[str, object]:
         """See `Lookup`."""

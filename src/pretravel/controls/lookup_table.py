@@ -174,7 +174,7 @@ def lookup_table(pretravel_map: PretravelMap, *, tolerance: float, most_values: 
     ----------
     pretravel_map : PretravelMap
     tolerance : float
-        Largest error against the map within the band. [mm]
+        Largest difference from the map within the band. [mm]
     most_values : int
         Number of variables that the control has for the table.
 

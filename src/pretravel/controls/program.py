@@ -349,17 +349,17 @@ def _checks(
     """The checks that were made, and those that were not possible."""
     checked, unchecked = [], []
     if limits_unchecked:
-        unchecked.append(f"the machine's limits: {limits_unchecked}")
+        unchecked.append(f"the machine's limits, because {limits_unchecked}")
     else:
         checked.append("the machine's limits")
     machine = surroundings.machine
     if machine.work is None:
         unchecked.append(
-            f"the place of {machine.work_offset}: [work] of the machine file does not give it"
+            f"the place of {machine.work_offset}, which [work] of the machine file does not give"
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)
-        checked.append(f"moves against {known}; other obstacles are not known")
+        checked.append(f"moves against {known}. Other obstacles are not known")
     else:
-        unchecked.append("moves against the part: its geometry was not given")
+        unchecked.append("moves against the part, because its geometry was not given")
     return tuple(checked), tuple(unchecked)

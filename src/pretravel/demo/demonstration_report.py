@@ -31,6 +31,7 @@ from pretravel.show import (
     Section,
     Table,
     View,
+    decimals,
     series,
     value_text,
 )
@@ -49,58 +50,61 @@ DEMONSTRATION_FILES = (
 )
 """The files that a demonstration writes."""
 _SPHERE_TEXT = (
-    "All numbers are root mean squares in µm; a single touch repeats to {noise}.",
+    "All numbers are root mean squares in µm. A single touch has a repeatability of {noise} µm.",
     (
-        "Fitted: errors on the sphere of the touches that the map was made from. Left out: errors"
-        " on the sphere in directions that were left out of the fit, a fifth of them at a time. A"
-        " sector table needs all its sectors: here none of its directions can be left out."
+        "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
+        "on the sphere in directions that were left out of the fit, a fifth of them at a time. A "
+        "sector table needs all its sectors, so that no direction can be left out."
     ),
     (
-        "On the part: difference from the physical map at the part's 140 points, without a shift "
-        "of the whole part. These are the errors that the other kinds would cause there; the error"
-        " of the physical map itself is u_um in points.csv. The deviation of the part from its "
-        'nominal surface is deviation_um. "Not compensated" subtracts the tip radius only: its '
-        "16 µm contain the mean pretravel."
+        "On the part: difference from the physical map at the part's 140 points, without the shift "
+        "of the whole part, which cancels in distances. The section on simpler corrections has the "
+        "differences with this shift, which are larger. The uncertainty of the physical map itself "
+        "is in u_um of points.csv."
     ),
+    "The errors with the tip radius alone contain the mean pretravel.",
 )
 _RING_TEXT = (
     (
-        "Real data: 72 directions, each read once from a published picture, to ±0.5 µm; the "
-        "centre of the ring is fitted too. Fitted: every second direction, then the others. Left "
-        "out: the directions that were not fitted. Readings of neighbouring directions scatter "
-        "by about as much as the errors of the best kinds."
+        "Real data of a touch-trigger probe, the Centroid KP-3: its pretravel in 72 directions "
+        "around a ring gauge. The values were read from a published picture, to ±0.5 µm."
+    ),
+    (
+        "Each kind of map was fitted to 36 directions, every second one, and predicted the other "
+        "36; then the halves changed places. Fitted: rms error in the fitted directions. Left out: "
+        "rms error in the predicted ones. Neighbouring readings scatter by about as much as the "
+        "errors of the best kinds."
     ),
 )
-_RING_TITLE = "Centroid KP-3 in a ring gauge, fitted to all 72 directions, centring subtracted"
+_RING_TITLE = "Centroid KP-3 in a ring gauge: maps fitted to all 72 directions"
 
 
 def _title(kind: str) -> str:
-    """A kind of map in words; the empty name stands for touches without compensation."""
-    return KINDS[kind].title if kind else "not compensated"
+    """A kind of map in words; the empty name stands for the tip radius alone."""
+    return KINDS[kind].title if kind else "tip radius alone"
 
 
 def main_job_pictures(job: MainJob) -> dict[str, Picture]:
     """The pictures of the main job by the name of their file."""
     return {
         "bores.png": Picture(
-            "Two bores, touched in twelve places each, before and after compensation; the band is "
-            f"the tolerance of {_limits()}.",
+            "Two bores, each touched at twelve places. Uncompensated: corrected by the tip radius "
+            f"alone. Compensated: by the map. The band is the tolerance of {_limits()}.",
             lambda: features_view(job.bores, "Two bores of the part"),
         ),
         "qualification.png": Picture(
-            "The probe on its reference sphere: pretravel seen from the spindle with the touched "
-            "directions, over azimuth at four polar angles with the touches, and the residuals.",
-            lambda: qualification_view(
-                job.qualification, "Reference sphere, six-seat probe fitted"
-            ),
+            "The probe on its reference sphere: the map seen from the spindle, the map and the "
+            "touches over azimuth at four polar angles, the residuals, and the map in space.",
+            lambda: qualification_view(job.qualification, "Reference sphere and the physical map"),
         ),
         "points.png": Picture(
-            "A curved part before and after compensation in space, its pretravel and uncertainty.",
+            "A curved part: deviations from the nominal surface before and after compensation, "
+            "pretravel, and standard uncertainty of each point.",
             lambda: points_view(job.points, "The curved part, compensated"),
         ),
         "compare.png": Picture(
-            "Errors after simpler corrections: over the azimuth on the "
-            "equator, and the largest error over directions and on the part.",
+            "Errors that simpler corrections leave: over the azimuth on the equator, and the "
+            "largest on the equator, in all directions and on the part.",
             lambda: comparison_view(job.comparison, "Errors after the corrections of controls"),
         ),
     }
@@ -110,8 +114,8 @@ def kinds_pictures(kinds: KindsCompared) -> dict[str, Picture]:
     """The pictures of the comparison of kinds by the name of their file."""
     return {
         "kp3_ring.png": Picture(
-            "A Centroid KP-3 in a ring gauge: pretravel over azimuth, and the errors that each "
-            "kind of map has when it is fitted to all directions.",
+            "A Centroid KP-3 in a ring gauge, real data: the readings with each kind of map, "
+            "fitted to all directions, and the errors that each map leaves.",
             lambda: _ring_view(kinds),
         ),
     }
@@ -135,45 +139,49 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
     """
     left = {(row.method, row.where): row.largest / MICROMETRE for row in job.comparison.rows}
     ring = {entry.kind: entry.left_out / MICROMETRE for entry in kinds.ring_errors}
+    u_part = float(job.points.standard_uncertainty.max()) / MICROMETRE
     return Document(
         title="pretravel: from touches to compensated points",
-        verdict=_bores_sentence(job),
+        verdict=_verdict(job),
         figures=(
-            KeyFigure("a touch repeats to", job.qualification.repeatability / MICROMETRE, "µm"),
-            KeyFigure("U of a point, largest",
-                      2.0 * float(job.points.standard_uncertainty.max()) / MICROMETRE, "µm"),
-            KeyFigure("error with one radius", left["mean radius", "part"], "µm",
-                      remark="largest on the curved part; "
-                      f"with eight radii {value_text(left['eight sectors', 'part'], 'µm')}"),
-            KeyFigure("real probe in a ring", ring[BEST], "µm",
-                      remark="rms error of the map in directions that were not fitted; with one "
-                      f"radius {value_text(ring['mean'], 'µm')}"),
+            KeyFigure("curved part", left["mean radius", "part"], "µm",
+                      remark="largest error with one radius for all; eight radii "
+                      f"{value_text(left['eight sectors', 'part'], 'µm')}; map U = "
+                      f"{value_text(2.0 * u_part, 'µm')}"),
+            KeyFigure("Centroid KP-3, real data", ring["mean"], "µm",
+                      remark="rms error with one radius for all; map "
+                      f"{value_text(ring[BEST], 'µm')}"),
         ),
+        tables=(_bores_table(job),),
     )  # fmt: skip
 
 
-def _bores_sentence(job: MainJob) -> str:
-    """The bores before and after, against their tolerance."""
+def _uncompensated_diameters(job: MainJob) -> list[float]:
     plain = [bore.feature.uncompensated for bore in job.bores]
-    before = [float(one.diameter) for one in plain if one is not None and one.diameter is not None]
-    sizes = [bore.feature.quantity("diameter") for bore in job.bores]
-    outside = sum(not LIMITS[0] <= diameter <= LIMITS[1] for diameter in before)
+    return [float(one.diameter) for one in plain if one is not None and one.diameter is not None]
+
+
+def _verdict(job: MainJob) -> str:
+    """How many bores are inside their tolerance, before and after."""
+    outside = sum(not LIMITS[0] <= size <= LIMITS[1] for size in _uncompensated_diameters(job))
     inside = sum(bore.verdict is ConformityVerdict.CONFORMS for bore in job.bores)
-    ranges = max(one.form for one in plain if one is not None) / MICROMETRE
-    left = max(bore.feature.association.form for bore in job.bores) / MICROMETRE
-    u = max(size.expanded_u for size in sizes) / MICROMETRE
     return (
-        f"Two bores, tolerance {_limits()}: corrected by the tip's radius alone they measure "
-        f"{_sizes(before)} mm, {outside} outside the tolerance; corrected by the map "
-        f"{_sizes([size.value for size in sizes])} mm, {inside} within the tolerance, U = "
-        f"{value_text(u, 'µm')}. The range of the points about the circle falls from "
-        f"{value_text(ranges)} to {value_text(left, 'µm')}. This is no statement of conformity: U "
-        "contains the errors of probing alone"
+        f"Two bores, tolerance {_limits()}: with the tip radius alone {outside} outside, with the "
+        f"map {inside} inside. This is no statement of conformity: u of the machine is not given"
     )
 
 
-def _sizes(diameters: Sequence[float]) -> str:
-    return " and ".join(f"{diameter:.3f}" for diameter in diameters)
+def _bores_table(job: MainJob) -> Table:
+    """The diameter of each bore before and after, with U."""
+    sizes = [bore.feature.quantity("diameter") for bore in job.bores]
+    return Table(
+        (
+            Column.of("diameter of", [bore.feature.label for bore in job.bores]),
+            Column.of("tip radius alone", _uncompensated_diameters(job), "mm", decimals(4)),
+            Column.of("map", [size.value for size in sizes], "mm", decimals(4)),
+            Column.of("U (95 %)", [size.expanded_u / MICROMETRE for size in sizes], "µm"),
+        )
+    )
 
 
 def demonstration_document(
@@ -194,7 +202,8 @@ def demonstration_document(
     noise = value_text(job.qualification.repeatability / MICROMETRE)
     return Document(
         title="pretravel: from touches to compensated points",
-        verdict=_bores_sentence(job),
+        verdict=_verdict(job),
+        tables=(_bores_table(job),),
         sections=(
             qualification_document(job.qualification).as_section(
                 "The probe, qualified on the sphere"
@@ -208,7 +217,7 @@ def demonstration_document(
             ),
             comparison_document(job.comparison).as_section("Errors after simpler corrections"),
             Section(
-                "A Centroid KP-3 in a ring gauge (real)",
+                "A Centroid KP-3 in a ring gauge, real data",
                 _RING_TEXT,
                 tables=(_errors_table(kinds.ring_errors, on_part=False),),
             ),
@@ -227,7 +236,7 @@ def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:
         column("left out", [entry.left_out for entry in errors]),
     ]
     if on_part:
-        columns.append(column("on the part", [entry.on_part for entry in errors]))
+        columns.append(column("on the part, without shift", [entry.on_part for entry in errors]))
     return Table(tuple(columns))
 
 
@@ -278,7 +287,7 @@ def ring_kinds_view(
         title,
         (
             PolarChart("pretravel", Axis("pretravel", "µm", 0.0), tuple(around)),
-            PlaneChart("errors left (standard deviation)", Axis("azimuth", "°", 0.0, 360.0),
+            PlaneChart("errors left (legend: standard deviation)", Axis("azimuth", "°", 0.0, 360.0),
                        Axis("measured − map", "µm"), tuple(errors)),
         ),
         columns=2,

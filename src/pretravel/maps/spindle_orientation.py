@@ -118,8 +118,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "no spindle_deg is given: at another spindle angle, points are wrong by up to "
-            f"{size * 1e3:.1f} µm, not in U"
+            "no spindle_deg is given: a turned spindle causes errors up to "
+            f"{size * 1e3:.1f} µm that are not in U"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"

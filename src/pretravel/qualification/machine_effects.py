@@ -123,11 +123,11 @@ def machine_effects(
         if found.p_value < DRIFT_LEVEL and level is not None:
             first, size = level[0], level[1] / MICROMETRE
             warnings.append(
-                f"from touch {first + 1} of {count} on, all directions differ by {size:+.1f} µm in "
-                "pretravel from the touches before, which a drift of the reference explains worse: "
-                "another feed, another force, or a changed probe. The map is between both, and U "
-                "does not contain half of this: give the feeds (column feed_mm_min), or qualify "
-                "with the touches of one state"
+                f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
+                f"{size:+.1f} µm from that of the touches before. Another feed, another force or "
+                "a changed probe explains this better than a drift of the reference. The map is "
+                "between both states, and U does not contain half of the difference: give the "
+                "feeds (column feed_mm_min), or qualify with the touches of one state"
             )
         elif found.p_value < DRIFT_LEVEL:
             drift = np.asarray(-found.value)

@@ -634,8 +634,9 @@ def _warnings(
             what += f", by about {posterior.turn_found / DEGREE:+.0f}°"
         found.append(
             "the probe has changed by more than its usual drift (probability "
-            f"{sum(changed.values()):.2f}), most likely in {what}: u of the map contains what "
-            "these touches do not determine of that. Touch more directions, or qualify again"
+            f"{sum(changed.values()):.2f}), most likely in {what}. These touches do not "
+            "determine the change completely, and u of the map contains the rest. Touch more "
+            "directions, or qualify again"
         )
     elif p_value < DOUBTFUL_FIT:
         found.append(

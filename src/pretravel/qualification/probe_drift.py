@@ -140,7 +140,7 @@ def drift_of_changes(
     if count == 0:
         return default
     several = "s" if count > 1 else ""
-    source = f"level and turn from {count} verification{several}, the rest assumed"
+    source = f"size and turn from {count} verification{several}, the rest assumed"
     return replace(default, level=own_level, turn=own_turn, source=source)
 
 

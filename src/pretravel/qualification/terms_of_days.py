@@ -186,7 +186,7 @@ def day_quantities(
     Returns
     -------
     tuple of DailyQuantity
-        Those that any day determines: level [µm], scale [%], turn [°], form [µm], signal delay
+        Those that any day determines: size [µm], amplitude [%], turn [°], form [µm], signal delay
         [ms]; of the delay less that of the map. A delay changes the pretravel by its travel at the
         fastest feed of the touches.
     """
@@ -196,19 +196,18 @@ def day_quantities(
     feeds = [one.feed for one in terms if math.isfinite(one.feed)]
     per_millisecond = 1e-3 * max(feeds, default=0.0) / SECONDS_PER_MINUTE
     rows = (
-        ("level", "µm", MICROMETRE, MICROMETRE),
-        ("scale", "%", 0.01, 0.01 * spread),
-        ("turn", "°", DEGREE, DEGREE * steepest),
-        ("form", "µm", MICROMETRE, MICROMETRE),
-        ("delay", "ms", 1e-3, per_millisecond),
+        ("level", "size", "µm", MICROMETRE, MICROMETRE),
+        ("scale", "amplitude", "%", 0.01, 0.01 * spread),
+        ("turn", "turn", "°", DEGREE, DEGREE * steepest),
+        ("form", "form", "µm", MICROMETRE, MICROMETRE),
+        ("delay", "signal delay", "ms", 1e-3, per_millisecond),
     )
     found = []
-    for name, unit, size, share in rows:
+    for name, label, unit, size, share in rows:
         of_map = pretravel_map.delay or 0.0 if name == "delay" else 0.0
         values = np.array([getattr(one, name) - of_map for one in terms]) / size
         u = np.array([getattr(one, f"u_{name}") for one in terms]) / size
         if np.isfinite(values).any():
-            label = "signal delay" if name == "delay" else name
             found.append(DailyQuantity(label, unit, values, u, share))
     return tuple(found)
 

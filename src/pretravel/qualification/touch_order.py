@@ -235,8 +235,8 @@ def _limit_of_order(group: IntArray, after: IntArray, dof_between: int, dof_with
     arrivals = np.bincount(group[after != group], minlength=int(group.max()) + 1)
     if np.all(arrivals <= 1):
         return (
-            "all repeats were made in a row, so hysteresis is seen once a direction: repeat in "
-            "passes, each in another order"
+            "all repeats were made in a row, so hysteresis is seen only once for each direction: "
+            "repeat in passes, each in another order"
         )
     if dof_between < _FEWEST_CONTRASTS:
         return (

@@ -80,10 +80,10 @@ def budget_picture(budget: Budget, what: str) -> Picture:
     Picture
 
     >>> budget_picture(Budget(()), "the diameter").caption
-    'Uncertainty of the diameter: its sources'
+    'Uncertainty of the diameter: contributions of its sources'
     """
     title = f"Uncertainty of {what}"
-    return Picture(f"{title}: its sources", lambda: budget_view(budget, title))
+    return Picture(f"{title}: contributions of its sources", lambda: budget_view(budget, title))
 
 
 def _sources(budget: Budget) -> tuple[list[str], list[float]]:

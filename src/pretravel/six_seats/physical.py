@@ -123,7 +123,7 @@ class PhysicalKind(KindOfMap):
     """A six-seat probe: statics of the tripod, linear compliance, Hertz contact, a correction."""
 
     name: ClassVar[str] = "physical"
-    title: ClassVar[str] = "six-seat probe"
+    title: ClassVar[str] = "physical map"
     summary: ClassVar[str] = "a fitted six-seat probe"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (SixSeatBasis, ResponseBasis)
     prior_weight: ClassVar[float] = 3.0
@@ -527,18 +527,17 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
     """What pretravel is relative to, in words."""
     axes = problem.axes
     u_gauge = np.sqrt(np.diag(covariance)[:axes]) / MICROMETRE
-    along = "" if axes == 2 else f", {u_gauge[2]:.2f} along"
+    along = "" if axes == 2 else f", {u_gauge[2]:.2f} µm along"
     tip = ""
     if not problem.observation.tip_known:
         radius = problem.observation.tip_radius + float(unknowns[axes])
         u_tip = math.sqrt(covariance[axes, axes])
         tip = (
-            f"; the tip's diameter, {2.0 * radius:.4f} mm, u = {2.0 * u_tip / MICROMETRE:.1f} µm, "
+            f". The tip's diameter, {2.0 * radius:.4f} mm, u = {2.0 * u_tip / MICROMETRE:.1f} µm, "
             "follows from the model and is not measured"
         )
     return (
-        "the six-seat model, which determines the map's zero (its first harmonic, which touches do "
-        f"not distinguish from the centre) to {float(np.max(u_gauge[:2])):.2f} µm across the "
-        f"axis{along}. u of the map does not contain this common shift, which cancels in "
-        f"distances{tip}"
+        "the six-seat model. Its common shift, which touches do not distinguish from the centre, "
+        f"has u = {float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. The shift cancels in "
+        f"distances, and u of the map does not contain it{tip}"
     )

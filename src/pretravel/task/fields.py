@@ -183,8 +183,8 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity in the first line and, with the force, in the pictures. The sensing distance is "
-    "the deflection across the axis (Rodrigues 2021).",
+    help="Quantity of the first line and of the pictures, which also show the force. The sensing "
+    "distance is the deflection across the axis (Rodrigues 2021).",
     label="Quantity of the pictures",
     words={
         "pretravel": "pretravel",
@@ -209,7 +209,12 @@ MODEL = Field(
 ModelName: TypeAlias = Annotated[str, MODEL]
 ModelOfMap: TypeAlias = Annotated[
     str,
-    replace(MODEL, without=(When("map_file", is_so=is_map, what="a map"),)),
+    replace(
+        MODEL,
+        help="Model of the compliance of a probe that is given in place of a map: analytic, fem, "
+        "shen, ren or wozniak.",
+        without=(When("map_file", is_so=is_map, what="a map"),),
+    ),
 ]
 """Where a probe takes the place of a map."""
 CONTACT_MODEL = Field(

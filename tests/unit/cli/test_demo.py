@@ -27,9 +27,9 @@ def _pixels(file: Path | BytesIO) -> np.ndarray:
 def test_demo(tmp_path: Path) -> None:
     text = run("demo", "--data", EXAMPLES, "-o", tmp_path / "out")
     # One answer, in lines that a terminal shows at once; the page has the rest.
-    assert "20.041 and 20.026 mm, 2 outside" in text
     words = " ".join(text.split())
-    assert "20.010 and 19.995 mm, 2 within the tolerance, U = 0.62 µm" in words
+    assert "with the tip radius alone 2 outside, with the map 2 inside" in words
+    assert "bore1 20.0408 20.0102 0.62 bore2 20.0257 19.9950 0.62" in words
     assert len(text.splitlines()) <= 12
     made = {path.name for path in (tmp_path / "out").iterdir()}
     pictures = {"bores.png", "qualification.png", "points.png", "compare.png", "kp3_ring.png"}

@@ -64,7 +64,7 @@ class TestExportCommand:
         run("export", map_file, "--to", "linuxcnc", "-o", out)
         assert not (out / "pretravel_table.ngc").exists()
         lookup = (out / "pretravel_lookup.ngc").read_text()
-        assert "largest error against the map 0.000 um" in lookup
+        assert "largest difference from the map 0.000 um" in lookup
         for text in (path.read_text() for path in out.iterdir()):
             assert max(map(len, text.splitlines())) <= 250
 

@@ -37,7 +37,7 @@ def test_a_month_with_drift(tmp_path: Path) -> None:
     12 days), so that the date is known to 3 days; the error of the first day's map is 1 day."""
     logs, table, picture = month(tmp_path / "logs", 12, slope=1e-4), tmp_path / "h.csv", "h.png"
     told = run("history", logs, *SPHERE, "--limit", 2, "-o", table, "--plot", tmp_path / picture)
-    assert told.startswith("drift: level +0.")
+    assert told.startswith("drift: size +0.")
     due = datetime.fromisoformat(told.partition("due on ")[2][:10])
     early = datetime.fromisoformat(told.partition("earliest on ")[2][:10])
     assert abs((due - datetime(2026, 3, 21)).days) <= 6

@@ -33,7 +33,7 @@ def test_plan_touch_and_update(tmp_path: Path) -> None:
     text = run("qualify", tmp_path / "few.csv", "--diameter", 24.9987, "--prior",
                tmp_path / "old.json", "-o", tmp_path / "new.json", "--verbose",
                "--plot", tmp_path / "new.png")  # fmt: skip
-    assert "old.json, brought up to date by 7 touches in 7 directions" in text
+    assert "old.json is brought up to date by 7 touches in 7 directions" in text
     new = read_map(tmp_path / "new.json")
     assert new.kind == "harmonic"
     assert "few.csv" in new.provenance.touches

@@ -32,7 +32,7 @@ class TestQualify:
     def test_physical_then_compensate(self, tmp_path: Path) -> None:
         text = run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind",
                    "physical", "--verbose", "-o", tmp_path / "map.json")  # fmt: skip
-        assert "Six-seat probe" in text
+        assert "Six-seat model" in text
         assert "first harmonic" in text
         run("compensate", PART, "--map", tmp_path / "map.json", "-o", tmp_path / "points.csv")
         u = np.array([float(row["u_um"]) for row in rows(tmp_path / "points.csv")])

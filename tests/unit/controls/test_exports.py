@@ -122,7 +122,7 @@ class TestControls:
         assert files.warnings == ()
         assert files.obsolete == ()
         assert len(files.texts) > 1
-        assert "against the map 0.500 um" in " ".join(files.remarks).lower()
+        assert "from the map 0.500 um" in " ".join(files.remarks).lower()
         coarse, asked = _exported(monkeypatch, name, base=base, tolerance=4e-4)
         assert asked["tolerance"] == 4e-4
         (warned,) = coarse.warnings
@@ -177,7 +177,7 @@ class TestControls:
         assert files.warnings == ()
         assert "2026-01-02" in "".join(files.texts.values())
         (remark,) = files.remarks
-        assert remark == "harmonic series of 1 terms; largest error against the map 0.000 um"
+        assert remark == "harmonic series of 1 terms; largest difference from the map 0.000 um"
         again, _ = _exported(monkeypatch, "linuxcnc", written="2026-01-02", form="table")
         assert again.texts == table.texts
         assert re.search(r"^#1050 =", table.texts["pretravel_table.ngc"], re.M)

@@ -423,8 +423,8 @@ class TestFormulas:
         assert alone.value(n) == pytest.approx(expected)
         whole = replace(alone, series=_series())
         assert whole.value(n) == pytest.approx(expected + _series_by_hand(n))
-        assert alone.description == "six seats, in closed form"
-        assert whole.description == alone.description + ", and a harmonic series of 6 terms"
+        assert alone.description == "six-seat formula"
+        assert whole.description == alone.description + " and harmonic series of 6 terms"
         assert whole.template_values()["sunk_at_rest"] == pytest.approx([4.0, 9.0])
         assert (alone.largest_error, _series().largest_error) == (0.0, 0.0)
         assert not alone.needs_table

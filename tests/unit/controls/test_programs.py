@@ -270,11 +270,11 @@ class TestProgram:
         limits = np.array([[-500.0, 500.0]] * 3)
         machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
         made = _planned(Targets(12.5 * UP, UP), machine, obstacles=[BALL])
-        sphere = "moves against the sphere with no shank below it; other obstacles are not known"
+        sphere = "moves against the sphere with no shank below it. Other obstacles are not known"
         assert made.checked == ("the machine's limits", sphere)
         assert made.unchecked == ()
         text = linuxcnc_program(made, "a_log.ngc")
-        for line in ("the machine's limits", sphere.replace(";", ",")):
+        for line in ("the machine's limits", sphere):
             assert f"(checked: {line})" in text.splitlines()
         assert text.endswith("M2\n")
         assert not re.search(r"^[ \t]|\n\n\n", text, re.M)

@@ -141,7 +141,7 @@ class TestCommand:
         check = [word for path in files for word in ("--check", path)]
         out = run("axis", *files, *stated, *check)
         warnings = FindAxis(touches=(self.LOG,), axis="C").run().document().warnings
-        assert any("without a map of the probe" in warning for warning in warnings)
+        assert any("no map of the probe is given" in warning for warning in warnings)
         assert "check at another radius" in out
         assert "one angle is needed for each file" in run("axis", *files[1:], *stated, code=2)
         moved = []

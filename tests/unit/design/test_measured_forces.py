@@ -93,7 +93,7 @@ def test_the_experiment_of_the_thesis() -> None:
     scale = float(measured @ ratio) / float(ratio @ ratio)
     assert f"{scale * PRELOAD:.3f}" in told
     assert f"{(measured - scale * ratio)[0]:+.4f}" in told
-    assert "another kind of probe" in warned
+    assert "The probe is of another kind" in warned
 
 
 @pytest.mark.slow

@@ -118,7 +118,7 @@ class TestFigures:
         assert math.isnan(without.largest_hysteresis)
 
     def test_anisotropies_of_hysteresis_and_repeatability(self) -> None:
-        """Ren 2020, section 2.2, names them beside that of pretravel: largest less smallest."""
+        """Ren 2020, section 2.2, names them beside that of pretravel: largest minus smallest."""
         touches = _made({"p_000": [4.0, 4.04], "p_090": [4.0, 4.1, 4.2], "p_180": [4.0, 4.06]})
         found = calibrate_rig(touches, search_outliers=False)
         # Mean shifts 0.45, 0.5, 0.45; deviations 0.04 / √2, 0.1, 0.06 / √2 µm.

@@ -36,7 +36,7 @@ import sys
 assert list(kinds())[-1] == "belt", list(kinds())
 assert "belt_maps" not in sys.modules
 assert "pretravel.six_seats.physical" not in sys.modules
-assert kinds()["mean"].title == "mean radius"
+assert kinds()["mean"].title == "one radius for all"
 assert kind_named("belt", width=2.0).width == 2.0
 assert type(restored_basis("belt", StoredBasis(None, 3.0))).__name__ == "BeltBasis"
 """

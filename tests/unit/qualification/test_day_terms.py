@@ -195,7 +195,7 @@ def test_quantities_of_days_in_their_units_and_what_they_change() -> None:
         _terms(),
     ]  # fmt: skip
     found = day_quantities(days, made)
-    assert [one.name for one in found] == ["level", "scale", "turn", "signal delay"]
+    assert [one.name for one in found] == ["size", "amplitude", "turn", "signal delay"]
     assert [one.unit for one in found] == ["µm", "%", "°", "ms"]
     level, scale, turn, delay = found
     assert level.values == pytest.approx([2.0, -1.0, math.nan], nan_ok=True)

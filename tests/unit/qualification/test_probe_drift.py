@@ -63,10 +63,10 @@ def test_the_drift_of_verifications_is_their_variance_less_that_of_their_u() -> 
     default = math.radians(0.3)
     assert found.turn == pytest.approx(math.sqrt((3.0 * default**2 + 1e-4) / 4.0), rel=1e-12)
     assert (found.scale, found.form) == (ProbeDrift().scale, ProbeDrift().form)
-    assert found.source == "level and turn from 2 verifications, the rest assumed"
+    assert found.source == "size and turn from 2 verifications, the rest assumed"
     one = drift_of_changes([0.1 * UM], [0.5 * UM], [np.nan], [1.0])
     assert one.level == pytest.approx(0.3 * UM * math.sqrt(0.75), rel=1e-12)
-    assert one.source == "level and turn from 1 verification, the rest assumed"
+    assert one.source == "size and turn from 1 verification, the rest assumed"
     assert drift_of_changes([np.nan], [1.0], [0.1], [0.0]) == ProbeDrift()
     for name in ("scale", "level", "turn", "form"):
         assert getattr(ProbeDrift(**{name: 0.0}), name) == 0.0

@@ -100,9 +100,9 @@ def _of_map(pretravel_map: PretravelMap) -> Evidence:
         )
     if not basis.interpolates and basis.kind not in _DETAILED:
         raise PretravelError(
-            f"a map of kind {basis.kind} does not follow the lobes of a probe, and this one does "
-            "not hold what was touched (maps of earlier versions and updated maps do not); "
-            "qualify again, or with kind auto",
+            f"a map of kind {basis.kind} does not follow the lobes of a probe, and this one "
+            "contains no touches (it is of an earlier version, or was updated). Qualify again, "
+            "or with kind auto",
             inputs=("map_file",),
         )
     nodes = pretravel_map.support.nodes

@@ -305,8 +305,8 @@ def _misfit_of_forces(
         return []
     most = float(np.abs(white).max())
     words = (
-        f"the measured forces differ from the model by {most:.1f} times their u: this is another "
-        "kind of probe, or other numbers than these should be free; u does not contain it"
+        f"the measured forces differ from the model by {most:.1f} times their u. The probe is "
+        "of another kind, or other quantities should be free. u does not contain this difference"
     )
     return [words]
 
@@ -552,8 +552,8 @@ def _misfit(residuals: FloatArray, covariance: FloatArray) -> tuple[float, list[
 def _another_kind(rms: float, ratio: float, error: str) -> str:
     return (
         f"map and model differ by {rms:.2f} µm (rms), {ratio:.1f} times as much as {error} "
-        "explains: this is another kind of probe, or other numbers than these should be free; u is "
-        "wider for it"
+        "explains. The probe is of another kind, or other quantities should be free. u was "
+        "enlarged for this"
     )
 
 
@@ -602,8 +602,8 @@ def _others_nearly_as_good(
             f"{number.key} {number.of(probe) / number.unit:.4g}" for number in fit.numbers
         )
         sentences.append(
-            f"another description explains the map nearly as well: {words}; u is of the given "
-            "one alone. Measure one of these numbers, or touch more directions"
+            f"another description explains the map nearly as well: {words}. u is that of "
+            "the reported description alone. Measure one of these numbers, or touch more directions"
         )
     return sentences
 

@@ -266,7 +266,7 @@ class _Fit:
             own = nearest
         if moved >= _CLOSED:
             raise ConvergenceError(
-                f"the alignment did not settle: it still moves by {moved / MICROMETRE:.3g} µm "
+                f"the alignment did not converge: it still moves by {moved / MICROMETRE:.3g} µm "
                 f"after {_MOST_ITERATIONS} steps. Give a start that is nearer",
                 inputs=("start",),
             )
@@ -357,8 +357,8 @@ class _Fit:
             if moved < _CLOSED:
                 return replace(state, motions=motions, response=response)
         raise ConvergenceError(
-            "the datums from outside the material did not settle: touch more places of them, or "
-            "take least squares",
+            "the fit of the datums from outside the material did not converge: touch more places "
+            "of each datum, or use least squares",
             inputs=("datum_association",),
         )
 

@@ -35,7 +35,7 @@ class FormResult:
     Attributes
     ----------
     measured : float
-        Range of the residuals: largest less smallest. The noise of the points enlarges it. [mm]
+        Range of the residuals: largest minus smallest. The noise of the points enlarges it. [mm]
     value : float
         Form of the surface at the touched points: this range less its enlargement. [mm]
     quantiles : (q,) float

@@ -251,7 +251,8 @@ class MeasuredFeature(WithPlot):
         if form.hidden:
             lobes = [text.split()[0] for text in form.hidden if text.endswith(" lobes")]
             shapes = [text for text in form.hidden if not text.endswith(" lobes")]
-            words = [f"{', '.join(lobes)} lobes"] if lobes else []
+            counts = " or ".join(", ".join(lobes).rsplit(", ", 1))
+            words = [f"{counts} lobes"] if lobes else []
             found.append(
                 f"{len(self.points)} touches at these places cannot reveal a form of "
                 f"{' or '.join([*words, *shapes])}, which would appear as an error of "

@@ -113,7 +113,7 @@ def _limits(size: Size) -> str:
 
 def _zone(tolerance: Tolerance) -> str:
     zone = "no value" if tolerance.zone is None else f"{tolerance.zone:.10g} mm"
-    form = f", zone {tolerance.form}" if tolerance.form else ""
+    form = f", {tolerance.form} zone" if tolerance.form else ""
     return " ".join([zone + form, *(f"({sign})" for sign in tolerance.signs)])
 
 

@@ -139,7 +139,8 @@ def datum_system(datums: Datums) -> DatumSystem:
             break
     else:
         raise ConvergenceError(
-            "the datums did not settle into a frame: are their nominal places those of the drawing?"
+            "the fit of the datum system did not converge: are the nominal places those of the "
+            "drawing?"
         )
     features = tuple(each.feature for group in datums for each in group)
     return DatumSystem(placement, features, tuple(map(frozen, rows)), frozen(free))

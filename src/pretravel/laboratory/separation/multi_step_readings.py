@@ -427,6 +427,6 @@ def check_connected(design: MultiStepDesign) -> None:
     raise PretravelError(
         f"the readings form {parts} groups that share no direction "
         f"({'; '.join(groups)}{'; …' if parts > 3 else ''}): each has its own constant, "
-        f"and the identification matrix lacks {parts} ranks instead of one. Add readings that "
-        "connect the groups, for example orientations turned by one step"
+        f"and the identification matrix is rank deficient by {parts} instead of one. Add "
+        "readings that connect the groups, for example orientations turned by one step"
     )

@@ -465,8 +465,8 @@ def _notes(
     of_errors = (
         f"{len(design.row)} readings, {len(design.machines)} machine and {len(design.probes)} "
         f"probe directions. The readings determine everything except a constant that is common to "
-        f"all errors of machine and probe (rank {design.size - 1} of {design.size}); the machine's "
-        "errors are made to add up to zero"
+        f"all errors of machine and probe (rank {design.size - 1} of {design.size}). The sum of "
+        "the machine's errors is therefore set to zero"
     )
     if design.with_circles:
         of_circles = design.rank - design.basis.shape[1]
@@ -477,10 +477,9 @@ def _notes(
             "therefore given as zero; the readings determine all other errors"
         )
     of_variances = (
-        "variances of pairs are absolute, but neither readings nor repeats separate the share of "
-        "the machine from the share of the probe (the matrix of the variances is rank deficient by "
-        "one). The reported shares are equal, or as nearly equal as is possible without a negative "
-        "variance"
+        "the readings determine the variance of each pair of directions, but not the shares of "
+        "machine and probe in it (the matrix of the variances is rank deficient by one). The "
+        "reported shares are equal, or as nearly equal as is possible without a negative variance"
     )
     notes = [of_errors, of_variances + _movable_words(shares, variances)]
     if shares.negative:
@@ -508,9 +507,9 @@ def _movable_words(shares: _Shares, variances: FloatArray) -> str:
     if shares.negative:
         return ""
     if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
-        return "; no other share is possible without a negative variance"
+        return ". Here, no others are possible without a negative variance"
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
     return (
-        f"; in truth up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        f". Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
         f"direction, or {to_machine:.3g} µm² of each probe direction to each machine direction"
     )

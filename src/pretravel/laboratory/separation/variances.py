@@ -212,8 +212,9 @@ def _check_rank(design: MultiStepDesign, matrix: FloatArray) -> None:
     ]
     few = [name for name, count in zip(names, counts, strict=True) if count < 3]
     raise PretravelError(
-        f"the variances' identification matrix lacks {design.size - rank} ranks. One rank always "
-        "lacks (the share of machine and probe); more means directions with too few readings"
+        f"the identification matrix of the variances is rank deficient by {design.size - rank}. "
+        "A deficiency of one is usual (the shares of machine and probe); a larger one comes from "
+        "directions with too few readings"
         + (f": {', '.join(few[:8])}" if few else "")
         + ". Each direction needs several readings, with several partners"
     )

@@ -137,7 +137,7 @@ def check_iso10360_5(
     given = limits or {}
     form = StandardFigure(
         "P_Form.Sph.1x25:SS:Tact (P_FTU in the edition of 2010)",
-        "largest less smallest distance from the centre of the least-squares sphere",
+        "probing error of form: range of the distances from the centre of the least-squares sphere",
         max(fit.form for fit in fits),
         sphere.u_of_form,
         given.get("form"),
@@ -180,7 +180,7 @@ def _size_figure(
         )
     return StandardFigure(
         "P_Size.Sph.1x25:SS:Tact (P_STU in the edition of 2010)",
-        "diameter of the least-squares sphere minus the calibrated diameter",
+        "probing error of size: diameter of the least-squares sphere minus the calibrated diameter",
         worst,
         sphere.u_diameter,
         limit,

@@ -124,7 +124,7 @@ def _plane_form(
     fit = fit_sphere(points[equator, :2])
     figure = StandardFigure(
         "P_FTU,2D",
-        f"range of distances from the least-squares circle, {count} touches",
+        f"probing error of form in a plane: range about the least-squares circle, {count} touches",
         fit.form,
         sphere.u_of_form,
         limit,
@@ -146,7 +146,7 @@ def _space_form(
     fit = fit_sphere(points)
     figure = StandardFigure(
         "P_FTU,3D",
-        f"range of distances from the least-squares sphere, {count} touches",
+        f"probing error of form in space: range about the least-squares sphere, {count} touches",
         fit.form,
         sphere.u_of_form,
         limit,
@@ -167,13 +167,16 @@ def _single_point_repeatability(touches: Touches, limit: float | None) -> _Probi
         )
     figure = StandardFigure(
         "R_SPT",
-        f"largest range of repeats in one direction, up to {most} touches",
+        f"single-point repeatability: largest range of up to {most} touches in one direction",
         max(ranges),
         0.0,
         limit,
         UNCHECKED,
     )
-    other = f"R_SPT is defined for {_REPEATS} repeats; there are at most {most}"
+    other = (
+        f"R_SPT (single-point repeatability) is defined for {_REPEATS} repeats; there are at most "
+        f"{most}"
+    )
     return _ProbingTest(figure, note=other if most != _REPEATS else "")
 
 

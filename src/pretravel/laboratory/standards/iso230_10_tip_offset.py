@@ -223,7 +223,7 @@ def _circles(touches: Touches, axis: npt.ArrayLike) -> tuple[_Circles, list[str]
     if len(complete) < _ENOUGH:
         notes.append(
             f"with {len(complete)} directions a part of the probe's lobes counts as an offset; "
-            f"{_ENOUGH} or more part them"
+            f"{_ENOUGH} or more separate lobes and offset"
         )
     points = (touches.positions @ rotation)[:, :2]
     places = points[np.transpose(table, (1, 2, 0))]

@@ -42,7 +42,7 @@ def kinds() -> Mapping[str, KindOfMap]:
         ``belt = "its_module:BeltKind"`` in its group of entry points ``pretravel.kinds`` adds one.
 
     >>> list(kinds())[:3], kinds()["mean"].title
-    (['mean', 'sectors', 'wozniak'], 'mean radius')
+    (['mean', 'sectors', 'wozniak'], 'one radius for all')
     """
     return KINDS
 

@@ -59,7 +59,7 @@ class MeanKind(KindOfMap):
     """The mean over all touches, about the least-squares centre."""
 
     name: ClassVar[str] = "mean"
-    title: ClassVar[str] = "mean radius"
+    title: ClassVar[str] = "one radius for all"
     summary: ClassVar[str] = "one radius"
     bases: ClassVar[tuple[type[MapBasis], ...]] = (MeanBasis,)
 

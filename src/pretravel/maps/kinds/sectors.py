@@ -102,7 +102,7 @@ def _sector_values(observation: Observation, centred: FloatArray) -> FloatArray:
             if w == 0.0
         )
         raise PretravelError(
-            f"no touch near the equator (polar 60° or more) falls into sector {empty}: a sector "
+            f"no touch near the equator (polar 60° or more) falls into sector {empty}. A sector "
             "table needs touches at every 30° of azimuth; the kinds mean and harmonic do not"
         )
     return np.asarray(share.T @ centred[near] / weight)

@@ -73,9 +73,9 @@ class Compensate(
     map_file: Annotated[
         str,
         Field(
-            help="Map from qualify or predict: .json or .csv. A map of several tips: the column "
-            "tip of the touches chooses one. Or a probe (catalogue name or .toml), whose map is "
-            "predicted.",
+            help="Map from qualify or predict (.json or .csv), or a probe (catalogue name or "
+            ".toml) whose map is predicted. A map of several tips: the column tip of the "
+            "touches chooses one.",
             option="--map",
             label="Map",
             reads=existing,

@@ -158,13 +158,14 @@ def drift_verdict(drift: DriftOverTime) -> str:
     _, early = drift.first_due(early=True)
     before = f"at the earliest on {_date(drift.moment(early))} (95 %{_sooner(drift)})"
     if early <= drift.times[-1]:
-        before = "now: the change may be beyond the limit already (more than 5 % probable)"
+        before = f"and may be beyond {limit} already (more than 5 % probable)"
     if due is not None and time <= drift.times[-1]:
         moved = f"{due.quantity.name} has probably changed the map by more than {limit}"
         return f"{after}{moving or 'a random walk'}. QUALIFY NOW: {moved}"
     if drift.drifting:
-        when = f"due on {_date(drift.moment(time))}" if due is not None else "has no due date"
-        return f"{after}drift: {moving}. Next qualification ({limit}) {when}, {before}"
+        when = f"due on {_date(drift.moment(time))}" if due is not None else "no due date"
+        reached = f"Qualify next when the change reaches {limit}"
+        return f"{after}drift: {moving}. {reached}: {when}, {before}"
     walking = [one.quantity.name for one in drift.last if one.course.kind == "random walk"]
     if walking:
         reach = f"does not reach {limit}"
@@ -174,7 +175,9 @@ def drift_verdict(drift: DriftOverTime) -> str:
         return f"{after}no steady drift is detected; {moved}, and {reach}"
     if not math.isfinite(early):
         return f"{after}no drift is detected"
-    hidden = "one that these days do not show"
+    hidden = "a drift that these days do not show"
+    if early <= drift.times[-1]:
+        return f"{after}no drift is detected; {hidden} {before.removeprefix('and ')}"
     return f"{after}no drift is detected; {hidden} could reach {limit} {before}"
 
 
@@ -182,7 +185,7 @@ def _sooner(drift: DriftOverTime) -> str:
     """The earliest date if a quantity walks at random, where that is another day."""
     _, early = drift.first_due(early=True)
     walking = _date(drift.moment(drift.earliest_if_walking))
-    return "" if walking == _date(drift.moment(early)) else f"; {walking} if it walks at random"
+    return "" if walking == _date(drift.moment(early)) else f"; {walking} for a random walk"
 
 
 def _movement(one: QuantityCourse) -> str:
@@ -223,8 +226,8 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
 def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
-    walking = f"; u {course.walking.slope[1]:.2g} if it walks at random" if course.may_walk else ""
-    return f"{words[course.kind]}, p = {course.p_slope:.2g}{walking}"
+    walking = f"; u {course.walking.slope[1]:.2g} for a random walk" if course.may_walk else ""
+    return f"{words[course.kind]}, p = {course.p_slope:.2g} for such a trend by chance{walking}"
 
 
 def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
@@ -251,7 +254,7 @@ def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
                     Column.of("date", [_date(drift.moments[b.day]) for b in drift.breaks]),
                     Column.of("what", [_BREAK[b.apart] for b in drift.breaks]),
                     Column.of("clearest in", [b.quantity for b in drift.breaks]),
-                    Column.of("size", [b.size for b in drift.breaks], "", signed_decimals(2)),
+                    Column.of("jump", [b.size for b in drift.breaks], "", signed_decimals(2)),
                     Column.of("u", [b.u for b in drift.breaks]),
                     Column.of("unit", [units[b.quantity] for b in drift.breaks]),
                 ),
@@ -281,10 +284,10 @@ def _courses_table(
             Column.of("quantity", [one.quantity.name for _, one in rows]),
             Column.of("it is", [c.kind for c in course]),
             Column.of("days", [float(len(c.series)) for c in course], "", decimals(0)),
-            Column.of("trend a day", [c.slope for c in course], "", significant(3)),
+            Column.of("trend per day", [c.slope for c in course], "", significant(3)),
             Column.of("u", [c.u_slope for c in course], "", significant(2)),
             Column.of(
-                "u if it walks",
+                "u, random walk",
                 [c.walking.slope[1] if c.may_walk else math.nan for c in course],
                 "",
                 significant(2),
@@ -298,9 +301,9 @@ def _courses_table(
         ),
         "Course of each quantity",
         "scatter: between the days, beyond the uncertainty of the touches. walk: standard "
-        "deviation of the steps that add up, in a day. u: for independent errors of the days; if "
-        "it walks: for a random walk, which few days do not exclude. p: probability of such a "
-        "trend by chance.",
+        "deviation of the steps of one day, which add up. u: for independent errors of the days. "
+        "u, random walk: if the quantity walks at random, which few days do not exclude. p: "
+        "probability of such a trend by chance.",
     )
 
 
@@ -360,8 +363,8 @@ def _notes(drift: DriftOverTime) -> tuple[str, ...]:
         return ()
     return (
         (
-            f"the dates count from a map made on {_date(drift.moments[drift.starts[-1]])}: "
-            "qualify the probe if that was not done since"
+            f"the dates hold for a map made on {_date(drift.moments[drift.starts[-1]])}. If the "
+            "probe was not qualified since then, qualify it now"
         ),
     )
 

@@ -51,21 +51,24 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
     return Document(
         title=title,
         verdict=f"{len(plan.directions)} touches bring u of the map from "
-        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm",
+        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, common shift left out",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="root mean square over the normals given or the whole map, when made"),
+                      remark="rms, when it was made"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
-                      remark="with the drift since, without new touches"),
+                      remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
                       remark=f"at most {number_text(float(plan.u_after.max()) / MICROMETRE)} µm; "
-                      f"a touch has a repeatability of {number_text(noise)} µm"),
-            KeyFigure("drift", f"scale {drift.scale:.1%}, level {drift.level / MICROMETRE:.2f} µm, "
-                      f"turn {drift.turn / DEGREE:.2f}°, form {drift.form:.1%}",
+                      f"for a repeatability of {number_text(noise)} µm"),
+            KeyFigure("common shift", "moves the whole part and cancels in distances; u of the "
+                      "updated map contains it, and is therefore larger"),
+            KeyFigure("usual drift", f"size {drift.level / MICROMETRE:.2f} µm, "
+                      f"amplitude {100.0 * drift.scale:.1f} %, "
+                      f"turn {drift.turn / DEGREE:.2f}°, form {100.0 * drift.form:.1f} %",
                       remark=drift.source),
         ),
         tables=(_directions_table(plan),),
-        pictures=(Picture("u before and after", lambda: touch_plan_view(plan, title)),),
+        pictures=(Picture("u today and with the touches", lambda: touch_plan_view(plan, title)),),
     )  # fmt: skip
 
 
@@ -86,7 +89,7 @@ def _directions_table(plan: TouchPlan) -> Table:
             Column.of("azimuth", azimuth, "°", decimals(1)),
         ),
         title="Directions, in their order:",
-        explanation="in the probe frame; in this order the tip comes from changing directions",
+        explanation="In the probe frame. In this order, the tip arrives from changing directions.",
     )
 
 

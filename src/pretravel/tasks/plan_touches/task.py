@@ -213,6 +213,6 @@ def _refuse_ring(old_map: PretravelMap) -> None:
     setup = old_map.provenance.setup
     if setup is not None and setup.ring:
         raise PretravelError(
-            "this map was made in a ring gauge: its few directions are best touched evenly around; "
-            "qualify with a prior takes them"
+            "this map was made in a ring gauge. Its few directions need no plan: touch evenly "
+            "around, and qualify with the map as prior"
         )

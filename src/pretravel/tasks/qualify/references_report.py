@@ -70,7 +70,9 @@ def reference_document(
         *(_figure(pair) for pair in fit.pairs),
         *(_length_figure(size) for size in fit.sizes),
     ]  # fmt: skip
-    pictures = [Picture("Terms of the machine with U; residuals", lambda: reference_view(fit))]
+    pictures = [
+        Picture("Errors of the machine with U, and the residuals", lambda: reference_view(fit))
+    ]
     sections: tuple[Section, ...] = ()
     said = list(warnings)
     if qualified is not None:

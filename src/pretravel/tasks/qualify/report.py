@@ -122,8 +122,8 @@ def _method(result: Qualification) -> str:
         "of the machine's position at the trigger from that of a probe without pretravel. Centre, "
         f"effective radius and a map of kind {result.pretravel_map.kind} were fitted to them; the "
         "scatter of repeats and residuals, the reference and its temperature are in the "
-        "uncertainty. The U of a point on a part contains a single touch with the map, and no "
-        "errors of the machine."
+        "uncertainty. The U of a point on a part contains the errors of a single touch and of the "
+        "map, but none of the machine."
     )
 
 
@@ -178,9 +178,10 @@ def _map_figures(result: Qualification) -> tuple[KeyFigure, ...]:
     dof = result.repeatability_dof
     made = pretravel_map.provenance
     return (
-        KeyFigure("qualified", f"{made.source}, {made.touches}", detail=True),
-        KeyFigure("at the touches", Span.of(value), "µm", remark="pretravel", detail=True),
-        KeyFigure("u at the touches", Span.of(u), "µm", remark="of the map", detail=True),
+        KeyFigure("made from", f"{made.touches}; {made.source}", detail=True),
+        KeyFigure("at the touches", Span.of(value), "µm", remark="pretravel of the map",
+                  detail=True),
+        KeyFigure("u at the touches", Span.of(u), "µm", remark="u of the map", detail=True),
         KeyFigure(
             "repeatability", result.repeatability / MICROMETRE, "µm",
             remark=f"{number_text(dof, decimals(0))} degrees of freedom"
@@ -233,11 +234,11 @@ def _scores_table(scores: Sequence[KindScore]) -> Table:
             ),
         ),
         title="Directions that were left out of the fit of each kind:",
-        explanation="left-out rms: of the mean touch in each direction that was left out, its "
-        "scatter included, ± its standard error; (error/u)²: mean over these directions, each "
-        "with its own u, 1 where u is right; score: mean of ln(u/µm) + (error/u)²/2, the smaller "
-        "the better; weight: share in the averaged map, chosen so that the left-out directions "
-        "are most probable.",
+        explanation="Left-out rms: error of the map at the mean touch in each left-out direction, "
+        "with the scatter of this touch; ± is its standard error. (error/u)²: mean over these "
+        "directions, 1 where u is right. Score: mean of ln(u/µm) + (error/u)²/2; smaller is "
+        "better. Weight: share in the averaged map, for which the left-out touches are most "
+        "probable.",
         detail=True,
     )
 
@@ -259,7 +260,7 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
         for parameter in IDEAL
     )
     return Section(
-        "Six-seat probe",
+        "Six-seat model",
         figures=(
             figure("lever / radius", "lever_ratio", "", 1.0, "lever over tripod radius"),
             figure("support angle", "support_angle", "°", 1.0 / DEGREE),

@@ -63,12 +63,16 @@ def map_update_document(
     title = f"{touches_name or 'New touches'} and {old}"
     return Document(
         title=title,
-        verdict=f"{old}, brought up to date by {len(result.residuals)} touches in "
-        f"{int(result.groups.max()) + 1} directions, which fit the old map (p = "
-        f"{result.p_value:.2g})",
-        figures=(*_map_figures(result), *_drift_figures(result)),
+        verdict=f"{old} is brought up to date by {len(result.residuals)} touches in "
+        f"{int(result.groups.max()) + 1} directions",
+        figures=(*_map_figures(result), *_drift_figures(result), _test_figure(result)),
         tables=(_touches_table(result),),
-        pictures=(Picture("The new map, and its change", lambda: map_update_view(result, title)),),
+        pictures=(
+            Picture(
+                "The new map, its change from the old map, and the new touches",
+                lambda: map_update_view(result, title),
+            ),
+        ),
         warnings=(*warnings, *result.warnings),
     )
 
@@ -87,7 +91,7 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
         KeyFigure("pretravel", Span.of(value / MICROMETRE), "µm", remark="over the whole map"),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
-            remark="root mean square over the whole map; of the old map when it was made: "
+            remark="rms over the whole map, common shift included; when the old map was made: "
             f"{number_text(float(np.sqrt(np.mean(old_u**2))) / MICROMETRE, decimals(2))} µm",
         ),
         KeyFigure(
@@ -100,20 +104,30 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
 
 
 def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
-    def figure(name: str, found: FoundDrift, unit: str, factor: float, usual: float) -> KeyFigure:
+    def figure(
+        name: str, what: str, found: FoundDrift, unit: str, factor: float, usual: float
+    ) -> KeyFigure:
         usual_text, digits = f"{usual / factor:.2g}", by_uncertainty(found.u / factor)
         blank = "" if unit == "°" else " "
         return KeyFigure(
-            f"drift of {name}", found.value / factor, unit,
+            name, found.value / factor, unit,
             replace(digits, signed=True), found.u / factor,
-            u_digits=digits, remark=f"usual: {usual_text}{blank}{unit}, {result.drift.source}",
+            u_digits=digits,
+            remark=f"{what}; usual drift {usual_text}{blank}{unit}, {result.drift.source}",
         )  # fmt: skip
 
     return (
-        figure("scale", result.scale, "%", 0.01, result.drift.scale),
-        figure("level", result.level, "µm", MICROMETRE, result.drift.level),
-        figure("turn", result.turn, "°", DEGREE, result.drift.turn),
+        figure(
+            "size", "in all directions alike", result.level, "µm", MICROMETRE, result.drift.level
+        ),
+        figure("amplitude", "of the whole pretravel", result.scale, "%", 0.01, result.drift.scale),
+        figure("turn", "about the axis", result.turn, "°", DEGREE, result.drift.turn),
     )
+
+
+def _test_figure(result: MapUpdate) -> KeyFigure:
+    return KeyFigure("test against the old map", f"p = {result.p_value:.2g}", detail=True,
+                     remark="probability of differences at least as large by chance")  # fmt: skip
 
 
 def _touches_table(result: MapUpdate) -> Table:

@@ -104,6 +104,8 @@ def verification_document(
     )
 
 
+_TESTS = 3
+"""They share the rate of false alarms."""
 _UNTIL_THEN = "; do not use it until the cause is found"
 _NOTES = (
     (
@@ -167,7 +169,7 @@ def cause_text(cause: LikelyCause) -> str:
 
 
 def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
-    def figure(name: str, change: Change, unit: str, factor: float) -> KeyFigure:
+    def figure(name: str, what: str, change: Change, unit: str, factor: float) -> KeyFigure:
         if not math.isfinite(change.u):
             return KeyFigure(name, "cannot be determined from this map")
         digits = by_uncertainty(change.u / factor)
@@ -175,25 +177,32 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         return KeyFigure(
             name, change.value / factor, unit, replace(digits, signed=True),
             change.u / factor, "", digits,
-            remark=f"a change of {limit} is detected in 95 % of cases",
+            remark=f"{what}; a change of {limit} is detected in 95 % of cases",
         )  # fmt: skip
 
     return (
-        figure("size", result.size, "µm", MICROMETRE),
-        figure("amplitude of map", result.amplitude, "%", 0.01),
-        figure("turn about axis", result.turn, "°", DEGREE),
-        KeyFigure("largest difference", result.largest / MICROMETRE, "µm"),
+        figure("size", "mean pretravel", result.size, "µm", MICROMETRE),
+        figure("amplitude", "of the lobes", result.amplitude, "%", 0.01),
+        figure("turn", "about the axis", result.turn, "°", DEGREE),
+        KeyFigure(
+            "largest difference",
+            result.largest / MICROMETRE,
+            "µm",
+            remark="of the mean of a direction from the map",
+        ),
     )
 
 
 def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     def p_value(p: float) -> str:
-        return "not tested without repeats" if math.isnan(p) else f"p = {p:.2g}"
+        return "not tested, without repeats" if math.isnan(p) else f"{p:.2g}"
 
     tests = KeyFigure(
-        "tests",
-        f"size, amplitude, turn: {p_value(result.p_form)}; all directions: "
-        f"{p_value(result.p_map)}; repeatability: {p_value(result.p_repeatability)}",
+        "p of each test",
+        f"size, amplitude, turn {p_value(result.p_form)}; all directions {p_value(result.p_map)}; "
+        f"repeatability {p_value(result.p_repeatability)}",
+        remark="probability of differences at least as large if nothing has changed; below "
+        f"{result.false_alarm_rate / _TESTS:.2g} the probe is reported as changed",
         detail=True,
     )
     if math.isnan(result.repeatability):

@@ -308,13 +308,15 @@ class FoundAxis(Result):
             KeyFigure("wander of the axis", found.wander / MICROMETRE, "µm", decimals(2),
                       remark="of each coordinate of a centre, beyond the noise of the touches"),
             KeyFigure("sense", "with the angle" if found.sense > 0 else "against the angle",
-                      remark="right-handed about the machine's axis; a table turns against it"),
+                      remark="right-handed about the machine's axis" if found.sense > 0
+                      else "left-handed about the machine's axis, as a rotary table turns"),
         ]  # fmt: skip
         warnings = []
         if self.task.map_file is None:
             warnings.append(
-                "without a map of the probe the place contains what its pretravel moves the centre "
-                "of a sphere, most along the probe axis; the uncertainty does not"
+                "no map of the probe is given: its pretravel shifts the centre of each sphere, and "
+                "so the place of the axis, most along the probe axis. The uncertainty does not "
+                "contain this shift"
             )
         if not self.center_stated:
             warnings.append(
@@ -336,7 +338,11 @@ class FoundAxis(Result):
             verdict=f"rotary axis {found.letter} from {count} angles"
             + (", contradicted at another radius" if against else ""),
             figures=tuple(figures),
-            pictures=(Picture("Centres of the sphere off their circle", lambda: _view(found)),),
+            pictures=(
+                Picture(
+                    "Distances of the sphere's centres from their circle", lambda: _view(found)
+                ),
+            ),
             warnings=tuple(warnings),
         )
 
@@ -387,7 +393,7 @@ def _view(found: RotaryAxis) -> View:
     chart = PlaneChart(
         f"axis {found.letter}, wander {number_text(found.wander / MICROMETRE)} µm",
         Axis(f"angle of {found.letter}", "°"),
-        Axis("off the circle", "µm"),
+        Axis("distance from the circle", "µm"),
         (Rule(0.0), *dots),
     )
-    return View("Centres of the sphere off their circle", (chart,))
+    return View("Distances of the sphere's centres from their circle", (chart,))

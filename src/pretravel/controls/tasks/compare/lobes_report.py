@@ -70,7 +70,7 @@ def lobes_figures(pretravel_map: PretravelMap, comparison: Comparison) -> tuple[
     """
     left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
     values = {
-        "lobes": (lobe_size(pretravel_map), "largest less smallest pretravel"),
+        "lobes": (lobe_size(pretravel_map), "largest minus smallest pretravel"),
         "left with one radius": (left["mean radius"], "largest error"),
         "left with the map": (COVERAGE_FACTOR * comparison.u_map, "U, k = 2"),
     }

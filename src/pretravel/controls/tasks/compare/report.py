@@ -113,9 +113,10 @@ def _errors_table(result: Comparison) -> Table:
         columns += [Column.of(f"{_WHERE[where]}: max", largest, "µm"), Column.of("rms", rms, "µm")]
     return Table(
         tuple(columns),
-        explanation="Largest (max) and rms difference of each correction from the map; of the full "
-        "map, 2 u and u instead (none for a prediction). The radii of a control describe one "
-        "plane, and the tool length describes the axis; between them the control mixes both.",
+        explanation="Max, rms: largest and root-mean-square difference of each correction from the "
+        "map. The row of the full map has 2 u and u instead (empty for a prediction). The radii of "
+        "a control hold in one plane, its tool length along the axis; between them it combines "
+        "both.",
     )
 
 

@@ -41,7 +41,7 @@ def _controls_with_maps() -> list[str]:
 class Compare(Reported):
     """Compare the errors that corrections leave, from none to the full map; or compare two probes.
 
-    The corrections are the tip radius alone, one mean radius, two axis radii, four directions,
+    The corrections are the tip radius alone, one radius for all, two axis radii, four directions,
     eight radii (as touched, or made from the map), Woźniak's constant and the full map. The errors
     are those on the equator, in all directions and, with --part, on a part, in µm. Of two probes
     (MAP and PROBE), the predicted forces, pretravels and their contributions are compared.

@@ -389,9 +389,15 @@ def _read_template(path: Path) -> str:
         raise PretravelError(f"{path}: cannot be read as text: {error}") from None
 
 
+_NAMED = 4
+"""Files; of more than these the first and the last are named."""
+
+
 def _statement(task: Export, files: ExportedFiles) -> str:
     """Names of the files, and what they state."""
-    made = f"{task.output or ''}: {', '.join(sorted(files.texts))}".rstrip()
+    names = sorted(files.texts)
+    several = f"{len(names)} files, {names[0]} to {names[-1]}"
+    made = f"{task.output or ''}: {several if len(names) > _NAMED else ', '.join(names)}".rstrip()
     separator = " " if len(files.remarks) == 1 and not makes_folder(task.to) else "\n"
     return separator.join([made, "\n".join(files.remarks)]) + "\n"
 

@@ -470,7 +470,10 @@ def _planned(
     where = f"log: {task.log_name}, next to the machine's INI file"
     lines = [
         f"{len(program)} touches, about {minutes:.1f} min; {where}",
-        f"the control needs the subroutines of pretravel program mdi; INI file: {HANDLER}",
+        (
+            "the control needs the subroutines of pretravel program mdi and this line in its INI "
+            f"file: {HANDLER}"
+        ),
         *(f"checked: {statement}" for statement in program.checked),
     ]
     warnings = []

@@ -105,7 +105,7 @@ def _shear_words(contact: ContactStress, place: int) -> str:
     if contact.weaker is None:
         return f"{words}; no hardness of these materials is known"
     share = value_text(100.0 * float(contact.share_of_limit[place]), "%", decimals(0))
-    return f"{words}: {share} of what {contact.weaker.name} bears"
+    return f"{words}, {share} of the limit of {contact.weaker.name}"
 
 
 def _stress_tables(stresses: StressByDirection) -> tuple[Table, ...]:

@@ -100,9 +100,9 @@ def _direction_table(
         ),
         title=f"{' and '.join(f'touch {n}' for n in shown).capitalize()} in each direction",
         explanation="force: on the tip when the first seat opens; closing force: when the last "
-        "seat closes on the return; hysteresis: deflection at opening less that at reseating; "
-        "drift: where the tip then rests, along the normal, "
-        "against the start; reseat: distance from the rest position of the touch before.",
+        "seat closes on the return; hysteresis: deflection at opening minus that at reseating; "
+        "drift: shift of the tip's rest position along the normal since the start; reseat: "
+        "distance from the rest position before this touch.",
         detail=True,
     )
 

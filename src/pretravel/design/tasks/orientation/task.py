@@ -149,7 +149,7 @@ class TurnedProbe(Result):
             title=f"{self.task.map_file.name}: with its axis along {axis}",
             verdict="a map of another orientation, predicted from the weight of the probe",
             figures=figures,
-            pictures=(Picture("What the weight changes", lambda: _view(found)),),
+            pictures=(Picture("Change of the pretravel by the weight", lambda: _view(found)),),
             notes=(
                 (
                     "Predicted, not measured: touch five to nine directions on the sphere in this "

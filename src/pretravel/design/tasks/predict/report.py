@@ -47,7 +47,7 @@ def prediction_document(
     if probe.tip.friction > 0.0:
         title += f", {probe.tip.friction:g} at the tip"
     lowest, highest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
-    where = f"{_direction(trigger, lowest)}; {_direction(trigger, highest)}; in the probe's frame"
+    where = f"smallest at {_direction(trigger, lowest)}; largest at {_direction(trigger, highest)}"
     return Document(
         title=title,
         verdict=f"{title}: {_of_quantity(trigger, quantity)}trigger "

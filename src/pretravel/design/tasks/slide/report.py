@@ -82,8 +82,8 @@ def slide_document(
                          remark="feed from first contact to trigger, step by step")  # fmt: skip
         figures.insert(0, feed)
     for name, value, parts in (
-        ("solved at once", lateral_pretravel, "lateral deflection only"),
-        ("solved at once", pretravel, "every elastic part"),
+        ("pretravel solved at once", lateral_pretravel, "lateral deflection only"),
+        ("pretravel solved at once", pretravel, "every elastic part"),
     ):
         if not math.isnan(value):
             figures.append(KeyFigure(name, value / MICROMETRE, "µm", decimals(3), remark=parts))

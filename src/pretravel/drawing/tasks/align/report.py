@@ -221,9 +221,10 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            f"the touches deviate from their faces by {alignment.errors.excess / MICROMETRE:.2g} "
-            "µm more than their errors explain. Faces may be displaced, wavy or of another size, "
-            "or touches may scatter more than on the reference. u contains this"
+            "the residuals are larger than the errors of the touches explain. Another "
+            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation) is of the part or "
+            "of the touches: faces may be displaced, wavy or of another size, or touches may "
+            "scatter more than on the reference. u contains this"
         )
     if not alignment.errors.map_is_stated:
         found.append(

@@ -144,8 +144,8 @@ def _refuse_tip_centres(made: MeasuredFeature, task: StatedSettings) -> None:
         return
     raise PretravelError(
         f"the {made.size_name} {found:.4f} mm is {abs(found - size):.3f} mm from its nominal "
-        f"{size:g} mm, as of tip centres of a tip of that size: give the tip's diameter. Or is "
-        "the nominal another?",
+        f"{size:g} mm. If the points are tip centres, give the tip's diameter; else check the "
+        "nominal",
         inputs=("tip_diameter", "nominal"),
     )
 

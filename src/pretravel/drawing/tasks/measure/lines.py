@@ -113,8 +113,8 @@ class ToleranceLine:
 
     @property
     def u_text(self) -> str:
-        """U with two digits: in µm, or in degrees."""
-        if not math.isfinite(self.expanded_u):
+        """U with two digits: in µm, or in degrees; none of a bound."""
+        if self.at_most is not None or not math.isfinite(self.expanded_u):
             return ""
         if self.unit == "°":
             return f"{number_text(self.expanded_u, significant(2))}°"
@@ -122,7 +122,8 @@ class ToleranceLine:
 
     @property
     def k_text(self) -> str:
-        return number_text(self.k, significant(3)) if math.isfinite(self.k) else ""
+        bare = self.at_most is not None or not math.isfinite(self.k)
+        return "" if bare else number_text(self.k, significant(3))
 
 
 def _bare_name(characteristic: str) -> str:

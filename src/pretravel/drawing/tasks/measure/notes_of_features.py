@@ -55,17 +55,17 @@ def notes_of(
     if lost:
         alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
         notes.append(
-            f"{', '.join(map(shown_name, lost))}: the form is not distinguished from the errors of "
-            f"the points, which alone produce {_range_text(alone)} on average"
+            f"{', '.join(map(shown_name, lost))}: the points show no form. Their errors alone "
+            f"produce a range of {_range_text(alone)} on average"
         )
     rough = [feature for feature in features if feature.errors.excess > 0.0]
     if rough:
         excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
         notes.append(
-            f"{', '.join(map(shown_name, rough))}: the residuals scatter by {_range_text(excess)} "
-            f"more than the errors of the points explain. This is {FORM_OF_PART}, or touches "
-            "that scatter more than those on the reference; its effect on size and position is in "
-            "u, with the correlation of the shapes that the residuals show"
+            f"{', '.join(map(shown_name, rough))}: the residuals are larger than the errors of the "
+            f"points explain. Another {_range_text(excess)} (standard deviation) is "
+            f"{FORM_OF_PART}, or touches scatter more than those on the reference. Its effect on "
+            "size and position is in u, with the correlation of the shapes that the residuals show"
         )
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
@@ -147,8 +147,8 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
     if not all(feature.points.state_uncertainty for feature in features):
         warnings.append(
             "the points have no uncertainty: u follows from their scatter about the feature "
-            "alone. It lacks what they have in common, the errors of the probe (pretravel, tip) "
-            "and of the machine; form and noise are not distinguished. No tolerance is decided"
+            "alone. u does not contain their common errors: those of the probe (pretravel, tip) "
+            "and of the machine. Form and noise are not distinguished. No tolerance is decided"
         )
         warnings += _coarse(features)
     elif not all(feature.errors.correlation_known for feature in features):

@@ -52,31 +52,41 @@ def lengths_table(
 ) -> Table:
     """Quantities with their uncertainties, before and after compensation."""
     plain = [math.nan if q.uncompensated is None else q.uncompensated for _, q in rows]
-    change = [(q.value - p) / MICROMETRE for (_, q), p in zip(rows, plain, strict=True)]
+    # A form below the errors of the points has a bound alone.
+    bound = np.array([math.nan if _is_bound(q) else 1.0 for _, q in rows])
+    values = bound * [q.value for _, q in rows]
+    change = (values - plain) / MICROMETRE
+    u, expanded = (bound * [getattr(q, name) / MICROMETRE for _, q in rows]
+                   for name in ("u", "expanded_u"))  # fmt: skip
     return Table(
         (
             Column.of("feature", [name for name, _ in rows]),
             Column.of("quantity", [quantity.name for _, quantity in rows]),
             *(
-                (Column.of("of the given points", [q.value for _, q in rows], "mm", decimals(5)),)
+                (Column.of("of the given points", values, "mm", decimals(5)),)
                 if given
                 else (
                     Column.of("uncompensated", plain, "mm", decimals(5)),
-                    Column.of("compensated", [q.value for _, q in rows], "mm", decimals(5)),
+                    Column.of("compensated", values, "mm", decimals(5)),
                     Column.of("change", change, "µm", signed_decimals(2)),
                 )
             ),
-            Column.of("u", [q.u / MICROMETRE for _, q in rows], "µm", decimals(3)),
-            Column.of("U (95 %)", [q.expanded_u / MICROMETRE for _, q in rows], "µm", decimals(3)),
+            Column.of("u", u, "µm", decimals(3)),
+            Column.of("U (95 %)", expanded, "µm", decimals(3)),
             *(
                 Column.of(name, [_end(q, index) for _, q in rows], "mm", decimals(5))
                 for index, name in enumerate(("at least", "at most"))
-                if any(q.ends for _, q in rows)
+                if any(q.ends and (index or q.ends[0] > 0.0) for _, q in rows)
             ),
         ),
         title=title,
         explanation=explanation,
     )
+
+
+def _is_bound(quantity: Quantity) -> bool:
+    """Whether the points do not show the form, so that only its upper bound is known."""
+    return quantity.ends is not None and quantity.ends[0] <= 0.0 and quantity.value <= 0.0
 
 
 def _end(quantity: Quantity, index: int) -> float:
@@ -92,10 +102,10 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
     rows += [(each.name, each.quantity) for each in together if each.quantity.name not in known]
     return lengths_table(
         rows,
-        explanation="uncompensated: from the tip centres, corrected by the tip radius alone. u: "
-        "standard uncertainty of the compensated value. U = k u: k is 2, or larger if u has few "
-        "degrees of freedom (few residuals). at least, at most: bounds (95 %) of the form of the "
-        "surface at the touched points; the measured range also contains the noise.",
+        explanation="Uncompensated: with the tip radius alone. u: standard uncertainty of the "
+        "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
+        "residuals). A form has bounds instead (95 %, at the touched points): at most alone if the "
+        "points show no form, only their own errors. The measured range contains these errors.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -225,10 +235,10 @@ def budget_section(inspected: InspectedFeature) -> Section:
     return Section(
         f"{shown_name(feature)}: sources of uncertainty",
         figures=(
-            KeyFigure("range by errors", form.noise / MICROMETRE, "µm",
-                      remark="mean range that the errors of the points alone would produce"),
-            KeyFigure("enlargement", (form.measured - form.value) / MICROMETRE, "µm",
-                      remark="of the measured range, by the errors of the points"),
+            KeyFigure("range without form", form.noise / MICROMETRE, "µm",
+                      remark="mean range of points on a perfect surface, from their errors"),
+            KeyFigure("subtracted", (form.measured - form.value) / MICROMETRE, "µm",
+                      remark="from the measured range, for the errors of the points"),
         ),
         tables=(table,),
         detail=True,
@@ -276,9 +286,8 @@ def trials_table(found: Mapping[str, Sequence[QuantityByTrials]], trials: int) -
             ], "", decimals(5)),
         ),
         title=TRIALS,
-        explanation=f"{trials} trials: the points drawn with their errors, of their "
-        "own and in common, and the form of the part; the feature fitted to each. u in µm, of "
-        "angles in minutes.",
+        explanation=f"Each of {trials} trials draws the own and the common errors of the points "
+        "and the form of the part, and fits the feature again. u in µm; of angles in minutes.",
     )  # fmt: skip
 
 

@@ -78,9 +78,10 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="Kind of feature: circle, bore, boss, sphere, plane, line, cylinder, cone, torus, "
-            "slot, by-label. by-label: the labels name the kind, such as bore1-1; a bore or boss "
-            "at several heights is a cylinder.",
+            help="Kind of feature, such as bore, plane or by-label. All kinds: circle, bore, "
+            "boss, sphere, plane, line, cylinder, cone, torus, slot, by-label. by-label: "
+            "the labels name the kind, such as bore1-1; a bore or boss at several "
+            "heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",

@@ -50,7 +50,7 @@ from pretravel.show import (
 from pretravel.task import budget_table, budgets_data, sphere_section
 
 _ORIGIN = {UNCHECKED: "not checked", COMPARED: "checked"}
-"""Where a definition comes from, by its status."""
+"""Of a definition, by its status."""
 
 
 def standards_document(
@@ -86,12 +86,22 @@ def standards_document(
         judgement=_judgement(check),
         tables=(_figures_table(check),),
         sections=(
+            Section(
+                "Definitions",
+                figures=tuple(
+                    KeyFigure(
+                        one.name.partition(" (")[0],
+                        one.meaning,
+                        remark=_ORIGIN.get(one.status, one.status),
+                    )
+                    for one in check.figures
+                ),
+            ),
             *(() if sphere is None else (sphere_section(sphere),)),
             *_test_values(check),
             Section(
-                "Method and definitions",
+                "Method",
                 tuple(method),
-                figures=tuple(KeyFigure(figure.name, figure.meaning) for figure in check.figures),
                 detail=True,
                 certificate=True,
             ),
@@ -179,20 +189,31 @@ def _figures_table(check: StandardCheck) -> Table:
     figures, digits = check.figures, decimals(3)
     limits = [math.nan if figure.limit is None else figure.limit for figure in figures]
     u = [math.nan if figure.u_test is None else figure.u_test for figure in figures]
+    limited = any(figure.limit is not None for figure in figures)
+    unknown = not np.isfinite(u).any()
+    decided = (
+        Column.of("limit", micrometres(limits), "µm", digits),
+        Column.of("verdict", [figure.verdict for figure in figures]),
+    )
     return Table(
         (
             Column.of("figure", [figure.name for figure in figures]),
             Column.of("value", micrometres([f.value for f in figures]), "µm", digits),
-            Column.of("u of test", micrometres(u), "µm", digits),
-            Column.of("limit", micrometres(limits), "µm", digits),
-            Column.of("verdict", [figure.verdict for figure in figures]),
-            Column.of("definition", [_ORIGIN.get(f.status, f.status) for f in figures]),
+            *(() if unknown else (Column.of("u of test value", micrometres(u), "µm", digits),)),
+            *(decided if limited else ()),
         ),
-        explanation="u of test: standard uncertainty of the test value, from the calibration of "
-        "the reference (of an offset, from the touches); empty if it is not known. verdict: by the "
-        "rule of ISO 14253-1, with U = 2 u, or more if u has few degrees of freedom; without u, by "
-        "the value alone.",
+        explanation=("" if unknown else _U_OF_TEST_VALUE) + (_BY_RULE if limited else ""),
     )
+
+
+_BY_RULE = (
+    "Verdict: by the rule of ISO 14253-1, with U = 2 u, or more if u has few degrees of freedom. "
+    "Without u, by the value alone."
+)
+_U_OF_TEST_VALUE = (
+    "u of test value: standard uncertainty, from the calibration of the reference; of an offset, "
+    "from the touches. Empty if it is not known. "
+)
 
 
 def check_view(check: StandardCheck, title: str = "") -> View:

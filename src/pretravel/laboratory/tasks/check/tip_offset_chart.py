@@ -29,7 +29,7 @@ def tip_offset_chart(found: TipOffset) -> PlaneChart:
     x, y = found.offset / MICROMETRE
     edge = 1.25 * max(float(np.abs(tips).max()), size, 1e-3)
     return PlaneChart(
-        f"tip off the axis of the spindle: {size:.2f} µm",
+        f"offset of the tip from the spindle axis: {size:.2f} µm",
         Axis("x of the probe at 0°", "µm", -edge, edge),
         Axis("y of the probe at 0°", "µm", -edge, edge),
         (

@@ -82,7 +82,12 @@ def repeat_document(
         verdict=(f"{name}: " if len(series) > 1 else "") + answer_sentence(worst),
         figures=figures,
         tables=(_series_table(series),) if len(series) > 1 else (),
-        pictures=(Picture("Touches, their parts, residuals", lambda: repeat_view(series)),),
+        pictures=(
+            Picture(
+                "Touches, contributions to their scatter, and residuals",
+                lambda: repeat_view(series),
+            ),
+        ),
         notes=tuple(notes),
         warnings=warnings,
         data=(Table.of(repeat_columns(series), "Touches"),),
@@ -123,12 +128,11 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
                                     ("the first touch", judged.first.apart),
                                     ("outliers", bool(judged.outliers)),
                                     ("a jump", bool(judged.jumps))) if on]  # fmt: skip
-    contained = f" contains {' and '.join(inside)}" if inside else ""
+    contained = f", which contains {' and '.join(inside)}" if inside else ""
     return (
         KeyFigure("touches", f"{len(judged.values)}, {int(np.sum(judged.kept))} of them usual"),
         KeyFigure("noise of a touch", judged.noise / MICROMETRE, "µm", _digits(judged.noise),
-                  remark=f"standard deviation; the plain one of all touches, {plain},"
-                  f"{contained or ' is of the same'}"),
+                  remark=f"standard deviation; of all touches {plain}{contained}"),
         KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch",
                   _digits(judged.drift, signed=True),
                   remark=f"U = {_um(judged.drift_u95)}; {_drift_words(judged)}"),
@@ -171,7 +175,7 @@ def _first_words(judged: RepeatSeries) -> str:
         return f"yes, by {size} (u = {_um(first.u)})"
     if judged.step and 0.5 * judged.step < abs(first.size) <= 1.5 * judged.step:
         return f"no: {size} is one step of the positions, which rounding makes too"
-    return f"no: {size} is within the noise (p = {first.p_value:.2g})"
+    return f"no: {size} is within the noise: larger by chance with probability {first.p_value:.2g}"
 
 
 def _step_words(judged: RepeatSeries) -> str:
@@ -228,12 +232,12 @@ def _series_table(series: Sequence[NamedSeries]) -> Table:
             Column.of("touches", [float(len(one.values)) for one in judged], "", decimals(0)),
             Column.of("next within", lengths([one.reach for one in judged]), "µm", _TWO),
             Column.of("noise", lengths([one.noise for one in judged]), "µm", _TWO),
-            Column.of("plain", lengths([one.plain_deviation for one in judged]), "µm", _TWO),
-            Column.of("drift a touch", lengths([one.drift for one in judged]), "µm", _SIGNED),
+            Column.of("all touches", lengths([one.plain_deviation for one in judged]), "µm", _TWO),
+            Column.of("drift per touch", lengths([one.drift for one in judged]), "µm", _SIGNED),
             Column.of("U", lengths([one.drift_u95 for one in judged]), "µm", _TWO),
             Column.of("first − others", lengths([one.first.size for one in judged]), "µm",
                       _SIGNED),
-            Column.of("apart", ["yes" if one.first.apart else "no" for one in judged]),
+            Column.of("differs", ["yes" if one.first.apart else "no" for one in judged]),
             Column.of("outliers", [float(len(one.outliers)) for one in judged], "", decimals(0)),
             Column.of("jumps", [float(len(one.jumps)) for one in judged], "", decimals(0)),
         ),
@@ -318,7 +322,7 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     """Sizes of what moves the touches, in addition to the plain standard deviation."""
     first = abs(judged.first.size) if math.isfinite(judged.first.size) else 0.0
     parts = (
-        ("plain deviation", judged.plain_deviation),
+        ("standard deviation", judged.plain_deviation),
         ("noise", judged.noise),
         (
             "drift over the series" if judged.drifts else "drift (not detected)",
@@ -330,7 +334,7 @@ def _parts_chart(judged: RepeatSeries, title: str) -> PlaneChart:
     sizes = np.array([size / MICROMETRE for _, size in parts])
     bars = Bars(np.arange(float(len(parts))), sizes, "", "series1", horizontal=True,
                 texts=tuple(_um(size) for _, size in parts))  # fmt: skip
-    return PlaneChart(f"{title}parts", Axis("size", "µm", 0.0, 1.35 * float(sizes.max()) or 1.0),
+    return PlaneChart(f"{title}scatter", Axis("size", "µm", 0.0, 1.35 * float(sizes.max()) or 1.0),
                       Axis("", categories=tuple(name for name, _ in parts)), (bars,))  # fmt: skip
 
 

@@ -84,7 +84,11 @@ class Repeat(Reported):
     ] = None
     output: Annotated[
         Path | None,
-        output("Every touch and its parts: .csv; or a page, .html or .pdf.", ".csv", *PAGES),
+        output(
+            "Each touch with its drift, noise and step: .csv; or a page, .html or .pdf.",
+            ".csv",
+            *PAGES,
+        ),
     ] = None
 
     def run(self, progress: Progress = SILENT) -> JudgedLogs:

@@ -116,7 +116,12 @@ class ReversedTouches(Result):
             title=f"{self.task.touches_name}: touches at two orientations of the spindle",
             verdict=f"{len(found.means)} means of two orientations: without run-out and odd lobes",
             figures=tuple(figures),
-            pictures=(Picture("Half of the differences by azimuth", lambda: _view(found)),),
+            pictures=(
+                Picture(
+                    "Half of the difference of both orientations, over the azimuth",
+                    lambda: _view(found),
+                ),
+            ),
             notes=(
                 (
                     "Left in the means: mean pretravel, lobes of order two, four and so on, what "

@@ -149,7 +149,7 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
         ),
         _range_figure(
             "anisotropy", calibration.anisotropy,
-            "largest less smallest" + ("" if math.isnan(low) else f"; from {source} alone"),
+            "largest minus smallest" + ("" if math.isnan(low) else f"; from {source} alone"),
             None if math.isnan(low) else Span(low, high),
         ),
         _repeatability_figure(calibration.repeatability),
@@ -165,11 +165,11 @@ def performance_figures(calibration: RigCalibration) -> tuple[KeyFigure, ...]:
         ),
         _range_figure(
             "anisotropy of hysteresis", calibration.hysteresis_anisotropy,
-            "largest less smallest mean over the directions", detail=True,
+            "largest minus smallest mean over the directions", detail=True,
         ),
         _range_figure(
             "anisotropy of repeatability", calibration.repeatability_anisotropy,
-            "largest less smallest over the directions; few repeats differ by chance", detail=True,
+            "largest minus smallest over the directions; few repeats differ by chance", detail=True,
         ),
     )  # fmt: skip
 
@@ -245,7 +245,7 @@ def _force_figures(
         KeyFigure("trigger force", float(np.mean(found)), "N", decimals(4),
                   remark="from pretravel and description; mean of the directions across the axis"),
         KeyFigure("anisotropy of force", max(found) - min(found), "N", decimals(4),
-                  remark="largest less smallest", detail=True),
+                  remark="largest minus smallest", detail=True),
     )  # fmt: skip
 
 

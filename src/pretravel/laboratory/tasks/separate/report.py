@@ -75,9 +75,9 @@ def separation_document(
     title = f"{readings_name}: machine and probe" if readings_name else "Machine and probe"
     return Document(
         title=title,
-        verdict=f"The errors of the machine range over {_range(result.machine_error)}, those of "
-        f"the probe over {_range(result.probe_error)}: {len(result.residuals)} readings, method "
-        f"{result.method}, {number_text(result.dof, decimals(0))} residual degrees of freedom",
+        verdict=f"The errors of the machine have a range of {_range(result.machine_error)}, those "
+        f"of the probe {_range(result.probe_error)} ({len(result.residuals)} readings, "
+        f"{number_text(result.dof, decimals(0))} degrees of freedom, method {result.method})",
         figures=(
             *_side_figures("machine", result.machine_error, result.machine_variance),
             *_side_figures("probe", result.probe_error, result.probe_variance),
@@ -144,7 +144,7 @@ def _excluded_figure(result: Separation) -> tuple[KeyFigure, ...]:
 def _side_figures(side: str, error: FloatArray, variance: FloatArray) -> tuple[KeyFigure, ...]:
     return (
         KeyFigure(f"{side}, errors", float(np.ptp(error)) / MICROMETRE, "µm", decimals(3),
-                  remark="largest less smallest"),
+                  remark="largest minus smallest"),
         KeyFigure(f"{side}, variance", float(variance.mean()) / _SQUARE, "µm²", decimals(3),
                   remark="mean over the directions"),
     )  # fmt: skip
@@ -160,10 +160,10 @@ def _range_figures(result: Separation) -> tuple[KeyFigure, ...]:
             found.value / _SQUARE,
             "µm²",
             decimals(3),
-            remark=f"{'larger than by chance' if found.differs else 'explained by chance'}: with "
-            "equal variances it is below "
-            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in 95 of 100 "
-            f"tests (p = {number_text(found.probability, significant(2))})",
+            remark=f"{'not explained by chance' if found.differs else 'explained by chance'}: 95 % "
+            "of the ranges of equal variances are below "
+            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))}; p = "
+            f"{number_text(found.probability, significant(2))}",
         )
         for side, found in zip(("machine", "probe"), ranges_of_variances(result.used), strict=True)
     )
