@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,6 +33,7 @@ from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import TouchSummary
+from pretravel.measurement.scatter_on_part import with_scatter_of_part
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification import Qualification
 from pretravel.touches import (
@@ -90,8 +92,9 @@ def apply(
     -------
     Points
         Where positions are in coarse steps, their uncertainty contains the step
-        (`with_step_of_touches`). What it does not contain (an unknown feed, a predicted map) is
-        told by `compensation_warnings`, not here.
+        (`with_step_of_touches`), and where repeated places scatter more than the touches of the
+        map, this scatter (`ScatterOnPart`). What it does not contain (an unknown feed, a predicted
+        map) is told by `compensation_warnings`, not here.
 
     Raises
     ------
@@ -173,6 +176,10 @@ def apply_with_errors(
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
+    if scatter is None:
+        alone = errors.single_touch * errors.closing**2
+        own = with_scatter_of_part(pretravel_map, positions, normals, alone)
+        errors = replace(errors, pretravel_map=own, known_u_map=u_map)
     points = Points(
         positions=frozen(positions),
         normals=frozen(normals),
@@ -333,7 +340,7 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
         )
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
     stated = (elsewhere, gross_points_sentence(touches.gross))
-    return [*warnings, *(sentence for sentence in stated if sentence)]
+    return [*warnings, *touches.scatter.sentences(), *(said for said in stated if said)]
 
 
 def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:

@@ -12,6 +12,7 @@ from pretravel.maps import PretravelMap
 from pretravel.measurement.gross_points import GrossPoint, gross_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.rigid_movement import MovementSums
+from pretravel.measurement.scatter_on_part import ScatterOnPart, scatter_on_part
 from pretravel.touches import Touches
 
 
@@ -156,6 +157,8 @@ class TouchSummary:
         Points far from the nominal and from their neighbours; of joined summaries, within each.
     states_spindle : bool
         Whether the touches state the orientation of the spindle.
+    scatter : ScatterOnPart
+        Of repeated places and plane faces.
     """
 
     count: int
@@ -166,6 +169,7 @@ class TouchSummary:
     movement: MovementSums | None = field(default=None, compare=False)
     gross: tuple[GrossPoint, ...] = ()
     states_spindle: bool = False
+    scatter: ScatterOnPart = field(default_factory=ScatterOnPart, compare=False)
 
     @staticmethod
     def of(touches: Touches, points: Points, pretravel_map: PretravelMap) -> TouchSummary:
@@ -179,6 +183,7 @@ class TouchSummary:
             As seen from the part.
         """
         feeds, deviation = touches.feeds, points.deviation
+        alone = pretravel_map.repeatability**2 + pretravel_map.fixed_scatter**2
         inside = pretravel_map.support.supports(pretravel_map.probe_directions(points.normals))
         return TouchSummary(
             len(touches),
@@ -199,6 +204,12 @@ class TouchSummary:
                 touches.where,
             ),
             touches.spindle is not None,
+            scatter_on_part(
+                points.positions,
+                points.normals,
+                alone * touches.closing(points.normals) ** 2,
+                pretravel_map.repeatability_dof,
+            ),
         )
 
     def joined(self, other: TouchSummary) -> TouchSummary:
@@ -220,4 +231,5 @@ class TouchSummary:
             movement,
             self.gross + other.gross,
             self.states_spindle and other.states_spindle,
+            self.scatter.joined(other.scatter),
         )
