@@ -61,5 +61,12 @@ class Departure:
     spindle: tuple[float, float] = (0.0, 0.0)
     """Orientation during the touches on the reference, and during those of the part. [°]"""
     spindle_stated: tuple[bool, bool] = (False, False)
+    part_noise: float | None = None
+    """Scatter of the touches of the part, where it is not that of the reference."""
+    part_repeats: int = 1
+    part_friction: float | None = None
+    """Of a tripod on the part, where it is not that of the reference."""
+    u_friction: float = 0.0
+    """That this user gives when the part is compensated."""
     options: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of `qualify` that this user gives."""

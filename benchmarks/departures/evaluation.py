@@ -20,6 +20,7 @@ from .machine import (
     DIAMETER,
     RING_DIAMETER,
     Reference,
+    Run,
     latched,
     part_run,
     reference_run,
@@ -29,7 +30,7 @@ from .machine import (
 from .patterns import reachable, scattered
 from .probes import MICROMETRE, turned
 from .rows import ROWS
-from .tripod import TIP_RADIUS, SimulatedProbe
+from .tripod import TIP_RADIUS, SimulatedProbe, Tripod
 
 PART_TOUCHES = 200
 SEED = 14
@@ -111,14 +112,16 @@ def scene_of(job: Job) -> Scene:
     found, rows = with_gross_errors(found, reference.run, departure.gross_errors, gross)
     today = probe if departure.check is None else departure.change(probe, ageing)
     normals = scattered(4 * PART_TOUCHES, for_part, level=departure.ring)
-    normals = reachable(probe.stem, normals, least=0.2)[:PART_TOUCHES]
+    count = PART_TOUCHES // departure.part_repeats
+    normals = reachable(probe.stem, normals, least=0.2)[:count]
     run, surface = part_run(departure, normals, for_part)
     today = turned(today, departure.spindle[1] - departure.spindle[0])
     again = reference_run(departure, probe, later)
     of_reference, of_part = departure.feed_stated
     at = latched(again.run, probe, departure, later)
     later_touches = _touches(at, again.nominal_normals, again.run.feeds, stated=of_reference)
-    at = latched(run, today, departure, noise)
+    run, normals, surface = _repeated(run, normals, surface, departure.part_repeats)
+    at = latched(run, _rubbing(today, departure), _on_part(departure), noise)
     later_touches = _oriented(later_touches, departure, 0)
     part_touches = _touches(at, normals, run.feeds, stated=of_part)
     reference_touches = _touches(
@@ -134,6 +137,30 @@ def scene_of(job: Job) -> Scene:
         _oriented(part_touches, departure, 1),
         surface,
     )
+
+
+def _repeated(
+    run: Run, normals: np.ndarray, surface: np.ndarray, repeats: int
+) -> tuple[Run, np.ndarray, np.ndarray]:
+    """Each touch of a part several times."""
+    if repeats == 1:
+        return run, normals, surface
+    rows = np.repeat(np.arange(len(normals)), repeats)
+    names = ("centers", "normals", "approaches", "feeds")
+    run = replace(run, **{name: getattr(run, name)[rows] for name in names})
+    return run, normals[rows], surface[rows]
+
+
+def _rubbing(probe: SimulatedProbe, departure: Departure) -> SimulatedProbe:
+    if departure.part_friction is None:
+        return probe
+    assert isinstance(probe, Tripod)
+    return replace(probe, friction=departure.part_friction)
+
+
+def _on_part(departure: Departure) -> Departure:
+    noise = departure.part_noise
+    return departure if noise is None else replace(departure, noise=noise)
 
 
 def _oriented(touches: Touches, departure: Departure, which: int) -> Touches:
@@ -197,7 +224,8 @@ def evaluated(job: Job) -> Outcome:
     try:
         found = qualified(scene, job)
         seconds = time.perf_counter() - started
-        points = apply(scene.part_touches, found.pretravel_map)
+        u_friction = scene.departure.u_friction
+        points = apply(scene.part_touches, found.pretravel_map, u_friction=u_friction)
     except PretravelError as error:
         return Outcome(job.row, job.number, time.perf_counter() - started, refused=str(error))
     summary = TouchSummary.of(scene.part_touches, points, found.pretravel_map)

@@ -82,6 +82,23 @@ ROWS: Mapping[str, Departure] = {
     ),
     "squareness": Departure("squareness 10 µrad", squareness=10e-6),
     "friction": Departure("tip friction 0.2", make_probe=probes.rubbing_tip),
+    "part_scatter": Departure(
+        "scatter of 1.5 µm on the part, each place once", part_noise=1.5 * MICROMETRE
+    ),
+    "part_scatter_twice": Departure(
+        "scatter of 1.5 µm on the part, each place twice",
+        part_noise=1.5 * MICROMETRE,
+        part_repeats=2,
+    ),
+    "part_friction": Departure(
+        "tip friction 0.2, on the part 0.4", make_probe=probes.rubbing_tip, part_friction=0.4
+    ),
+    "part_friction_given": Departure(
+        "tip friction 0.2, on the part 0.4, u of the friction given as 0.2",
+        make_probe=probes.rubbing_tip,
+        part_friction=0.4,
+        u_friction=0.2,
+    ),
     "noise_at_rods": Departure("noise three times larger at the rods", noise_at_rods=3.0),
     "feed_unknown": Departure("50, then 300 mm/min, 2 ms; feeds not stated", **_SLOW_AND_FAST),
     "feed_of_map": Departure(

@@ -31,6 +31,7 @@ from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
 from pretravel.files.readings import ALL, chosen
+from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.touches_csv import read_table_of_touches
@@ -111,6 +112,7 @@ def points_and_notes(
     found, notes = _read(file, replace(options, normals_from=one_normal([0.0, 0.0, 1.0])))
     notes += tuple(
         copied_rows_warnings(found.positions, lambda row: f"row {row + 1} ({found.labels[row]})")
+        + rows_in_a_row_warnings(found.positions)
     )
     if ALL in options.series:
         return found, notes

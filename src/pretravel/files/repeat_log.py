@@ -20,6 +20,7 @@ from pretravel.files.file_format import (
 from pretravel.files.format_registry import format_named, format_of
 from pretravel.files.preview import look_at
 from pretravel.files.readings import chosen
+from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts
 from pretravel.files.table_formats import CSV, PARQUET
@@ -468,7 +469,7 @@ def _checked(
     order = np.argsort(lines, kind="stable")
     copied = copied_rows_warnings(
         values[order][:, None], lambda row: f"line {int(lines[order[row]])}"
-    )
+    ) + rows_in_a_row_warnings(values[order][:, None])
     parts, rhythm = _in_a_rhythm(series)
     single += sum(len(one.values) for one in series) - sum(len(one.values) for one in parts)
     return RepeatLog(tuple(parts), single, along, (*warnings, *rhythm, *copied))

@@ -15,6 +15,7 @@ from pretravel.files.format_registry import FORMATS
 from pretravel.files.meant_files import files_meant
 from pretravel.files.program_log import LOG_ENDING
 from pretravel.files.readings import read_readings
+from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
 from pretravel.touches import WORD_COLUMNS, Touches, copied_rows_warnings, with_spindle, without
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
@@ -147,7 +148,8 @@ def read_series(
 
 
 def _copied(touches: Touches) -> tuple[str, ...]:
-    return tuple(copied_rows_warnings(touches.positions, touches.where))
+    said = copied_rows_warnings(touches.positions, touches.where)
+    return (*said, *rows_in_a_row_warnings(touches.positions))
 
 
 def _at(readings: FileReadings, angle: float | None) -> FileReadings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 
 from pretravel.base import (
     DEGREE,
+    MICROMETRE,
     ExtrapolationError,
     FloatArray,
     IntArray,
@@ -31,7 +33,8 @@ from pretravel.measurement.coarse_touches import with_step_of_touches
 from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, errors_of_points
 from pretravel.measurement.points import Points
-from pretravel.measurement.points_summary import TouchSummary
+from pretravel.measurement.points_summary import FRICTION_APART, TouchSummary
+from pretravel.measurement.scatter_on_part import with_scatter_of_part
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification import Qualification
 from pretravel.touches import (
@@ -58,6 +61,7 @@ def apply(
     extrapolate: bool = False,
     shared: bool = True,
     scatter: TouchScatter | None = None,
+    u_friction: float = 0.0,
 ) -> Points:
     """Compensate touches: from the latched spindle points to the surface.
 
@@ -85,13 +89,17 @@ def apply(
     scatter : TouchScatter, optional
         Of single touches by direction, from a separation of machine and probe, in the place of
         the repeatability of the map.
+    u_friction : float
+        Standard uncertainty of the coefficient of friction of the part beside that of the
+        reference; the map tells what it moves.
 
     Returns
     -------
     Points
         Where positions are in coarse steps, their uncertainty contains the step
-        (`with_step_of_touches`). What it does not contain (an unknown feed, a predicted map) is
-        told by `compensation_warnings`, not here.
+        (`with_step_of_touches`), and where repeated places scatter more than the touches of the
+        map, this scatter (`ScatterOnPart`). What it does not contain (an unknown feed, a predicted
+        map) is told by `compensation_warnings`, not here.
 
     Raises
     ------
@@ -122,6 +130,7 @@ def apply(
         extrapolate=extrapolate,
         shared=shared,
         scatter=scatter,
+        u_friction=u_friction,
     )[0]
 
 
@@ -133,6 +142,7 @@ def apply_with_errors(
     extrapolate: bool = False,
     shared: bool = True,
     scatter: TouchScatter | None = None,
+    u_friction: float = 0.0,
 ) -> tuple[Points, PointErrors]:
     """The points of `apply`, and the errors from which `point_budget` makes budgets.
 
@@ -163,7 +173,7 @@ def apply_with_errors(
             f"({describe(normals[lost[0]])}) the probe of this map does not trigger "
             f"({len(lost)} such touches). Do the normals point out of the part?"
         )
-    errors = errors_of_points(given, normals, pretravel_map, scatter, u_map)
+    errors = errors_of_points(given, normals, pretravel_map, scatter, u_map, u_friction)
     if nominal is None:
         travel = pretravel / errors.closing
         positions = (
@@ -173,6 +183,10 @@ def apply_with_errors(
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
+    if scatter is None:
+        alone = errors.single_touch * errors.closing**2
+        own = with_scatter_of_part(pretravel_map, positions, normals, alone)
+        errors = replace(errors, pretravel_map=own, known_u_map=u_map)
     points = Points(
         positions=frozen(positions),
         normals=frozen(normals),
@@ -333,7 +347,7 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
         )
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
     stated = (elsewhere, gross_points_sentence(touches.gross))
-    return [*warnings, *(sentence for sentence in stated if sentence)]
+    return [*warnings, *touches.scatter.sentences(), *(said for said in stated if said)]
 
 
 def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list[str]:
@@ -352,7 +366,8 @@ def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list
     turned = ""
     if pretravel_map.provenance.origin is Origin.QUALIFIED:
         turned = orientation_note(pretravel_map, stated=touches.states_spindle)
-    return [note for note in (feed_note(touches, pretravel_map), turned) if note]
+    notes = feed_note(touches, pretravel_map), turned, friction_note(touches)
+    return [note for note in notes if note]
 
 
 def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
@@ -374,6 +389,26 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
     return (
         "neither the map nor the touches have a feed (column feed_mm_min). If the feeds differ by "
         "100 mm/min, points are wrong by 3.3 µm for a signal delay of 2 ms. U does not contain this"
+    )
+
+
+def friction_note(touches: TouchSummary) -> str:
+    """What a friction of the part unlike that of the reference would do, where that exceeds U.
+
+    Parameters
+    ----------
+    touches : TouchSummary
+
+    Returns
+    -------
+    str
+    """
+    if touches.by_friction <= 0.0:
+        return ""
+    return (
+        f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
+        f"reference moves inclined points by up to {touches.by_friction / MICROMETRE:.1f} µm, more "
+        "than their U, which does not contain it: give its uncertainty (u_friction)"
     )
 
 

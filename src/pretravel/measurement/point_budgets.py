@@ -8,7 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from pretravel.base import FloatArray
-from pretravel.measurement.point_errors import MACHINE_GEOMETRY, REPEATABILITY, PointErrors
+from pretravel.measurement.point_errors import (
+    FRICTION_OF_PART,
+    MACHINE_GEOMETRY,
+    REPEATABILITY,
+    PointErrors,
+)
 from pretravel.measurement.points import FIXED_SCATTER
 from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART
 from pretravel.uncertainty import Budget, Component
@@ -29,12 +34,14 @@ def variances_along_normals(errors: PointErrors) -> dict[str, FloatArray]:
     """
     made, closing = errors.pretravel_map, errors.closing
     machine = np.sum(errors.machine_along_normals**2, axis=1)
+    rubbed = errors.by_friction
     return {
         **{name: own * closing**2 for name, own in errors.of_touches.items()},
         FIXED_SCATTER: (made.fixed_scatter * closing) ** 2,
         "map": errors.of_map,
         "tip radius": np.full(len(closing), made.u_tip_radius**2),
         "signal delay": (errors.delay_along_approach * closing) ** 2,
+        **({FRICTION_OF_PART: (rubbed * closing) ** 2} if rubbed.any() else {}),
         **({MACHINE_GEOMETRY: machine} if errors.by_machine.size else {}),
     }
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pretravel.base import FloatArray, IntArray, delay_travel, frozen
 from pretravel.maps import PretravelMap
+from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.points import FIXED_SCATTER, Points
 from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART, TouchScatter
 from pretravel.touches import Touches
@@ -18,6 +19,7 @@ from pretravel.uncertainty import Correlation, Covariance
 REPEATABILITY = "repeatability"
 MACHINE_GEOMETRY = "geometry of the machine"
 """Of its scales, squarenesses and backlashes."""
+FRICTION_OF_PART = "friction of the part"
 _LEFT_TO_OWN = 0.02  # share of a point's variance that the factors of a map may leave out
 _MOST_FACTOR_VALUES = 20_000_000  # numbers of touches times coefficients that are decomposed
 
@@ -50,6 +52,9 @@ class PointErrors:
         Movement of each point for each error of the terms of the machine. [mm]
     known_u_map : (n,) float, optional
         `u_map`, where it was computed with the points. [mm]
+    by_friction : (n,) float, or (1,)
+        Movement of each point along its approach for a friction of the part that is larger by one
+        standard uncertainty. [mm]
     """
 
     pretravel_map: PretravelMap
@@ -61,6 +66,7 @@ class PointErrors:
     separated: Mapping[str, FloatArray] = field(default_factory=dict)
     by_machine: FloatArray = field(default_factory=lambda: np.zeros((1, 3, 0)))
     known_u_map: FloatArray | None = None
+    by_friction: FloatArray = field(default_factory=lambda: np.zeros(1))
 
     @cached_property
     def u_map(self) -> FloatArray:
@@ -81,6 +87,7 @@ class PointErrors:
             by_machine=self.by_machine[rows] if self.by_machine.size else self.by_machine,
             separated={name: variance[rows] for name, variance in self.separated.items()},
             known_u_map=self.u_map[rows],
+            by_friction=self.by_friction[rows] if self.by_friction.any() else self.by_friction,
         )
 
     @property
@@ -120,6 +127,7 @@ class PointErrors:
         """Covariance of each point alone, (n, 3, 3). [mm²]"""
         a, n = self.approaches, self.normals
         along = self.single_touch + self.of_map / self.closing**2 + self.delay_along_approach**2
+        along = along + self.by_friction**2
         found = along[:, None, None] * (a[:, :, None] * a[:, None, :])
         found += self.pretravel_map.u_tip_radius**2 * (n[:, :, None] * n[:, None, :])
         found += self.by_machine @ self.by_machine.transpose(0, 2, 1)
@@ -141,6 +149,9 @@ class PointErrors:
         if self._delay_matters:
             moved = self.delay_along_approach * self.closing
             sources["signal delay"] = Covariance(Correlation.FULL, np.outer(moved, moved))
+        if self.by_friction.any():
+            moved = self.by_friction * self.closing
+            sources[FRICTION_OF_PART] = Covariance(Correlation.FULL, np.outer(moved, moved))
         if self.by_machine.size:
             moved = self.machine_along_normals
             sources[MACHINE_GEOMETRY] = Covariance(Correlation.FULL, moved @ moved.T)
@@ -162,6 +173,8 @@ class PointErrors:
             shared[FIXED_SCATTER] = frozen(self.pretravel_map.fixed_scatter * self.closing)
         if self.delay_along_approach.any():
             shared["signal delay"] = frozen(self.delay_along_approach * self.closing)
+        if self.by_friction.any():
+            shared[FRICTION_OF_PART] = frozen(self.by_friction * self.closing)
         for number, moved in enumerate(self.machine_along_normals.T, start=1):
             shared[f"{MACHINE_GEOMETRY} {number}"] = frozen(moved)
         if not self.pretravel_map.states_uncertainty:
@@ -233,6 +246,7 @@ def errors_of_points(
     pretravel_map: PretravelMap,
     scatter: TouchScatter | None = None,
     u_map: FloatArray | None = None,
+    u_friction: float = 0.0,
 ) -> PointErrors:
     """The sources of error of touches that are compensated with a map.
 
@@ -246,6 +260,9 @@ def errors_of_points(
         Of single touches by direction, in the place of the map's repeatability.
     u_map : (n,) float, optional
         Standard uncertainty of the map along the normals, where it is known already. [mm]
+    u_friction : float
+        Standard uncertainty of the coefficient of friction of the part beside that of the
+        reference.
 
     Returns
     -------
@@ -264,6 +281,10 @@ def errors_of_points(
         machine = pretravel_map.machine.errors_of(touches)
         machine = machine - touches.approach_directions[:, :, None] * in_travel[:, None, :]
     parts = () if scatter is None else scatter.variances(normals, pretravel_map)
+    rubbed = np.zeros(1)
+    if u_friction > 0.0:
+        approaches = touches.approach_directions
+        rubbed = movement_by_friction(pretravel_map, normals, approaches, u_friction) / closing
     return PointErrors(
         pretravel_map,
         normals,
@@ -274,6 +295,7 @@ def errors_of_points(
         dict(zip((MACHINE_PART, PROBE_PART), parts, strict=False)),
         machine,
         u_map,
+        rubbed,
     )
 
 

@@ -9,10 +9,17 @@ import numpy as np
 
 from pretravel.base import FloatArray
 from pretravel.maps import PretravelMap
+from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.gross_points import GrossPoint, gross_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.rigid_movement import MovementSums
+from pretravel.measurement.scatter_on_part import ScatterOnPart, scatter_on_part
 from pretravel.touches import Touches
+
+FRICTION_APART = 0.2
+"""Difference of friction that a report looks at: ruby on steel, and on dry aluminium."""
+_SOME = 500
+"""Points at which the effect of friction is computed."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +163,10 @@ class TouchSummary:
         Points far from the nominal and from their neighbours; of joined summaries, within each.
     states_spindle : bool
         Whether the touches state the orientation of the spindle.
+    scatter : ScatterOnPart
+        Of repeated places and plane faces.
+    by_friction : float
+        Largest movement by `FRICTION_APART`, where it exceeds U of the point; zero elsewhere. [mm]
     """
 
     count: int
@@ -166,6 +177,8 @@ class TouchSummary:
     movement: MovementSums | None = field(default=None, compare=False)
     gross: tuple[GrossPoint, ...] = ()
     states_spindle: bool = False
+    scatter: ScatterOnPart = field(default_factory=ScatterOnPart, compare=False)
+    by_friction: float = 0.0
 
     @staticmethod
     def of(touches: Touches, points: Points, pretravel_map: PretravelMap) -> TouchSummary:
@@ -179,6 +192,7 @@ class TouchSummary:
             As seen from the part.
         """
         feeds, deviation = touches.feeds, points.deviation
+        alone = pretravel_map.repeatability**2 + pretravel_map.fixed_scatter**2
         inside = pretravel_map.support.supports(pretravel_map.probe_directions(points.normals))
         return TouchSummary(
             len(touches),
@@ -199,6 +213,13 @@ class TouchSummary:
                 touches.where,
             ),
             touches.spindle is not None,
+            scatter_on_part(
+                points.positions,
+                points.normals,
+                alone * touches.closing(points.normals) ** 2,
+                pretravel_map.repeatability_dof,
+            ),
+            _beyond_u_by_friction(touches, points, pretravel_map),
         )
 
     def joined(self, other: TouchSummary) -> TouchSummary:
@@ -220,4 +241,20 @@ class TouchSummary:
             movement,
             self.gross + other.gross,
             self.states_spindle and other.states_spindle,
+            self.scatter.joined(other.scatter),
+            max(self.by_friction, other.by_friction),
         )
+
+
+def _beyond_u_by_friction(touches: Touches, points: Points, pretravel_map: PretravelMap) -> float:
+    """Largest movement of a point by another friction, of those that exceed U. [mm]"""
+    if not pretravel_map.states_uncertainty:
+        return 0.0
+    some = slice(None, None, len(points) // _SOME + 1)
+    moved = np.abs(
+        movement_by_friction(
+            pretravel_map, points.normals[some], touches.approach_directions[some], FRICTION_APART
+        )
+    )
+    beyond = moved[moved > 2.0 * points.standard_uncertainty[some]]
+    return float(beyond.max()) if len(beyond) else 0.0

@@ -21,6 +21,7 @@ from .drifts import DailyQuantity as DailyQuantity
 from .drifts import DriftOverTime as DriftOverTime
 from .drifts import QuantityCourse as QuantityCourse
 from .drifts import drift_over_time as drift_over_time
+from .map_warnings import fewest_copies as fewest_copies
 from .outliers import FEWEST_LEFT as FEWEST_LEFT
 from .outliers import outlier_factor as outlier_factor
 from .own_touches import own_touches_warnings as own_touches_warnings

@@ -29,6 +29,8 @@ _MOST_BY_CHANCE = 0.1
 """Share of touches in steps of 0.01 µm, with a noise of 0.1 µm, that are rarely like the one before
 in all digits."""
 _COARSE = 0.1 * MICROMETRE
+_COPIES_IN_STEPS = 41.0
+"""Repeats for each µm of the step: with a noise of 0.1 µm all are alike in 1 % of logs."""
 
 
 def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
@@ -51,14 +53,25 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
     ]
 
 
+def fewest_copies(step: float) -> float:
+    """Repeats that are all alike, from which they are copies and not alike by chance.
+
+    Parameters
+    ----------
+    step : float
+        Of the positions; zero where none is seen. [mm]
+    """
+    return max(_FEWEST_COPIES, _COPIES_IN_STEPS * step / MICROMETRE)
+
+
 def copied_readings(positions: FloatArray, groups: IntArray, step: float = 0.0) -> int:
     """Touches that are copies of others to the last digit, by a log that stored readings twice.
 
     Parameters
     ----------
     positions : (n, 3) float
-        In the axes of the machine. Coarse digits can be alike by chance: in steps of 0.1 µm none
-        is called a copy. [mm]
+        In the axes of the machine. Coarse digits can be alike by chance: in steps of 0.1 µm single
+        touches are not called copies, in longer ones a few repeats neither. [mm]
     groups : (n,) int
         Number of the direction of each touch.
     step : float
@@ -71,13 +84,16 @@ def copied_readings(positions: FloatArray, groups: IntArray, step: float = 0.0) 
         touch before, where they are more than chance explains.
     """
     count, directions = len(groups), int(groups.max()) + 1
+    repeats = count - directions
     steps = positions / _COARSE
-    coarse = step >= _COARSE or bool(np.all(np.abs(steps - np.round(steps)) < 1e-4))
-    if coarse or count - directions < _FEWEST_COPIES:
+    coarse = max(step, _COARSE if bool(np.all(np.abs(steps - np.round(steps)) < 1e-4)) else 0.0)
+    if repeats < fewest_copies(coarse):
         return 0
     first = np.unique(groups, return_index=True)[1]
     if np.abs(positions - positions[first[groups]]).max() == 0.0:
-        return count - directions
+        return repeats
+    if coarse >= _COARSE:
+        return 0
     copies = int(np.sum(np.all(positions[1:] == positions[:-1], axis=1)))
     return copies if copies >= max(_FEWEST_COPIES, _MOST_BY_CHANCE * count) else 0
 

@@ -126,6 +126,16 @@ class Compensate(
             without=("nominal", SEVERAL_TIPS),
         ),
     ] = None
+    u_friction: Annotated[
+        float,
+        Field(
+            help="Standard uncertainty of the coefficient of friction of the part, beside that of "
+            "the reference: 0.1 for another metal. It moves points of inclined faces.",
+            range=(0.0, 1.0),
+            label="u of the part's friction",
+            without=(SEVERAL_TIPS,),
+        ),
+    ] = 0.0
     extrapolate: Annotated[
         bool,
         Field(help="Allow directions outside the map.", label="Allow directions outside the map"),
@@ -285,6 +295,7 @@ class Compensate(
             extrapolate=self.extrapolate,
             shared=shared,
             scatter=scatter,
+            u_friction=self.u_friction,
         )
         of_neighbours: tuple[str, ...] = ()
         if readings.normals_taken and nominal is None and self.feature == _SURFACE:

@@ -237,6 +237,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         readings : FileReadings
             In the axes of the machine.
         """
+        from pretravel.files import EACH_ROW
         from pretravel.maps import AUTO, KINDS
         from pretravel.qualification import qualified
 
@@ -244,6 +245,9 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         wished = [self.kind_of_map(name) for name in names]
         setup = self.setup(readings)
         found = qualified(readings.touches, setup, wished if self.kind == AUTO else wished[0])
+        if found.copies:  # says it with their number
+            said = tuple(said for said in readings.warnings if not said.startswith(EACH_ROW))
+            readings = replace(readings, warnings=said)
         return QualifiedProbe(self, readings, found)
 
     def _on_references(self, progress: Progress) -> QualifiedReferences:

@@ -1,0 +1,43 @@
+"""A log in which each row stands several times: copies are no repeats, whatever reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.files import ReadingOptions, points_and_notes, read_series
+from pretravel.files.rows_in_a_row import EACH_ROW, rows_in_a_row
+from tests.support.examples import EXAMPLES
+
+ROWS = (EXAMPLES / "sphere_touches.csv").read_text("utf-8").splitlines()
+
+
+@pytest.mark.parametrize(
+    ("digits", "often", "found"),
+    [(7, 3, 3), (7, 1, 1), (4, 3, 3), (3, 3, 3), (3, 2, 1), (2, 3, 1)],
+)
+def test_rows_alike_to_the_last_digit(digits: int, often: int, found: int) -> None:
+    """Of 25 touches. In steps of 1 µm it needs 41 copies to exclude chance, of 10 µm 410."""
+    log = np.round(np.random.default_rng(4).uniform(0.0, 30.0, (25, 3)), digits)
+    assert rows_in_a_row(np.repeat(log, often, axis=0)) == found
+
+
+def test_repeats_that_are_alike_here_and_there_are_no_copies() -> None:
+    """A quiet probe in steps of 0.1 µm: some of three repeats are alike."""
+    rng = np.random.default_rng(5)
+    log = np.repeat(rng.uniform(0.0, 30.0, (25, 3)), 3, axis=0) + rng.normal(0.0, 5e-5, (75, 3))
+    assert rows_in_a_row(np.round(log, 4)) == 1
+
+
+@pytest.mark.parametrize("often", [1, 3])
+def test_a_log_of_copies_is_said(often: int, tmp_path: Path) -> None:
+    """By what every task reads touches with, and by `measure` for coordinates."""
+    log = [ROWS[0], *(row for row in ROWS[1:] for _ in range(often))]
+    (tmp_path / "log.csv").write_text("\n".join(log), "utf-8")
+    coordinates = [",".join(row.split(",")[:3]) for row in log]
+    (tmp_path / "points.csv").write_text("\n".join(coordinates), "utf-8")
+    touches = " ".join(read_series([tmp_path / "log.csv"]).warnings)
+    points = " ".join(points_and_notes(tmp_path / "points.csv", ReadingOptions())[1])
+    assert (EACH_ROW in touches) == (EACH_ROW in points) == (often > 1)
