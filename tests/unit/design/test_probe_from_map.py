@@ -10,9 +10,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from pretravel.base.directions import fibonacci_cap, grid
+from pretravel.base.directions import fibonacci_cap, grid, sphere_pattern_25
 from pretravel.base.errors import DescriptionError, PretravelError
-from pretravel.design.identification.evidence import evidence_of
+from pretravel.design.identification import probe_from_map
+from pretravel.design.identification.evidence import Evidence, evidence_of
 from pretravel.design.identification.probe_from_map import (
     FREE,
     Identification,
@@ -303,3 +304,22 @@ def test_errors_of_touches_are_independent_beside_those_of_the_reference() -> No
     assert seen.covariance == pytest.approx(expected, rel=1e-12)
     assert seen.value == pytest.approx(np.full(count, 0.010))
     assert seen.tip_factor == pytest.approx((1.0 + 3.0 / 12.5) ** (1.0 / 3.0), rel=1e-6)
+
+
+def test_of_rotations_that_fit_as_well_the_nearest_to_the_start_is_given(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A rod 0.1° out: the probe looks alike in three rotations, and noise chose 126°."""
+    start, rng = load_probe("omp40-2"), np.random.default_rng(2)
+    true = FREE["rotation"].put(start, 5.0 * DEGREE)
+    true = FREE["rod_azimuth_1"].put(true, 0.1 * DEGREE)
+    directions = sphere_pattern_25()
+    noise = 0.3e-3
+    value = predict(true, directions @ true.orientation.matrix, "analytic").pretravel
+    value = value + noise * rng.standard_normal(len(directions))
+    seen = Evidence(directions, value, noise**2 * np.eye(len(directions)), True)
+    monkeypatch.setattr(probe_from_map, "evidence_of", lambda _: seen)
+    found = identify(example_map(), start, ["rotation", "rod_azimuth_1"])
+    assert found.values[0] / DEGREE == pytest.approx(5.0, abs=2.0)
+    listed = [each for each in found.unknown if "another description" in each]
+    assert len(listed) >= 1

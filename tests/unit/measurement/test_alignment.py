@@ -382,27 +382,35 @@ def test_a_symmetric_part_has_several_answers() -> None:
     assert all(np.allclose(np.abs(turn), np.eye(3), atol=1e-6) for turn in turns)
 
 
-def test_points_in_the_part_share_the_error_of_the_alignment() -> None:
-    """Their variance along the normal grows by that of the placement there."""
+@pytest.mark.parametrize("letters", ["", "A"])
+def test_the_part_follows_the_errors_of_its_points(letters: str) -> None:
+    """What a movement by the touches leaves of noise and of the tip's radius, by hand: all that
+    points in the part state, and no more than single touches have on their own."""
     rng, part = np.random.default_rng(6), bracket()
-    made = replace(radius_alone(RADIUS), repeatability=1.0 * UM)
-    points, normals, _ = random_targets(part, 25, rng)
+    made = replace(radius_alone(RADIUS), repeatability=1.0 * UM, u_tip_radius=2.0 * UM)
+    points, normals, faces = random_targets(part, 40, rng)
     placement = random_placement(rng)
     tips = tip_centres(placement, points, normals, made)
-    found = align(tips, part, made, placement, extrapolate=True)
+    datums = [Datum(letter, tuple(np.unique(faces).tolist())[:4]) for letter in letters]
+    found = align(tips, part, made, placement, datums=datums, extrapolate=True)
     inside = points_in_part(found)
     assert inside.positions == pytest.approx(points, abs=1e-6)
-    foot = found.points.positions - found.about
-    n = found.points.normals
-    rows = np.column_stack([n, np.cross(foot, n)])
-    errors = found.measured_placement.errors
-    assert errors is not None
-    by_placement = np.einsum("ni,ij,nj->n", rows, errors.covariance, rows)
-    grown = inside.standard_uncertainty**2 - found.points.standard_uncertainty**2
-    assert grown == pytest.approx(by_placement, rel=1e-6)
     assert inside.shared is not None
-    common = sum(v**2 for k, v in inside.shared.items() if k.startswith("alignment"))
-    assert common == pytest.approx(by_placement, rel=1e-6)
+    n = found.points.normals
+    by_motion = np.column_stack([n, np.cross(found.points.positions - found.about, n)])
+    follows = np.zeros((len(n), len(n)))
+    amounts = found.association.response[: found.motions.shape[1]]
+    follows[:, found.used] = by_motion @ found.motions @ amounts
+    left = np.eye(len(n)) - follows
+    true = left @ (np.eye(len(n)) + 4.0) @ left.T
+    given = sum(np.outer(each, each) for each in inside.shared.values()) / UM**2
+    common = np.diag(given).copy()
+    own = np.einsum("ni,nij,nj->n", inside.normals, inside.covariance, inside.normals) / UM**2
+    assert own - common == pytest.approx(1.0, rel=1e-6)
+    beyond = np.linalg.eigvalsh(given + np.eye(len(n)) - true)
+    assert beyond[0] > -1e-6
+    if not letters:  # least squares on all touches leave six numbers less, and add nothing
+        assert np.trace(given + np.eye(len(n)) - true) < 6.5
 
 
 def test_what_keeps_no_degrees_of_freedom_has_half_of_u() -> None:

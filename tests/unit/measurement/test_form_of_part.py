@@ -86,6 +86,34 @@ def test_roughness_averages_out() -> None:
     assert variance == pytest.approx((5.0 * UM) ** 2 / 100.0, rel=0.5)  # 1/sqrt(50), three of that
 
 
+@pytest.mark.parametrize("count", [4, 5, 6])
+def test_few_touches_of_a_large_oval_are_no_roughness_of_that_size(count: int) -> None:
+    """An oval of 20 µm leaves the residuals that roughness of 20 µm would leave, which turned
+    surfaces do not have: U of the diameter was 54 to 380 µm."""
+    u = []
+    for seed in range(6):
+        rng = np.random.default_rng([57, seed])
+        azimuth = 2.0 * np.pi * np.arange(count) / count
+        off = 20.0 * UM * np.cos(2.0 * azimuth + rng.uniform(-0.5, 0.5))
+        found = _bore(azimuth, off + OWN * rng.standard_normal(count)).quantity("diameter")
+        assert abs(found.value - 20.0) < found.expanded_u
+        u.append(found.expanded_u)
+    assert np.mean(u) < 20.0 * UM
+
+
+@pytest.mark.parametrize("count", [4, 5, 6])
+def test_small_residuals_of_few_touches_are_roughness(count: int) -> None:
+    """Rough by 1 µm: U covers the size of most bores, as many as before large ovals were known."""
+    outside = 0
+    for seed in range(30):
+        rng = np.random.default_rng([58, seed])
+        azimuth = 2.0 * np.pi * np.arange(count) / count
+        off = 1.0 * UM * rng.standard_normal(count) + OWN * rng.standard_normal(count)
+        found = _bore(azimuth, off).quantity("diameter")
+        outside += abs(found.value - 20.0) > found.expanded_u
+    assert outside <= 5  # of 30: with a probability of 5 % in each, more in 1 %
+
+
 @pytest.mark.parametrize(("count", "hidden"), [(8, ("7", "8", "9")), (9, ("8", "9", "10"))])
 def test_lobes_that_equal_steps_hide_are_named(count: int, hidden: tuple[str, ...]) -> None:
     """As many lobes as touches are a diameter, one more or less a place; no residual shows them."""

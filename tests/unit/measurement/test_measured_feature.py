@@ -251,13 +251,15 @@ class TestFewResiduals:
         self, count: int, rough: float, factor: float, within: float
     ) -> None:
         """GUM, Table G.2, 95.45 %: 2, 5 and 10 degrees of freedom; the residuals are as large as
-        twenty times the noise, so that nothing else is in u. Two for many points of a perfect bore.
+        twenty times the noise, so that nothing else is in u, and far below 10 µm. Two for
+        many points of a perfect bore.
 
         The sizes of roughness that are tried end, and the noise below is known: 12 %.
         """
         outward, _ = around(count)
-        off = rough * OWN * np.random.default_rng(3).normal(size=count)
-        points = feature_points((10.0 + off)[:, None] * outward, -outward)
+        noise, tip = 0.01 * OWN, {"tip radius": np.full(count, 0.01 * TIP)}
+        off = rough * noise * np.random.default_rng(3).normal(size=count)
+        points = feature_points((10.0 + off)[:, None] * outward, -outward, own=noise, shared=tip)
         diameter = measure_feature(points, "bore", axis=Z).quantity("diameter")
         assert diameter.expanded_u / diameter.u == pytest.approx(factor, rel=within)
 

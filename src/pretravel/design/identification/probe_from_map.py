@@ -35,6 +35,7 @@ _HOPELESS = 3.0  # times the chi-squared of the best start: not followed
 _DIFFERENCE = 1e-5  # of a code, for slopes
 _SAME_SCATTER = 0.05  # probability of the F test
 _SURELY_WORSE = 9.2  # chi-squared beyond the best one: a probability of 1 % against it
+_AS_GOOD = 2.0  # chi-squared beyond the best one, below which nothing speaks for either
 _SAME_MAXIMUM = 1.0  # in standard uncertainties
 _RARE_MISFIT = 0.01
 _MOST_FRICTION = 0.35
@@ -124,7 +125,8 @@ def identify(
     that between its touches the two differ by more than the map's u. The weights are the scatter of
     the touches, which repeats and residuals estimate together, and the u of the reference. A shift
     of the reference is free, since a map does not contain it. The fit begins at the best of all
-    rotations, and other maxima are named in `unknown`. A map of
+    rotations; of several that fit as well the one nearest to the start is the answer, and the
+    others are named in `unknown`. A map of
     pretravel determines the product of compliance and force; it distinguishes preload and
     stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
     read `unknown`.
@@ -421,7 +423,10 @@ class _Maximum(NamedTuple):
 
 
 def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
-    """The descriptions that fit best, from starts all around; the best one first."""
+    """The descriptions that fit best, from starts all around; the best one first.
+
+    Of several that fit as well, the rotation nearest to that of the start comes first.
+    """
     from scipy.optimize import least_squares
 
     codes = len(fit.numbers)
@@ -435,7 +440,31 @@ def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
         for start in _starts(fit, free)
     ]
     maxima = [_Maximum(each.x, np.asarray(each.jac), each.fun) for each in found]
-    return sorted(maxima, key=lambda each: each.chi_squared)
+    maxima.sort(key=lambda each: each.chi_squared)
+    if "rotation" in free:
+        maxima.sort(key=_worse_or_further(maxima[0], fit, list(free).index("rotation")))
+    return maxima
+
+
+def _worse_or_further(
+    best: _Maximum, fit: _MapFit, column: int
+) -> Callable[[_Maximum], tuple[float, float]]:
+    """Order of maxima: of those that touches do not tell apart, the rotation nearest to the start.
+
+    A tripod with a rod out by less than its u looks alike in three rotations.
+    """
+    at_start = fit.start()[column]
+    dof = max(len(best.whitened) - len(best.parameters), 1)
+    alike = best.chi_squared + _AS_GOOD * max(best.chi_squared / dof, 1.0)
+
+    def order(each: _Maximum) -> tuple[float, float]:
+        if each.chi_squared > alike:
+            return each.chi_squared, 0.0
+        period = 2.0 * math.pi / (3.0 if _even(fit.described(each.parameters)) else 1.0)
+        apart = (each.parameters[column] - at_start + 0.5 * period) % period - 0.5 * period
+        return 0.0, abs(float(apart))
+
+    return order
 
 
 def _starts(fit: _MapFit, free: Sequence[str]) -> list[FloatArray]:

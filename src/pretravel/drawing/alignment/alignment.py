@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,9 +20,9 @@ from pretravel.base import (
     describe_axis,
     frozen,
 )
-from pretravel.drawing.features.feature_uncertainty import FeatureErrors
+from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, FeatureErrors
 from pretravel.maps import DirectionSupport, MeanBasis, PretravelMap
-from pretravel.measurement import Association, Points, placed
+from pretravel.measurement import FIXED_SCATTER, Association, Points, placed
 from pretravel.surface import Feet, Part
 from pretravel.uncertainty import COVERAGE_FACTOR, Covariance, coverage_factor
 
@@ -185,32 +186,92 @@ def points_in_part(alignment: Alignment) -> Points:
     Returns
     -------
     Points
-        Shared errors "alignment 1" to "alignment 6" and those of the compensation. The errors of
-        a point and those that it left in the alignment are taken as independent.
+        Shared errors "alignment 1", "alignment 2", … and those of the compensation.
+
+    Notes
+    -----
+    The part follows the errors of its points: a tip radius that is wrong moves a plane and what is
+    aligned on it alike. Of an error that points share, what is left after this movement is in the
+    result. Errors of single touches stay errors of single points, and "alignment" has what the
+    movement adds to them at the most. The form of the faces moves the part independently of the
+    form of a feature on them.
     """
-    measured, found = alignment.measured_placement, alignment.points
-    assert measured.errors is not None
-    into_part = alignment.placement.inverse
+    found, into_part = alignment.points, alignment.placement.inverse
+    errors = alignment.measured_placement.errors
+    assert errors is not None
     # A part that lies further along a direction has its points further back in its own frame.
-    moves = [-into_part.vectors(move) for move in measured.errors.factors(found.positions)]
+    moves = [-into_part.vectors(move) for move in errors.factors(found.positions)]
     part_points = placed(found, into_part)
-    covariance = part_points.covariance + sum(
+    whole = part_points.covariance + sum(
         (move[:, :, None] * move[:, None, :] for move in moves), np.zeros((1, 3, 3))
     )
-    shared = part_points.shared
+    normals, shared = part_points.normals, part_points.shared
     if shared is not None:
-        along = {
-            f"alignment {k + 1}": frozen(np.sum(move * part_points.normals, axis=1))
-            for k, move in enumerate(moves)
-        }
-        shared = {**shared, **along}
+        along = np.einsum("ni,nij,nj->n", normals, part_points.covariance, normals)
+        own = np.sqrt(np.maximum(along - sum(each**2 for each in shared.values()), 0.0))
+        shared = _left_after_alignment(alignment, shared, own)
+        # Across the normals the whole movement is left.
+        squares = own**2 + sum(each**2 for each in shared.values())
+        across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
+        whole = across @ whole @ across
+        whole += squares[:, None, None] * normals[:, :, None] * normals[:, None, :]
     numbers = np.array([face.number for face in alignment.part.faces], dtype=np.int64)
     return replace(
         part_points,
-        covariance=frozen(covariance),
+        covariance=frozen(whole),
         shared=shared,
         face=numbers[alignment.feet.face],
     )
+
+
+def _left_after_alignment(
+    alignment: Alignment, shared: Mapping[str, FloatArray], own: FloatArray
+) -> dict[str, FloatArray]:
+    """Errors that points share after the part has moved by the errors of its touches. [mm]"""
+    found, used = alignment.points, alignment.used
+    normals = found.normals
+    by_motion = np.column_stack([normals, np.cross(found.positions - alignment.about, normals)])
+    moved = by_motion @ alignment.motions
+    response = alignment.association.response[: alignment.motions.shape[1]]
+    by_touch = np.zeros((len(found), len(response)))
+    by_touch[used] = response.T
+    left = {
+        name: each if name == FIXED_SCATTER else frozen(each - moved @ (response @ each[used]))
+        for name, each in shared.items()
+    }
+    # The form, and scatter that is fixed in a direction, with the k of few faces.
+    parts = alignment.errors.parts(alignment._rows)
+    measured = alignment.measured_placement.errors
+    assert measured is not None
+    followed = sum(
+        (part for name, part in parts.items() if name not in (FORM_OF_PART, FIXED_SCATTER)),
+        np.zeros((6, 6)),
+    )
+    basis, triangle = np.linalg.qr(by_motion)
+    covariance = np.asarray(measured.covariance) - followed
+    size, axes = np.linalg.eigh(triangle @ covariance @ triangle.T)
+    kept = size > _SAME_MOTION * max(float(size[-1]), 1e-30)
+    factors = [
+        *(basis @ axes[:, kept] * np.sqrt(size[kept])).T,
+        *_added_noise(moved, by_touch, own),
+    ]
+    return left | {f"alignment {k + 1}": frozen(each) for k, each in enumerate(factors)}
+
+
+def _added_noise(moved: FloatArray, by_touch: FloatArray, own: FloatArray) -> list[FloatArray]:
+    """Factors that add to independent errors of points what a movement by them adds. [mm]
+
+    With errors e the points keep e - B e, B = moved by_touchᵀ. The covariance of that less that of
+    e has no more positive directions than there are motions: these are the factors. With least
+    squares on all points there are none.
+    """
+    scale = np.maximum(own, 1e-9 * max(float(own.max(initial=0.0)), 1e-12))[:, None]
+    count = moved.shape[1]
+    basis, both = np.linalg.qr(np.hstack([moved / scale, by_touch * scale]))
+    p, q = both[:, :count], both[:, count:]
+    size, axes = np.linalg.eigh(p @ (q.T @ q) @ p.T - p @ q.T - q @ p.T)
+    kept = size > _SAME_MOTION
+    return list((scale * (basis @ axes[:, kept]) * np.sqrt(size[kept])).T)
 
 
 def radius_alone(tip_radius: float) -> PretravelMap:

@@ -29,6 +29,9 @@ _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, n
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
 _MANY_SHAPES = 600  # of all faces together, from which the spectrum is that of each face
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
+_ROUGHEST = 10.0 * MICROMETRE
+"""Standard deviation from touch to touch, from which shapes that fill the few residuals are
+likelier than roughness: a tip ball touches the peaks of what was turned or milled. [mm]"""
 _SEEN = 1e-5  # probability of a size that is kept
 _BINS = 60
 
@@ -168,6 +171,10 @@ def form_of_part(
     touches would be accepted falsely too often; with less, four touches of a perfect bore would say
     still less (benchmarks/features.py). The residuals are normal for each size (restricted
     likelihood: the feature is projected off); their components along a family have its variance.
+
+    Shapes that fill the residuals of few touches leave the same residuals as roughness: the size
+    alone tells them apart. Small residuals are taken as rough. Beyond 10 µm roughness becomes rare
+    (with the fourth power of its size), and its probability goes to these shapes.
     """
     count, k = jacobian.shape
     dof = count - k
@@ -179,28 +186,28 @@ def form_of_part(
     noise = max(math.sqrt(max(expected, 0.0) / dof), 1e-9 * math.sqrt(observed / dof), 1e-12)
     tried = list(families) if count <= _MOST_TOUCHES else []
     spectra = [_Spectrum.of(each, basis, residuals) for each in tried]
-    shown = [each.visible >= _VISIBLE for each in spectra]
-    hidden = tuple(each.name for each, is_in in zip(tried, shown, strict=True) if not is_in)
+    seen = [each.visible >= _VISIBLE for each in spectra]
+    hidden = tuple(each.name for each, is_in in zip(tried, seen, strict=True) if not is_in)
     # Shapes of one size that fill the residuals are not distinguished from roughness. Those of a
     # correlation length are of many sizes.
-    shown = [
-        is_in and (one.face is not None or len(each.variances) <= _MOST_FILLED * dof)
-        for is_in, one, each in zip(shown, tried, spectra, strict=True)
+    fills = [
+        one.face is None and len(each.variances) > _MOST_FILLED * dof
+        for one, each in zip(tried, spectra, strict=True)
     ]
-    tried = [each for each, is_in in zip(tried, shown, strict=True) if is_in]
-    spectra = [each for each, is_in in zip(spectra, shown, strict=True) if is_in]
+    shown = [is_in and not full for is_in, full in zip(seen, fills, strict=True)]
+    filling = [is_in and full for is_in, full in zip(seen, fills, strict=True)]
+    compared = _Compared.of(tried, spectra, shown, filling, count)
     largest = _MOST * max(noise, math.sqrt(observed / dof))
     sizes = np.concatenate([[0.0], np.geomspace(_LEAST * noise, largest, _SIZES)]) ** 2
-    weights = _posterior(sizes, noise**2, (observed, dof), spectra, [t.share for t in tried])
+    weights = _posterior(sizes, noise**2, (observed, dof), compared)
     found = weights > _SEEN * weights.max()
     family, rough, smooth = np.nonzero(found)
     share = weights[found] / weights[found].sum()
-    factors = tuple(each.columns.T for each in tried)
-    form = FormOfPart(0.0, np.zeros((0, count)), factors, share, sizes[rough], sizes[smooth],
-                      family, hidden)  # fmt: skip
+    none, roughness, shapes = np.zeros((0, count)), sizes[rough], sizes[smooth]
+    form = FormOfPart(0.0, none, compared.factors, share, roughness, shapes, family, hidden)
     if observed <= expected * float(chdtri(dof, _RARE)) / dof:
         return form
-    return _in_uncertainty(form, observed - expected, dof, spectra)
+    return _in_uncertainty(form, observed - expected, dof, compared.spectra)
 
 
 def _by_prior(families: Sequence[Family]) -> FormOfPart:
@@ -249,37 +256,82 @@ class _Spectrum:
         return cls(np.concatenate(variances), np.concatenate(squares), 1.0)
 
 
+_ROUGH_ALONE = _Spectrum(np.zeros(0), np.zeros(0), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """Families that are compared: those that residuals show, then those that fill few residuals.
+
+    `shares` are probabilities within each of both; of the first it is that of roughness, too.
+    """
+
+    spectra: tuple[_Spectrum, ...]
+    factors: tuple[FloatArray, ...]
+    shares: FloatArray
+    shown: int
+
+    @classmethod
+    def of(
+        cls,
+        tried: Sequence[Family],
+        spectra: Sequence[_Spectrum],
+        shown: Sequence[bool],
+        filling: Sequence[bool],
+        count: int,
+    ) -> _Compared:
+        chosen = [[i for i, is_in in enumerate(flags) if is_in] for flags in (shown, filling)]
+        first = [spectra[i] for i in chosen[0]]
+        factors = [tried[i].columns.T for i in chosen[0]]
+        shares = [tried[i].share for i in chosen[0]]
+        if not first:  # roughness alone
+            first, factors, shares = [_ROUGH_ALONE], [np.zeros((1, count))], [1.0]
+        more = [tried[i].share for i in chosen[1]]
+        return cls(
+            (*first, *(spectra[i] for i in chosen[1])),
+            (*factors, *(tried[i].columns.T for i in chosen[1])),
+            np.array([*np.divide(shares, sum(shares)), *np.divide(more, sum(more) or 1.0)]),
+            len(first),
+        )
+
+    def prior(self, sizes: FloatArray, dof: int) -> FloatArray:
+        """Probabilities of families, variances that are rough, and that are smooth, (j, s, s)."""
+        count, found = len(sizes) - 1, []
+        smooth = _SMOOTH if self.spectra[0] is not _ROUGH_ALONE else 0.0
+        may_fill = len(self.spectra) > self.shown
+        usual = 1.0 / (1.0 + (sizes[1:] / _ROUGHEST**2) ** 2) if may_fill else np.ones(count)
+        for index, (spectrum, share) in enumerate(zip(self.spectra, self.shares, strict=True)):
+            own = np.zeros((count + 1, count + 1))
+            if index < self.shown:
+                own[0, 0] = _PERFECT
+                own[1:, 0] = (1.0 - _PERFECT) * (1.0 - smooth) / count * usual
+                own[0, 1:] = (1.0 - _PERFECT) * smooth * (1.0 - _BOTH) / count
+                own[1:, 1:] = (1.0 - _PERFECT) * smooth * _BOTH / count**2 * usual[:, None]
+            else:
+                large = sizes[1:] * float(spectrum.variances.sum()) / dof / _ROUGHEST**2
+                beyond = (1.0 - _PERFECT) * (1.0 - smooth) / count * large**2 / (1.0 + large**2)
+                own[0, 1:] = (1.0 - _BOTH) * beyond
+                own[1:, 1:] = _BOTH / count * usual[:, None] * beyond
+            found.append(share * own)
+        return np.array(found)
+
+
 def _posterior(
-    sizes: FloatArray,
-    noise: float,
-    seen: tuple[float, int],
-    spectra: Sequence[_Spectrum],
-    shares: Sequence[float],
+    sizes: FloatArray, noise: float, seen: tuple[float, int], compared: _Compared
 ) -> FloatArray:
     """Probabilities of families, variances that are rough, and that are smooth, (j, s, s)."""
     observed, dof = seen
     base = (noise + sizes)[:, None, None]
-    found, prior = [], []
-    smooth = _SMOOTH if spectra else 0.0
-    count = len(sizes) - 1
-    for spectrum, share in zip(
-        spectra or [_Spectrum(np.zeros(0), np.zeros(0), 1.0)], shares or [1.0], strict=True
-    ):
-        each = share / (sum(shares) or 1.0)
+    found = []
+    for spectrum in compared.spectra:
         total = base + sizes[None, :, None] * spectrum.variances
         rest = max(observed - float(spectrum.squares.sum()), 0.0)
         found.append(
             -0.5 * ((dof - len(spectrum.squares)) * np.log(base[..., 0]) + rest / base[..., 0])
             - 0.5 * np.sum(np.log(total) + spectrum.squares / total, axis=2)
         )
-        own = np.zeros((count + 1, count + 1))
-        own[0, 0] = _PERFECT
-        own[1:, 0] = (1.0 - _PERFECT) * (1.0 - smooth) / count
-        own[0, 1:] = (1.0 - _PERFECT) * smooth * (1.0 - _BOTH) / count
-        own[1:, 1:] = (1.0 - _PERFECT) * smooth * _BOTH / count**2
-        prior.append(each * own)
     likelihood = np.array(found)
-    weights = np.array(prior) * np.exp(likelihood - likelihood.max())
+    weights = compared.prior(sizes, dof) * np.exp(likelihood - likelihood.max())
     return np.asarray(weights / weights.sum())
 
 
@@ -287,20 +339,20 @@ def _in_uncertainty(
     form: FormOfPart, beyond: float, dof: int, spectra: Sequence[_Spectrum]
 ) -> FormOfPart:
     """With what the residuals show beyond the errors, in the shares of its likely shapes."""
-    rough = float(form.weights @ form.rough_variances)
-    each = np.bincount(form.family, form.weights * form.smooth_variances, max(len(spectra), 1))
-    shown = rough * dof + sum(
-        size * float(spectrum.variances.sum())
-        for size, spectrum in zip(each, spectra, strict=False)
-    )
-    scale = beyond / max(shown, 1e-300)
+    # Each size of roughness and shape together explains all that is beyond the errors.
+    unit = np.array([float(spectrum.variances.sum()) for spectrum in spectra] or [0.0])
+    shown = form.rough_variances * dof + form.smooth_variances * unit[form.family]
+    share = beyond * form.weights / np.maximum(shown, 1e-300) * (shown > 0.0)
+    share *= float(form.weights.sum()) / max(float(form.weights[shown > 0.0].sum()), 1e-300)
+    rough = float(share @ form.rough_variances)
+    each = np.bincount(form.family, share * form.smooth_variances, max(len(spectra), 1))
     smooth = [
-        math.sqrt(scale * size) * factors
+        math.sqrt(size) * factors
         for size, factors in zip(each, form.families, strict=False)
         if size > 1e-6 * max(rough, float(each.max()))
     ]
     return FormOfPart(
-        math.sqrt(scale * rough),
+        math.sqrt(rough),
         np.vstack(smooth) if smooth else form.smooth,
         form.families,
         form.weights,
