@@ -101,11 +101,14 @@ def _tab(browser: Any) -> Iterator[Any]:
     context.close()
 
 
-def _taken(page: Any, path: Path, themes: Iterable[str] = THEMES) -> None:
-    """Pictures of a page that is open, in three sizes."""
+def _taken(
+    page: Any, path: Path, themes: Iterable[str] = THEMES, sizes: Iterable[str] = tuple(SIZES)
+) -> None:
+    """Pictures of a page that is open."""
     for theme in themes:
         page.emulate_media(color_scheme=theme)
-        for size, (width, height) in SIZES.items():
+        for size in sizes:
+            width, height = SIZES[size]
             page.set_viewport_size({"width": width, "height": height})
             page.evaluate("scrollTo(0, 0)")
             page.wait_for_timeout(1500)  # pictures follow, and those in space are drawn again
@@ -188,9 +191,11 @@ def _tasks(browser: Any, names: dict[str, str], place: Path, folder: Path) -> No
                 page.wait_for_selector(_MADE, timeout=_LONGEST)
                 settled(page)
                 shot = path.with_name(f"{path.name}-{count}")
-                _taken(page, shot, THEMES if count == 1 else ("light",))
-                if count:
+                if count == 1:
+                    _taken(page, shot)
                     _tabs(page, shot)
+                else:
+                    _taken(page, shot, ("light",), ("phone", "desktop"))
 
 
 @contextlib.contextmanager

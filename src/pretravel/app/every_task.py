@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
@@ -38,6 +37,7 @@ from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
 from pretravel.app.links import OF_TASK
+from pretravel.app.page_words import page_words, title_of
 from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
@@ -51,7 +51,7 @@ from pretravel.app.task_run import (
     tasks_on_screens,
     typed_too,
 )
-from pretravel.task import LaboratoryReport, Setting, Task, by_name, settings_of, task_named
+from pretravel.task import LaboratoryReport, Setting, Task, by_name, task_named
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
@@ -86,15 +86,6 @@ def screen_of_task(word: str) -> TaskScreen | None:
     return None
 
 
-def title_of(name: str) -> str:
-    """The heading: the command's name.
-
-    >>> title_of("plan-touches")
-    'Plan touches'
-    """
-    return name.replace("-", " ").capitalize()
-
-
 def summary_of(kind: type[Task]) -> str:
     """The first sentences of the description.
 
@@ -103,23 +94,6 @@ def summary_of(kind: type[Task]) -> str:
     """
     first = (inspect.getdoc(kind) or "").partition("\n\n")[0]
     return page_words(kind, " ".join(first.split()))
-
-
-def page_words(kind: type[Task], words: str) -> str:
-    """What is said of a command, as a page says it: fields by their labels, no exit codes.
-
-    >>> page_words(task_named("verify"), "Kept unless --accept names one. Exit code 3: yes.")
-    'Kept unless “Accept” names one.'
-    """
-    sentences = re.split(r"(?<=[.;:]) (?=[A-Z])", words)
-    kept = " ".join(one for one in sentences if not one.startswith("Exit code"))
-    kept = re.sub(r" \(--[a-z-]+\)", "", kept)
-    labels = {setting.option: setting.label for setting in settings_of(kind)}
-    return re.sub(
-        r"(?:pretravel [a-z-]+ )?(--[a-z-]+)",
-        lambda found: f"“{labels[found[1]]}”" if found[1] in labels else found[0],
-        kept,
-    )
 
 
 def job_of(name: str) -> Job:
@@ -226,14 +200,14 @@ def _picture(made: TaskRun) -> None:
 
 def _answer(made: TaskRun) -> None:
     for caution in made.cautions:
-        warning(caution)
+        warning(page_words(type(made.task), caution))
     if made.report is not None:
         document_answer(made.report)
 
 
 def _details(made: TaskRun) -> None:
     if made.text:
-        printed(made.text)
+        printed(page_words(type(made.task), made.text))
     if made.report is not None:
         document_details(made.report)
 
