@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from pretravel.app.project import Project, StoredFile
 from pretravel.app.task_run import file_settings, form_of, tasks_on_screens
 from pretravel.task import Task, by_name
-from tests.browser.screens import settled
+from tests.browser.screens import seen_at, settled
 from tests.browser.workbench_server import (
     SIZES,
     THEMES,
@@ -108,10 +108,9 @@ def _taken(
     for theme in themes:
         page.emulate_media(color_scheme=theme)
         for size in sizes:
-            width, height = SIZES[size]
-            page.set_viewport_size({"width": width, "height": height})
+            seen_at(page, SIZES[size])
             page.evaluate("scrollTo(0, 0)")
-            page.wait_for_timeout(1500)  # pictures follow, and those in space are drawn again
+            page.wait_for_timeout(1000)  # those in space are drawn again
             page.screenshot(path=f"{path}-{size}-{theme}.png", full_page=True)
 
 
@@ -148,9 +147,9 @@ def _tabs(page: Any, path: Path) -> None:
     for tab in page.get_by_role("tab").all()[1:]:
         tab.click()
         for size in ("desktop", "phone"):
-            page.set_viewport_size(dict(zip(("width", "height"), SIZES[size], strict=True)))
+            seen_at(page, SIZES[size])
             page.evaluate("scrollTo(0, 0)")
-            page.wait_for_timeout(1500)
+            page.wait_for_timeout(1000)
             word = tab.inner_text().strip().replace(" ", "-")
             page.screenshot(path=f"{path}-tab-{word}-{size}.png", full_page=True)
 

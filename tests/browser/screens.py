@@ -40,6 +40,16 @@ def settled(page: Any) -> None:
     )
 
 
+def seen_at(page: Any, size: tuple[int, int]) -> None:
+    """Wait until pictures have the place of a window of this size."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.wait_for_function(
+        """() => [...document.querySelectorAll('main .plot-area')]
+             .filter((one) => one.checkVisibility())
+             .every((one) => one.layout && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
+    )
+
+
 def resting_box(page: Any, part: Any) -> dict[str, float]:
     """Where a part of the page is, once it is twice at the same place, as after scrolling."""
     before: dict[str, float] = {}

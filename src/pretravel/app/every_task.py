@@ -51,7 +51,7 @@ from pretravel.app.task_run import (
     tasks_on_screens,
     typed_too,
 )
-from pretravel.task import LaboratoryReport, Setting, Task, by_name, task_named
+from pretravel.task import REPORT_VALUES, LaboratoryReport, Setting, Task, by_name, task_named
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
@@ -154,7 +154,7 @@ def show(name: str, state: ScreenState) -> None:
     with places.picture:
         result_place(
             work, _picture, says_warnings=False,
-            empty=lambda: empty_state("terminal", f"For example: {kind.example}"),
+            empty=lambda: empty_state("terminal", "Fill in what it needs, then press Run."),
         )  # fmt: skip
     with places.tab("Details"):
         result_place(work, _details, empty=no_result, says_warnings=False)
@@ -226,6 +226,11 @@ def _to_keep(work: Work) -> None:
     with ui.element("div").classes("buttons"):
         if made.page is not None:
             page_button(work, lambda result: result.page, lambda result: result.command)
+            page_button(
+                work, lambda result: result.page, lambda result: result.command,
+                name=f"{type(made.task).name.replace(' ', '-')}{REPORT_VALUES}",
+                label="Values (JSON)",
+            )  # fmt: skip
             if _states_laboratory(made):
                 page_button(
                     work, lambda result: result.page, lambda result: result.command,

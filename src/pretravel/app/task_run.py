@@ -246,7 +246,8 @@ def _written(task: Task, result: Result, folder: Path) -> dict[str, bytes]:
             "" if setting.name == "output" else f"-{setting.name}"
         )
         for ending in endings if endings != FOLDER else ("",):
-            if ending in PAGES or (ending == ".json" and setting.field.report_json):
+            is_page = ending in PAGES and not setting.field.in_run  # the page has its own button
+            if is_page or (ending == ".json" and setting.field.report_json):
                 continue
             path = folder / f"{stem}{ending}"
             try:
