@@ -215,9 +215,7 @@ def _made(path: Path) -> Path:
 
 
 def _lines_of(name: str) -> list[str]:
-    """The runs of a task that its screen can do: a file is dropped there, without a face."""
-    lines = (*LONG_RUNS, *runs.RUNS)
-    return [line for line in lines if f"{line} ".startswith(f"{name} ") and "#" not in line]
+    return [line for line in (*LONG_RUNS, *runs.RUNS) if f"{line} ".startswith(f"{name} ")]
 
 
 def _project(line: str) -> Project:
@@ -228,15 +226,17 @@ def _project(line: str) -> Project:
     for setting in file_settings(type(task)):
         value = getattr(task, setting.name)
         values = [] if value is None else list(value) if setting.several else [value]
-        files = [Path(str(each)) for each in values]
+        files = [Path(str(each).partition("#")[0]) for each in values]
         folders = [inner for each in files if each.is_dir() for inner in sorted(each.iterdir())]
         there = [each for each in (*files, *folders) if each.is_file()]
         if there:
             state.files[setting.name] = tuple(
                 StoredFile(each.name, each.read_bytes()) for each in there
             )
-        elif values:
-            state.settings[setting.name] = " ".join(map(str, values))
+        faces = [sign + face for _, sign, face in (str(each).partition("#") for each in values)]
+        words = " ".join(filter(None, faces) if there else map(str, values))
+        if words:
+            state.settings[setting.name] = words
     known = by_name(type(task))
     for name in form_of(type(task)).names:
         setting, value = known[name], getattr(task, name)

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from pretravel.task import example_folder
+from tests.browser.screens import cut_or_covered, seen_at, settled
 from tests.browser.screens import drop as drop_file
-from tests.browser.screens import seen_at, settled
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import SIZES, RunningWorkbench, opened
 
@@ -47,37 +47,6 @@ _SCROLLING = """() => [...document.querySelectorAll('main, main *')].filter((one
   return /auto|scroll/.test(style.overflowY) && one.scrollHeight > one.clientHeight + 1;
 }).map((one) => `${one.tagName}.${one.className}`)"""
 
-_CUT_OR_COVERED = """() => {
-  const found = [];
-  for (const plot of document.querySelectorAll('main .js-plotly-plot')) {
-    if (!plot.checkVisibility()) continue;
-    const frame = plot.getBoundingClientRect();
-    const texts = [...plot.querySelectorAll('svg text')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar')
-        && +getComputedStyle(one).fillOpacity)
-      .map((one) => [one.textContent, one.getBoundingClientRect()]);
-    for (const [words, box] of texts)
-      if (box.left < frame.left - 1 || box.right > frame.right + 1
-          || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
-        found.push(`cut: ${words}`);
-    const written = texts.map(([words]) => words);
-    for (const axis of [plot.layout.xaxis, plot.layout.yaxis])
-      for (const name of axis?.ticktext ?? [])
-        if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
-    const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
-        + '.xtick text, .ytick text, .annotation-text, .slider-label')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility()
-        && +getComputedStyle(one).fillOpacity)
-      .map((one) => [one.textContent, one.getBoundingClientRect()]);
-    titles.forEach(([words, a], n) => titles.slice(n + 1).forEach(([others, b]) => {
-      const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
-      const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-      if (wide > 2 && high > 2) found.push(`${words} covers ${others}`);
-    }));
-  }
-  return found;
-}"""
-
 
 def test_a_screen_has_one_scroll_and_its_answer_on_top(filled: Any) -> None:
     for size in WIDTHS:
@@ -93,7 +62,7 @@ def test_a_screen_has_one_scroll_and_its_answer_on_top(filled: Any) -> None:
 def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
     for size in WIDTHS:
         seen_at(filled, size)
-        assert filled.evaluate(_CUT_OR_COVERED) == [], size
+        assert cut_or_covered(filled) == [], size
         plots = [one.bounding_box() for one in filled.locator(".screen-picture .plot").all()]
         if size[0] >= 1200 and len(plots) > 1:
             assert plots[0]["y"] == pytest.approx(plots[1]["y"], abs=1.0)
@@ -119,7 +88,7 @@ def test_pictures_of_a_task_have_whole_words(
     page.wait_for_selector(".picture-place", state="detached")
     for size in WIDTHS:
         seen_at(page, size)
-        assert page.evaluate(_CUT_OR_COVERED) == [], size
+        assert cut_or_covered(page) == [], size
 
 
 def test_words_in_a_scene_stand_apart_and_none_of_a_hidden_face(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from functools import partial
@@ -48,6 +49,7 @@ from pretravel.app.task_run import (
     form_of,
     outputs_of_run,
     run_task,
+    takes_a_face,
     tasks_on_screens,
     typed_too,
 )
@@ -55,6 +57,7 @@ from pretravel.task import REPORT_VALUES, LaboratoryReport, Setting, Task, by_na
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
+_TABLE_OF_TOML = re.compile(r"^#? ?\[[a-z]", re.MULTILINE)
 _MAPS = ("map", "map_file", "prior")
 
 
@@ -171,7 +174,7 @@ def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
         text_field(
             state,
             setting.name,
-            f"{setting.label}, as a word",
+            f"{setting.label}, as a word" + (", or #3: a face" if takes_a_face(setting) else ""),
         )
 
 
@@ -207,7 +210,8 @@ def _answer(made: TaskRun) -> None:
 
 def _details(made: TaskRun) -> None:
     if made.text:
-        printed(page_words(type(made.task), made.text))
+        is_file = _TABLE_OF_TOML.search(made.text) is not None  # as it is, to copy
+        printed(made.text if is_file else page_words(type(made.task), made.text))
     if made.report is not None:
         document_details(made.report)
 

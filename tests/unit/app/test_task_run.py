@@ -120,3 +120,10 @@ def test_touches_on_a_block_give_its_terms_instead_of_a_map() -> None:
     settings = {"task": "qualify", "tip_diameter": 6.0, "block": "25.4,50.8,76.2"}
     found = run_task(Inputs(settings, {"touches": (DATA / "block_touches.csv",)}))
     assert list(found.files) == ["qualify.csv"]
+
+
+@pytest.mark.parametrize("typed", ["#3", "bracket.step#3"])
+def test_a_face_of_the_file_is_typed_beside_it(typed: str) -> None:
+    settings = {"task": "plan", "surface": typed, "grid": "3x3"}
+    found = run_task(Inputs(settings, {"surface": (DATA / "bracket.step",)}))
+    assert found.command == "pretravel plan 'bracket.step#3' --grid 3x3 -o plan.csv"
