@@ -11,7 +11,7 @@ import contextlib
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from pretravel.app.project import Project, StoredFile
 from pretravel.app.task_run import file_settings, form_of, tasks_on_screens
 from pretravel.task import Task, by_name
-from tests.browser.screens import settled
+from tests.browser.screens import seen_at, settled
 from tests.browser.workbench_server import (
     SIZES,
     THEMES,
@@ -31,6 +31,7 @@ from tests.browser.workbench_server import (
     running_workbench,
 )
 from tests.laws import test_stated_settings_are_used as runs
+from tests.support.commands import follow
 from tests.support.touches_of_days import day_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -56,6 +57,20 @@ PAGES = {
     "faces": ("faces", DATA / "part.step"),
 }
 """The commands whose pages are shown."""
+LONG_RUNS = (
+    "fem omp40-2 --polar 60",
+    "study stylus-diameter -o study.nc",
+    "design stylus-50mm -o best.toml",
+    "report qualify.report.json predict.report.json -o both.html",
+)
+"""Runs of tasks that the law of all tasks does not run."""
+_REPORTS = (
+    "qualify sphere_touches.csv --diameter 24.9987 --tip-diameter 6 -o qualify.report.json",
+    "predict omp40-2 --azimuth 0:350:30 --polar 60 -o predict.report.json",
+)
+_MADE = ".error-view, .document, .file-text"
+_LONGEST = 900_000
+"""Time for the longest run, a design. [ms]"""
 _FIRST = (
     (*PAGES["qualify"], "-o", "map.json"),
     ("compensate", DATA / "bore_touches.csv", "--map", "map.json", "-o", "points.csv"),
@@ -86,14 +101,16 @@ def _tab(browser: Any) -> Iterator[Any]:
     context.close()
 
 
-def _taken(page: Any, path: Path) -> None:
-    """Six pictures of a page that is open."""
-    for theme in THEMES:
+def _taken(
+    page: Any, path: Path, themes: Iterable[str] = THEMES, sizes: Iterable[str] = tuple(SIZES)
+) -> None:
+    """Pictures of a page that is open."""
+    for theme in themes:
         page.emulate_media(color_scheme=theme)
-        for size, (width, height) in SIZES.items():
-            page.set_viewport_size({"width": width, "height": height})
+        for size in sizes:
+            seen_at(page, SIZES[size])
             page.evaluate("scrollTo(0, 0)")
-            page.wait_for_timeout(1500)  # pictures follow, and those in space are drawn again
+            page.wait_for_timeout(1000)  # those in space are drawn again
             page.screenshot(path=f"{path}-{size}-{theme}.png", full_page=True)
 
 
@@ -130,9 +147,9 @@ def _tabs(page: Any, path: Path) -> None:
     for tab in page.get_by_role("tab").all()[1:]:
         tab.click()
         for size in ("desktop", "phone"):
-            page.set_viewport_size(dict(zip(("width", "height"), SIZES[size], strict=True)))
+            seen_at(page, SIZES[size])
             page.evaluate("scrollTo(0, 0)")
-            page.wait_for_timeout(1500)
+            page.wait_for_timeout(1000)
             word = tab.inner_text().strip().replace(" ", "-")
             page.screenshot(path=f"{path}-tab-{word}-{size}.png", full_page=True)
 
@@ -160,27 +177,24 @@ def _fill(page: Any, name: str) -> None:
 
 
 def _tasks(browser: Any, names: dict[str, str], place: Path, folder: Path) -> None:
-    """Each task with the first run of the law of all tasks, and without its file."""
+    """Each task without its file, and with the runs of the law of all tasks."""
     with running_workbench(place) as workbench, _tab(browser) as page:
-        project = Project("Tasks")
         with _run_folder(place):
-            lines = {name: _line_of(name) for name in names.values()}
-            filled = [name for name, line in lines.items() if line and _state(project, line)]
+            filled = {name: [*map(_project, _lines_of(name))] for name in names.values()}
         for screen, name in names.items():
-            open_project(workbench.address, Project("Empty"))
-            opened(page, workbench.address + screen)
-            page.get_by_role("button", name="Run", exact=True).click()
-            with contextlib.suppress(Exception):
-                page.wait_for_selector(".error-view, .document, .file-text", timeout=20_000)
-            _taken(page, folder / f"{screen.replace('/', '-')}-empty")
-            if name not in filled:
-                continue
-            open_project(workbench.address, project)
-            opened(page, workbench.address + screen)
-            page.get_by_role("button", name="Run", exact=True).click()
-            page.wait_for_selector(".error-view, .document, .file-text")
-            settled(page)
-            _taken(page, folder / screen.replace("/", "-"))
+            path = folder / screen.replace("/", "-")
+            for count, project in enumerate([Project("Empty"), *filled[name]]):
+                open_project(workbench.address, project)
+                opened(page, workbench.address + screen)
+                page.get_by_role("button", name="Run", exact=True).click()
+                page.wait_for_selector(_MADE, timeout=_LONGEST)
+                settled(page)
+                shot = path.with_name(f"{path.name}-{count}")
+                if count == 1:
+                    _taken(page, shot)
+                    _tabs(page, shot)
+                else:
+                    _taken(page, shot, ("light",), ("phone", "desktop"))
 
 
 @contextlib.contextmanager
@@ -189,6 +203,8 @@ def _run_folder(place: Path) -> Iterator[None]:
     factory = type("Folder", (), {"mktemp": lambda _, name: _made(place / name)})()
     generator = made(factory)
     with contextlib.chdir(next(generator)):
+        for line in _REPORTS:
+            follow(f"pretravel {line}")
         yield
     generator.close()
 
@@ -198,26 +214,29 @@ def _made(path: Path) -> Path:
     return path
 
 
-def _line_of(name: str) -> str:
-    return next((line for line in runs.RUNS if f"{line} ".startswith(f"{name} ")), "")
+def _lines_of(name: str) -> list[str]:
+    return [line for line in (*LONG_RUNS, *runs.RUNS) if f"{line} ".startswith(f"{name} ")]
 
 
-def _state(project: Project, line: str) -> bool:
-    """Put the settings and the files of a command on the screen of its task."""
+def _project(line: str) -> Project:
+    """One with the settings and the files of a command on the screen of its task."""
+    project = Project(line[:40])
     task: Task = runs.made(line)
     state = project.screen(f"task-{task.name.replace(' ', '-')}")
     for setting in file_settings(type(task)):
         value = getattr(task, setting.name)
         values = [] if value is None else list(value) if setting.several else [value]
-        files = [Path(str(each)) for each in values]
+        files = [Path(str(each).partition("#")[0]) for each in values]
         folders = [inner for each in files if each.is_dir() for inner in sorted(each.iterdir())]
         there = [each for each in (*files, *folders) if each.is_file()]
         if there:
             state.files[setting.name] = tuple(
                 StoredFile(each.name, each.read_bytes()) for each in there
             )
-        elif values:
-            state.settings[setting.name] = " ".join(map(str, values))
+        faces = [sign + face for _, sign, face in (str(each).partition("#") for each in values)]
+        words = " ".join(filter(None, faces) if there else map(str, values))
+        if words:
+            state.settings[setting.name] = words
     known = by_name(type(task))
     for name in form_of(type(task)).names:
         setting, value = known[name], getattr(task, name)
@@ -229,7 +248,7 @@ def _state(project: Project, line: str) -> bool:
             state.settings[name] = value
         else:
             state.settings[name] = setting.text(value)
-    return True
+    return project
 
 
 def _pages(browser: Any, names: list[str], place: Path, folder: Path) -> None:

@@ -40,6 +40,54 @@ def settled(page: Any) -> None:
     )
 
 
+def seen_at(page: Any, size: tuple[int, int]) -> None:
+    """Wait until pictures have the place of a window of this size."""
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    page.wait_for_function(
+        """() => [...document.querySelectorAll('main .plot-area')]
+             .filter((one) => one.checkVisibility())
+             .every((one) => one.layout && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
+    )
+
+
+_CUT_OR_COVERED = """() => {
+  const found = [];
+  for (const plot of document.querySelectorAll('main .js-plotly-plot')) {
+    if (!plot.checkVisibility()) continue;
+    const frame = plot.getBoundingClientRect();
+    const texts = [...plot.querySelectorAll('svg text')]
+      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar')
+        && +getComputedStyle(one).fillOpacity)
+      .map((one) => [one.textContent, one.getBoundingClientRect()]);
+    for (const [words, box] of texts)
+      if (box.left < frame.left - 1 || box.right > frame.right + 1
+          || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
+        found.push(`cut: ${words}`);
+    const written = texts.map(([words]) => words);
+    for (const axis of [plot.layout.xaxis, plot.layout.yaxis])
+      for (const name of axis?.ticktext ?? [])
+        if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
+    const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
+        + '.xtick text, .ytick text, .annotation-text, .slider-label')]
+      .filter((one) => one.textContent.trim() && one.checkVisibility()
+        && +getComputedStyle(one).fillOpacity)
+      .map((one) => [one.textContent, one.getBoundingClientRect()]);
+    titles.forEach(([words, a], n) => titles.slice(n + 1).forEach(([others, b]) => {
+      const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
+      const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
+      if (wide > 2 && high > 2) found.push(`${words} covers ${others}`);
+    }));
+  }
+  return found;
+}"""
+
+
+def cut_or_covered(page: Any) -> list[str]:
+    """Words of the pictures on a page that are not whole, or lie on each other."""
+    found: list[str] = page.evaluate(_CUT_OR_COVERED)
+    return found
+
+
 def resting_box(page: Any, part: Any) -> dict[str, float]:
     """Where a part of the page is, once it is twice at the same place, as after scrolling."""
     before: dict[str, float] = {}

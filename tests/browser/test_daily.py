@@ -8,7 +8,7 @@ from typing import Any
 
 from pretravel.files.probe_history import read_history
 from tests.browser import screens
-from tests.browser.screens import downloaded, settled, tab
+from tests.browser.screens import cut_or_covered, downloaded, seen_at, settled, tab
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
@@ -47,6 +47,8 @@ def test_a_day_is_two_clicks_and_the_days_stay(
     for path in days[1:]:
         _check(page, path, "No change found")
     page.wait_for_selector(".document:has-text('from 3 checks in the history')")
+    seen_at(page, (1280, 900))
+    assert cut_or_covered(page) == []
     # The next morning: another tab, after a look at another screen.
     opened(page, f"{workbench.address}daily")
     page.wait_for_selector(".document:has-text('from 3 checks in the history')")

@@ -34,6 +34,15 @@ def test_a_task_without_a_screen_of_its_own_runs_as_its_command(
     run("reversal", log, "-o", theirs)
     assert mine.read_text().splitlines()[1:] == theirs.read_text().splitlines()[1:]
     assert serious_problems(page) == []
+    # Its values, for the task that combines results in one page.
+    values = downloaded(page, "Values (JSON)", tmp_path)
+    opened(page, f"{workbench.address}task/report")
+    page.set_input_files('.file-drop-input[data-url$="/task-report/results"]', str(values))
+    page.wait_for_selector('.file-name:has-text("reversal.report.json")')
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector(".file-text:has-text('1 result')")
+    tab(page, "Files")
+    assert "36 means" in downloaded(page, "report.html", tmp_path).read_text("utf-8")
 
 
 def test_a_map_made_here_measures_a_part_without_a_download(

@@ -230,6 +230,8 @@ def test_a_large_file_counts_while_it_is_read(page: Any, workbench: RunningWorkb
         }"""
     )
     page.get_by_role("button", name="Run", exact=True).click()
+    # From the beginning: which format it has takes as long as reading it.
+    page.wait_for_function("said.some((words) => /format [0-9]+ of/.test(words))")
     page.wait_for_function("said.some((words) => /(0000 of )?300001 rows/.test(words))")
     # What is done by now has no such button any more.
     page.evaluate("document.querySelector('.running button')?.click()")

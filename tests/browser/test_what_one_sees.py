@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from pretravel.task import example_folder
+from tests.browser.screens import cut_or_covered, seen_at, settled
 from tests.browser.screens import drop as drop_file
-from tests.browser.screens import settled
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import SIZES, RunningWorkbench, opened
 
@@ -42,56 +42,15 @@ def filled(request: pytest.FixtureRequest, page: Any, workbench: RunningWorkbenc
     return page
 
 
-def _seen(page: Any, size: tuple[int, int]) -> None:
-    """Wait until pictures have the place of a window of this size."""
-    page.set_viewport_size({"width": size[0], "height": size[1]})
-    page.wait_for_function(
-        """() => [...document.querySelectorAll('main .plot-area')]
-             .filter((one) => one.checkVisibility())
-             .every((one) => one.layout && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
-    )
-
-
 _SCROLLING = """() => [...document.querySelectorAll('main, main *')].filter((one) => {
   const style = getComputedStyle(one);
   return /auto|scroll/.test(style.overflowY) && one.scrollHeight > one.clientHeight + 1;
 }).map((one) => `${one.tagName}.${one.className}`)"""
 
-_CUT_OR_COVERED = """() => {
-  const found = [];
-  for (const plot of document.querySelectorAll('main .js-plotly-plot')) {
-    if (!plot.checkVisibility()) continue;
-    const frame = plot.getBoundingClientRect();
-    const texts = [...plot.querySelectorAll('svg text')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility() && !one.closest('.modebar')
-        && +getComputedStyle(one).fillOpacity)
-      .map((one) => [one.textContent, one.getBoundingClientRect()]);
-    for (const [words, box] of texts)
-      if (box.left < frame.left - 1 || box.right > frame.right + 1
-          || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
-        found.push(`cut: ${words}`);
-    const written = texts.map(([words]) => words);
-    for (const axis of [plot.layout.xaxis, plot.layout.yaxis])
-      for (const name of axis?.ticktext ?? [])
-        if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
-    const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
-        + '.xtick text, .ytick text, .annotation-text, .slider-label')]
-      .filter((one) => one.textContent.trim() && one.checkVisibility()
-        && +getComputedStyle(one).fillOpacity)
-      .map((one) => [one.textContent, one.getBoundingClientRect()]);
-    titles.forEach(([words, a], n) => titles.slice(n + 1).forEach(([others, b]) => {
-      const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
-      const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-      if (wide > 2 && high > 2) found.push(`${words} covers ${others}`);
-    }));
-  }
-  return found;
-}"""
-
 
 def test_a_screen_has_one_scroll_and_its_answer_on_top(filled: Any) -> None:
     for size in WIDTHS:
-        _seen(filled, size)
+        seen_at(filled, size)
         assert filled.evaluate(_SCROLLING) == [], size
         assert filled.evaluate("document.documentElement.scrollWidth") <= size[0]
         answer = filled.locator(".verdict-card").first.bounding_box()
@@ -102,8 +61,8 @@ def test_a_screen_has_one_scroll_and_its_answer_on_top(filled: Any) -> None:
 
 def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
     for size in WIDTHS:
-        _seen(filled, size)
-        assert filled.evaluate(_CUT_OR_COVERED) == [], size
+        seen_at(filled, size)
+        assert cut_or_covered(filled) == [], size
         plots = [one.bounding_box() for one in filled.locator(".screen-picture .plot").all()]
         if size[0] >= 1200 and len(plots) > 1:
             assert plots[0]["y"] == pytest.approx(plots[1]["y"], abs=1.0)
@@ -128,8 +87,8 @@ def test_pictures_of_a_task_have_whole_words(
     page.wait_for_selector(".screen-picture .main-svg")
     page.wait_for_selector(".picture-place", state="detached")
     for size in WIDTHS:
-        _seen(page, size)
-        assert page.evaluate(_CUT_OR_COVERED) == [], size
+        seen_at(page, size)
+        assert cut_or_covered(page) == [], size
 
 
 def test_words_in_a_scene_stand_apart_and_none_of_a_hidden_face(
@@ -141,7 +100,7 @@ def test_words_in_a_scene_stand_apart_and_none_of_a_hidden_face(
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector(".screen-picture .main-svg")
     for size in WIDTHS:
-        _seen(page, size)
+        seen_at(page, size)
         notes = page.evaluate(_NOTES_IN_SPACE)
         shown = {note["text"] for note in notes}
         assert {"2", "6", "13", "16"} <= shown  # in front, at the side, on top
@@ -178,7 +137,7 @@ _NOTES_IN_SPACE = """() => {
 
 
 def test_tables_are_whole_at_1200_px(filled: Any) -> None:
-    _seen(filled, (1200, 900))
+    seen_at(filled, (1200, 900))
     tabs = filled.get_by_role("tab")
     for tab in tabs.all():
         tab.click()
@@ -223,7 +182,7 @@ def test_a_scene_fills_its_card(page: Any, workbench: RunningWorkbench) -> None:
       return [across, above, below];
     }"""
     for size in WIDTHS:
-        _seen(page, size)
+        seen_at(page, size)
         page.wait_for_function(f"() => Math.max(...({reach})()) > 0.8")
         across, above, below = page.evaluate(reach)
         assert max(across, above, below) < 1.01, size

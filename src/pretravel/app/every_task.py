@@ -38,6 +38,7 @@ from pretravel.app.components.statements import statements_form
 from pretravel.app.components.task_fields import described_field
 from pretravel.app.jobs import Job, Work
 from pretravel.app.links import OF_TASK
+from pretravel.app.page_words import page_words, title_of
 from pretravel.app.project import OF_ALL_SCREENS, ScreenState
 from pretravel.app.screens import Screen
 from pretravel.app.session import address_in
@@ -48,13 +49,15 @@ from pretravel.app.task_run import (
     form_of,
     outputs_of_run,
     run_task,
+    takes_a_face,
     tasks_on_screens,
     typed_too,
 )
-from pretravel.task import LaboratoryReport, Setting, Task, by_name, settings_of, task_named
+from pretravel.task import REPORT_VALUES, LaboratoryReport, Setting, Task, by_name, task_named
 
 _SHOWN_AT_FIRST = 8
 """Fields that are not folded."""
+_TABLE_OF_TOML = re.compile(r"^#? ?\[[a-z]", re.MULTILINE)
 _MAPS = ("map", "map_file", "prior")
 
 
@@ -86,15 +89,6 @@ def screen_of_task(word: str) -> TaskScreen | None:
     return None
 
 
-def title_of(name: str) -> str:
-    """The heading: the command's name.
-
-    >>> title_of("plan-touches")
-    'Plan touches'
-    """
-    return name.replace("-", " ").capitalize()
-
-
 def summary_of(kind: type[Task]) -> str:
     """The first sentences of the description.
 
@@ -103,23 +97,6 @@ def summary_of(kind: type[Task]) -> str:
     """
     first = (inspect.getdoc(kind) or "").partition("\n\n")[0]
     return page_words(kind, " ".join(first.split()))
-
-
-def page_words(kind: type[Task], words: str) -> str:
-    """What is said of a command, as a page says it: fields by their labels, no exit codes.
-
-    >>> page_words(task_named("verify"), "Kept unless --accept names one. Exit code 3: yes.")
-    'Kept unless “Accept” names one.'
-    """
-    sentences = re.split(r"(?<=[.;:]) (?=[A-Z])", words)
-    kept = " ".join(one for one in sentences if not one.startswith("Exit code"))
-    kept = re.sub(r" \(--[a-z-]+\)", "", kept)
-    labels = {setting.option: setting.label for setting in settings_of(kind)}
-    return re.sub(
-        r"(?:pretravel [a-z-]+ )?(--[a-z-]+)",
-        lambda found: f"“{labels[found[1]]}”" if found[1] in labels else found[0],
-        kept,
-    )
 
 
 def job_of(name: str) -> Job:
@@ -180,7 +157,7 @@ def show(name: str, state: ScreenState) -> None:
     with places.picture:
         result_place(
             work, _picture, says_warnings=False,
-            empty=lambda: empty_state("terminal", f"For example: {kind.example}"),
+            empty=lambda: empty_state("terminal", "Fill in what it needs, then press Run."),
         )  # fmt: skip
     with places.tab("Details"):
         result_place(work, _details, empty=no_result, says_warnings=False)
@@ -197,7 +174,7 @@ def _file(kind: type[Task], state: ScreenState, setting: Setting) -> None:
         text_field(
             state,
             setting.name,
-            f"{setting.label}, as a word",
+            f"{setting.label}, as a word" + (", or #3: a face" if takes_a_face(setting) else ""),
         )
 
 
@@ -226,14 +203,15 @@ def _picture(made: TaskRun) -> None:
 
 def _answer(made: TaskRun) -> None:
     for caution in made.cautions:
-        warning(caution)
+        warning(page_words(type(made.task), caution))
     if made.report is not None:
         document_answer(made.report)
 
 
 def _details(made: TaskRun) -> None:
     if made.text:
-        printed(made.text)
+        is_file = _TABLE_OF_TOML.search(made.text) is not None  # as it is, to copy
+        printed(made.text if is_file else page_words(type(made.task), made.text))
     if made.report is not None:
         document_details(made.report)
 
@@ -252,6 +230,11 @@ def _to_keep(work: Work) -> None:
     with ui.element("div").classes("buttons"):
         if made.page is not None:
             page_button(work, lambda result: result.page, lambda result: result.command)
+            page_button(
+                work, lambda result: result.page, lambda result: result.command,
+                name=f"{type(made.task).name.replace(' ', '-')}{REPORT_VALUES}",
+                label="Values (JSON)",
+            )  # fmt: skip
             if _states_laboratory(made):
                 page_button(
                     work, lambda result: result.page, lambda result: result.command,

@@ -156,6 +156,7 @@ class Work:
     _run: asyncio.Task[None] | None = None
     _timer: asyncio.TimerHandle | None = None
     _kill: Callable[[], None] | None = None
+    _asked: bool = False
 
     def elapsed(self) -> float:
         """Time since the start of the run. [s]"""
@@ -254,10 +255,13 @@ class Work:
         if not self.ready():
             self._stop()
             self.result, self.error, self.stale, self._done = None, "", False, None
-            self.warnings, self._good = (), None
+            self.warnings, self._good, self._asked = (), None, False
         elif self._waits:
             self._stop()
             self.stale = self.result is not None
+        elif self._asked:
+            self.start()
+            return
         elif wanted == self._done:
             self._stop()  # the inputs of the newest result are back
         elif only_seen:
@@ -273,8 +277,9 @@ class Work:
         self._tell()
 
     def start(self) -> None:
-        """Start, or start again with the inputs as they are now."""
-        if not self.ready() or self._waits:
+        """Start, or start again with the inputs as they are now: after what comes before it."""
+        self._asked = self.ready() and self._waits
+        if self._asked or not self.ready():
             return
         self._stop()
         self._wanted = self._snapshot()
@@ -372,7 +377,8 @@ class Work:
             self._good = inputs
             self._version += 1
         self.error, self.error_inputs = error, error_inputs
-        self.stale = bool(error) and self.result is not None
+        changed = self._wanted != inputs and not self.job.live  # live work starts again
+        self.stale = self.result is not None and (changed or bool(error))
         if not error:
             self._keep(self.job.keeps(result))
         self._tell()

@@ -30,6 +30,7 @@ from pretravel.task import (
     by_name,
     command_line,
     settings_of,
+    surface_files,
     task_named,
 )
 
@@ -87,6 +88,11 @@ def typed_too(setting: Setting) -> bool:
     return setting.field.word is not None
 
 
+def takes_a_face(setting: Setting) -> bool:
+    """Whether a face of the file can be chosen, with its number, as in ``part.step#3``."""
+    return setting.field.reads is surface_files
+
+
 def given_file(setting: Setting, files: tuple[Path, ...], typed: str) -> Any:
     """The value of a setting that reads: files of the project, else a word, else nothing.
 
@@ -104,6 +110,9 @@ def given_file(setting: Setting, files: tuple[Path, ...], typed: str) -> Any:
         which the task does not read it.
     """
     if files:
+        name, sign, face = typed.rpartition("#")
+        if sign and takes_a_face(setting) and name in ("", files[0].name):
+            return f"{files[0]}#{face}"
         values = tuple(files if setting.kind is Path else map(str, files))
         reads = setting.field.reads
         if callable(reads) and not setting.several and list(reads(values[0])) != [files[0]]:
@@ -246,7 +255,8 @@ def _written(task: Task, result: Result, folder: Path) -> dict[str, bytes]:
             "" if setting.name == "output" else f"-{setting.name}"
         )
         for ending in endings if endings != FOLDER else ("",):
-            if ending in PAGES or (ending == ".json" and setting.field.report_json):
+            is_page = ending in PAGES and not setting.field.in_run  # the page has its own button
+            if is_page or (ending == ".json" and setting.field.report_json):
                 continue
             path = folder / f"{stem}{ending}"
             try:

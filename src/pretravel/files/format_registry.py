@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Mapping
 
@@ -9,8 +10,9 @@ from pretravel.base import Plugins, PretravelError
 from pretravel.files.file_format import FileFormat
 from pretravel.files.lines_of_tables import has_known_header, has_worded_rows, is_table, not_a_table
 from pretravel.files.number_tables import NEEDED
-from pretravel.files.source_file import Source, SourceFile, opened
+from pretravel.files.source_file import COUNTED, Source, SourceFile, opened
 
+_LOG = logging.getLogger(__name__)
 READABLE_FORMATS = "Formats that can be read (pretravel formats describes them):"
 """Begins the list of names in the error of a file of no known format; the workbench folds it."""
 _HEAD = 1000
@@ -101,7 +103,9 @@ def format_of(source: Source) -> FileFormat:
     # Further rows of numbers alone tell nothing about the format of a long table.
     lines = lines[:_HEAD] + [line for line in lines[_HEAD:] if not _NUMBERS.fullmatch(line)]
     # Logs repeat the lines of programs, which are refused.
-    for known in sorted(formats, key=lambda known: bool(known.refusal)):
+    for count, known in enumerate(sorted(formats, key=lambda known: bool(known.refusal)), 1):
+        if len(lines) > COUNTED:
+            _LOG.info("%s: compared with format %d of %d", file.name, count, len(formats))
         if not known.by_shape and known.recognises is not None and known.recognises(lines):
             return known
     if has_known_header(lines) or has_worded_rows(lines):

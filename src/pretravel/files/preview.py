@@ -11,8 +11,7 @@ from pretravel.files.readings import read_readings, without_touches
 from pretravel.files.source_file import Source, opened
 from pretravel.files.stated_normals import one_normal, with_surface_normals
 from pretravel.files.table_formats import CSV, PARQUET
-from pretravel.files.touch_columns import read_touch_columns
-from pretravel.files.touches_csv import read_table_of_touches
+from pretravel.files.touches_csv import columns_of_table, touches_or_positions
 
 
 def look_at(
@@ -48,8 +47,9 @@ def look_at(
     looking = replace(options, look_only=True)
     known.refuse_unused(file, options)
     if known in (CSV, PARQUET):
-        found = with_passes(named_misses(read_table_of_touches(file, looking)))
-        return _with_normal(found, options), read_touch_columns(file, looking).unit_known
+        columns = columns_of_table(file, looking)
+        found = with_passes(named_misses(touches_or_positions(file, columns, looking)))
+        return _with_normal(found, options), columns.unit_known
     if known.parse is None:
         raise without_touches(file, known)
     if options.plan is not None:

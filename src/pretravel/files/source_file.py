@@ -17,6 +17,8 @@ LARGEST_FILE = 1_000_000_000
 """More is not read: a million touches take a fifth of it. [bytes]"""
 MOST_LINES = 5_000_000
 """More lines are not read: a line takes up to 500 bytes of memory."""
+COUNTED = 20_000
+"""Lines of a file after which it is said how many are read: a second of work, about."""
 _QUOTED = 60
 """Most characters of a file's text that a message quotes."""
 

@@ -34,13 +34,9 @@ from pretravel.files.lines_of_tables import (
     together,
     with_groups,
 )
-from pretravel.files.source_file import SourceFile
+from pretravel.files.source_file import COUNTED, SourceFile
 
 _LOG = logging.getLogger(__name__)
-_COUNTED = 20_000
-"""Rows after which it is said how many are read: a second of work, about."""
-
-
 _RULE_SIGNS = re.compile(r"[-=_*~\s;,|+:]+")
 _DRAWN = re.compile(r"[-=_*~]+")
 _UNIT_IN_TEXT = re.compile(
@@ -137,7 +133,11 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     stated = re.fullmatch(r"\"?sep=(.)\"?", records[0][1]) if records else None
     if stated is not None:
         records = records[1:]
-    records = [(number, together(line)) for number, line in records if not _is_rule(line)]
+    records = [
+        (number, together(line))
+        for number, line in _counted(records, file.name, "lines")
+        if not _is_rule(line)
+    ]
     plain = [record for record in records if not COMMENT.match(record[1])]
     comments = [record for record in records if COMMENT.match(record[1])]
     absent = set(left_out) - {str(number) for number, _ in plain}
@@ -160,7 +160,7 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     comments += [] if separator == ";" else [r for r in plain if r[1].startswith(";")]
     split = [
         (number, split_cells(line, separator))
-        for number, line in _counted(plain, file.name)
+        for number, line in _counted(plain, file.name, "rows")
         if separator == ";" or not line.startswith(";")
     ]
     split = [(number, cells) for number, cells in split if any(cells)]
@@ -168,14 +168,14 @@ def read_text_table(file: SourceFile, left_out: Collection[str] = ()) -> TextTab
     return _table(file, split, sorted(comments), separator, encoding)
 
 
-def _counted(records: list[Record], name: str) -> Iterator[Record]:
+def _counted(records: list[Record], name: str, of_what: str) -> Iterator[Record]:
     """The lines of a file; of a long one it is logged how many are read."""
     for count, record in enumerate(records):
-        if count and count % _COUNTED == 0:
-            _LOG.info("%s: %d of %d rows read", name, count, len(records))
+        if count and count % COUNTED == 0:
+            _LOG.info("%s: %d of %d %s read", name, count, len(records), of_what)
         yield record
-    if len(records) > _COUNTED:
-        _LOG.info("%s: %d rows, what they mean", name, len(records))
+    if len(records) > COUNTED:
+        _LOG.info("%s: %d %s, what they mean", name, len(records), of_what)
 
 
 def _is_rule(line: str) -> bool:
@@ -452,6 +452,8 @@ def _width(names: list[str] | None, body: list[tuple[int, list[str]]]) -> int:
 
 def _filled(cells: Sequence[str]) -> int:
     """Number of cells up to the last that is not empty."""
+    if cells and cells[-1]:  # most rows of a long table
+        return len(cells)
     return max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
 
 

@@ -68,9 +68,9 @@ def read_touches(source: Source, options: ReadingOptions | None = None) -> Touch
     file = opened(source)
     options = options or ReadingOptions()
     on_sphere = options.reference_diameter is not None and not options.ring
-    columns = columns_of_numbers(file, options) or read_touch_columns(file, options)
+    columns = columns_of_table(file, options)
     if on_sphere and not any(columns.table.has(name) for name in _NORMAL):
-        found = read_table_of_touches(file, options)
+        found = touches_or_positions(file, columns, options)
         assert isinstance(found, FilePositions)
         assert options.reference_diameter is not None
         return with_sphere_normals(found, options.reference_diameter).touches
@@ -93,7 +93,30 @@ def read_table_of_touches(
     InputError
         As `read_touches`; positions that nothing gives normals to.
     """
-    columns = columns_of_numbers(file, options) or read_touch_columns(file, options)
+    return touches_or_positions(file, columns_of_table(file, options), options)
+
+
+def columns_of_table(file: SourceFile, options: ReadingOptions) -> TouchColumns:
+    """The columns of a table, which pyarrow reads where all are numbers.
+
+    Raises
+    ------
+    InputError
+        As `read_touch_columns`.
+    """
+    return columns_of_numbers(file, options) or read_touch_columns(file, options)
+
+
+def touches_or_positions(
+    file: SourceFile, columns: TouchColumns, options: ReadingOptions
+) -> FileReadings | FilePositions:
+    """Touches of the columns of a table, or positions where it has no normals.
+
+    Raises
+    ------
+    InputError
+        As `read_table_of_touches`.
+    """
     table = columns.table
     if table.has(*_POSITION) and not any(table.has(name) for name in _NORMAL):
         found = FilePositions(

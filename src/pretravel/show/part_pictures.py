@@ -48,7 +48,7 @@ def part_view(part: Part, title: str = "") -> View:
     )
     marks += [_edges(shown), SpacePoints(middles, colour="ink", size=3.0, labels=labels)]
     if len(numbers) <= _MOST_NUMBERS:
-        above = middles + 0.03 * part.size * outwards
+        above = middles.copy()  # the line of a number ends at the dot
         for row, face in enumerate(part.faces):
             above[row] = _above_bore(face, above[row], 0.02 * part.size)
         marks.append(SpaceNotes(above, tuple(f" {number}" for number in numbers)))

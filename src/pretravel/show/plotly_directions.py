@@ -58,6 +58,7 @@ def polar_figure(chart: PolarChart) -> PlotlyFigure:
         "angle": 112,
         "tickangle": 112,
         "nticks": 5,
+        "ticks": "",  # a stroke before a number is read as a minus
         "gridcolor": "@grid",
         "linecolor": "@grid",
     }

@@ -92,6 +92,7 @@ from .task import MAPS as MAPS
 from .task import PAGES as PAGES
 from .task import PICTURES as PICTURES
 from .task import PROGRAMS as PROGRAMS
+from .task import REPORT_VALUES as REPORT_VALUES
 from .task import SILENT as SILENT
 from .task import Field as Field
 from .task import Progress as Progress

@@ -175,7 +175,7 @@ QualifiedMap: TypeAlias = Annotated[
 ProbeName: TypeAlias = Annotated[
     str,
     Field(
-        help="Catalogue name, or path of a TOML description.",
+        help="Catalogue name, or a description (.toml).",
         positional=True,
         reads=existing,
         word=is_probe,

@@ -191,3 +191,53 @@ def test_large_files_are_worked_on_in_a_process_of_their_own(
 
 def size_of(inputs: Inputs) -> int:
     return inputs.file("touches").stat().st_size
+
+
+def test_a_result_is_old_where_the_settings_changed_while_it_was_computed() -> None:
+    go_on = threading.Event()
+
+    def slow(inputs: Inputs) -> float:
+        assert go_on.wait(20.0)
+        return length(inputs)
+
+    async def run() -> None:
+        state = ScreenState("screen")
+        work = Work(Job("length", slow, settings=("length",), automatic=False), state)
+        state.listen(work.inputs_changed)
+        state.settings["length"] = 1.0
+        work.start()
+        state.settings["length"] = 2.0
+        go_on.set()
+        with pytest.raises(PretravelError, match="have changed since this result"):
+            await work.finished()
+        assert (work.result, work.outdated) == (1.0, True)
+        state.settings["length"] = 1.0
+        assert not work.outdated
+
+    asyncio.run(asyncio.wait_for(run(), 60.0))
+
+
+def test_a_start_is_not_lost_while_what_comes_before_is_computed() -> None:
+    """A button that is pressed then has its result as soon as that is there."""
+    go_on = threading.Event()
+
+    def slow(inputs: Inputs) -> float:
+        assert inputs.settings["length"] == 1.0 or go_on.wait(20.0)
+        return length(inputs)
+
+    first_job = Job("length", slow, settings=("length",))
+    second_job = Job("double", doubled, after=(first_job,), automatic=False)
+
+    async def run() -> None:
+        works, state = Works(), ScreenState("screen")
+        state.settings["length"] = 1.0
+        second = works.of(state, second_job)
+        first = works.of(state, first_job)
+        await first.finished()
+        state.settings["length"] = 3.0
+        second.start()
+        assert second.outdated
+        go_on.set()
+        assert (await second.finished()).result == 6.0
+
+    asyncio.run(asyncio.wait_for(run(), 60.0))

@@ -106,3 +106,24 @@ def test_words_that_are_printed_name_the_file_of_the_user(tmp_path: Path) -> Non
     text = run_task(Inputs({"task": "convert"}, {"touches": (log,)})).text
     assert text.startswith("mine.csv: ")
     assert str(tmp_path) not in text
+
+
+def test_a_task_whose_output_is_a_page_gives_it(tmp_path: Path) -> None:
+    values = tmp_path / "plan.report.json"
+    run("separation-plan", "--u-systematic", 0.2, "-o", values)
+    found = run_task(Inputs({"task": "report"}, {"results": (values,)}))
+    assert found.text == "report.html: 1 result\n"
+    assert b"<html" in found.files["report.html"][:200]
+
+
+def test_touches_on_a_block_give_its_terms_instead_of_a_map() -> None:
+    settings = {"task": "qualify", "tip_diameter": 6.0, "block": "25.4,50.8,76.2"}
+    found = run_task(Inputs(settings, {"touches": (DATA / "block_touches.csv",)}))
+    assert list(found.files) == ["qualify.csv"]
+
+
+@pytest.mark.parametrize("typed", ["#3", "bracket.step#3"])
+def test_a_face_of_the_file_is_typed_beside_it(typed: str) -> None:
+    settings = {"task": "plan", "surface": typed, "grid": "3x3"}
+    found = run_task(Inputs(settings, {"surface": (DATA / "bracket.step",)}))
+    assert found.command == "pretravel plan 'bracket.step#3' --grid 3x3 -o plan.csv"

@@ -10,7 +10,7 @@ from pretravel.app.components.layout import here, live, note, text
 from pretravel.app.components.newer import take_file, take_reference_of, take_result
 from pretravel.app.jobs import WORKS, Work
 from pretravel.app.links import OF_REFERENCE, holds, reference_of
-from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.project import Link, ScreenState, StoredFile
 from pretravel.app.recognised import kind_of
 from pretravel.app.screens import QUALIFYING, title_of_screen
 from pretravel.app.session import SESSION, address_in
@@ -90,10 +90,18 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
     """
     project = SESSION.project
 
+    def offers_map() -> bool:
+        return takes_map and not state.files[purpose] and made_map() is not None
+
+    def is_that_map(link: Link | None) -> bool:
+        """Whether a file is a copy of the map that was made, which is offered by itself."""
+        return link is not None and link.screen == QUALIFYING.name and link.kind == "result"
+
     def offered() -> dict[StoredFile, tuple[ScreenState, str]]:
         """Files that fit, with where they are: the one that was dropped, before its copies."""
         if state.files[purpose]:
             return {}
+        with_map = offers_map()
         stored = sorted(
             (place in other.links, file.name, file.digest, other.name, place)
             for other in project.screens
@@ -101,6 +109,7 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
             for place, files in other.files.items()
             for file in files
             if place == purpose or purpose in _ALIKE.get(place, ())
+            if not (with_map and is_that_map(other.links.get(place)))
         )
         found: dict[StoredFile, tuple[ScreenState, str]] = {}
         for _, _, digest, screen, place in stored:
@@ -114,11 +123,10 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
         return {} if state.files[purpose] else _made_by_tasks(state, purpose)
 
     def key() -> object:
-        with_map = takes_map and not state.files[purpose] and made_map() is not None
-        return with_map, tuple(file.digest for file in (*offered(), *made()))
+        return offers_map(), tuple(file.digest for file in (*offered(), *made()))
 
     def build() -> None:
-        with_map = takes_map and not state.files[purpose] and made_map() is not None
+        with_map = offers_map()
         files, results = offered(), made()
         if not (with_map or files or results):
             return

@@ -149,6 +149,7 @@ def warning(content: str) -> Element:
 
 _ON_ITS_WAY = 3.0
 """Time for which replaced controls still hear the click that a slow browser sent to them. [s]"""
+_LATE = 0.5
 _replaced: weakref.WeakSet[Element] = weakref.WeakSet()
 """What is not on the page any more, and follows no changes."""
 
@@ -167,16 +168,21 @@ def rebuild(place: Element, build: Callable[[], object]) -> None:
     place.update()
     with place:
         build()
-    client = place.client
+    client, loop = place.client, asyncio.get_running_loop()
 
-    def delete() -> None:
-        if not client.is_deleted:
+    def delete_at(due: float) -> None:
+        loop.call_at(due, delete, due)
+
+    def delete(due: float) -> None:
+        if loop.time() > due + _LATE:  # the server was busy: the clicks that wait are heard first
+            delete_at(loop.time() + _ON_ITS_WAY)
+        elif not client.is_deleted:
             client.remove_elements(
                 [each for child in before for each in child.descendants(include_self=True)]
             )
 
     if before:
-        asyncio.get_running_loop().call_later(_ON_ITS_WAY, delete)
+        delete_at(loop.time() + _ON_ITS_WAY)
 
 
 def _is_gone(slot: Slot) -> bool:

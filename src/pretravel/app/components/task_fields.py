@@ -9,6 +9,7 @@ from nicegui import ui
 
 from pretravel.app.components.fields import choice_field, number_field, switch_field, text_field
 from pretravel.app.components.layout import live, text
+from pretravel.app.page_words import page_words
 from pretravel.app.project import ScreenState
 from pretravel.app.session import address_in
 from pretravel.app.task_form import TaskForm
@@ -75,11 +76,11 @@ def _with_help(
         with ui.element("div").classes("switch-with-help"):
             stored, default = form.stored_name(setting.name), bool(form.default(setting.name))
             switch = switch_field(state, stored, setting.label, default=default)
-            _help_button(setting)
+            _help_button(form, setting)
         return switch
     field = _field(state, form, setting, choices)
     with field.add_slot("append"):
-        _help_button(setting)
+        _help_button(form, setting)
     return field
 
 
@@ -109,9 +110,9 @@ def _field(
     return text_field(state, stored, label, default=default or "", hint=hint)
 
 
-def _help_button(setting: Setting) -> None:
+def _help_button(form: TaskForm, setting: Setting) -> None:
     """Opens what the description of the task says, with links to the words in it."""
-    sentence = setting.help
+    sentence = page_words(form.task, setting.help)
     if not sentence:
         return
     button = ui.button(icon="help_outline").props("flat round dense")

@@ -172,7 +172,7 @@ def _start_panel(state: ScreenState) -> None:
             "Or your own description",
             endings=(".toml",),
             limit=1_000_000,
-            hint="Drop or choose a file .toml, as this page and pretravel write it",
+            hint="Drop or choose a description (.toml), as the tab Files gives it",
         )
 
         def follow_file() -> None:

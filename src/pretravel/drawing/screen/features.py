@@ -71,7 +71,7 @@ def features_tab(state: ScreenState, points: Work) -> None:
     file_drop(
         state, "drawing", "The drawing (if the model has no tolerances)",
         endings=(".toml", ".qif", ".dmi"),
-        hint="A table [[feature]] for each, as for pretravel measure --drawing; or a plan",
+        hint="Its tolerances (.toml, as the task Drawing writes it), or a plan (.qif, .dmi)",
     )  # fmt: skip
     tolerance_table(state, points, lambda: WORKS.of(state, FEATURES))
 
@@ -158,7 +158,8 @@ def _shown(result: PartFeatures) -> ui.element:
             headings = _OF_LINES if lines else _OF_ROWS
             with ui.element("thead"), ui.element("tr"):
                 for heading in headings:
-                    text("th", heading).props('scope="col"')
+                    number = "number" if heading in _NUMBERS else ""
+                    text("th", heading, number).props('scope="col"')
             with ui.element("tbody"):
                 for line in lines:
                     _line(line)
@@ -181,6 +182,7 @@ else rows.scrollIntoView({block: 'nearest', behavior: 'smooth'});
 _OF_LINES = ("feature", "characteristic", "limits", "value", "U", "k", "verdict")
 _OF_ROWS = ("feature", "", "before/mm", "after/mm", "U/µm")
 """Without a tolerance: each tolerance has a line."""
+_NUMBERS = ("value", "U", "k", "before/mm", "after/mm", "U/µm")
 
 
 def _line(line: ToleranceLine) -> None:

@@ -79,11 +79,13 @@ const fitted = (figure, width, height) => {
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;
-    // Of each power of ten 1, 2 and 5: all nine cover each other.
-    for (const [name, axis] of [["x", xaxis], ["y", yaxis]]) {
+    // Of each power of ten 1, 2 and 5, where there is room, or else 1 alone: all nine cover each other.
+    for (const [name, axis, room] of [["x", xaxis, wide / 48], ["y", yaxis, (height - top - legend - 50) / 20]]) {
       if (axis?.type !== "log" || axis.tickvals) continue;
       const values = data.flatMap((trace) => Array.from(trace[name] ?? [])).filter((value) => value > 0);
-      if (Math.max(...values) > 6 * Math.min(...values)) axis.dtick = "D2";
+      const decades = axis.range ? axis.range[1] - axis.range[0] : Math.log10(Math.max(...values) / Math.min(...values));
+      if (3 * decades > room) axis.dtick = Math.ceil(decades / room);
+      else if (decades > Math.log10(6)) axis.dtick = "D2";
     }
     // Numbers that would be turned for want of room: every second one is enough.
     while (xaxis?.tickvals?.length > 3 && !xaxis.ticktext && xaxis.tickvals.length * 32 > wide)
@@ -188,7 +190,7 @@ const fitted = (figure, width, height) => {
   // Plotly's angle of view is 45° over the height.
   function seen(scene, camera, w, h) {
     const bare = scene.xaxis?.visible === false;
-    const [aside, above] = bare ? [beside ? 36 : 24, 18] : [Math.min(68, 0.27 * w), Math.min(34, 0.14 * h)];
+    const [aside, above] = bare ? [beside ? 36 : 24, 18] : [Math.min(86, 0.25 * w), Math.min(34, 0.14 * h)];
     const size = Math.hypot(...["x", "y", "z"].map((axis) => camera.eye[axis]));
     const [x, y, z] = ["x", "y", "z"].map((axis) => camera.eye[axis] / size);
     const flat = Math.hypot(x, y) || 1e-9;

@@ -243,7 +243,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
                 chosen = "" if known.parse is None else "--features "
                 lines.append(f"\nThese results as a table: add {chosen}-o features.csv")
                 continue
-            looked = look_at_touches(path, options, file_format=self.file_format)
+            looked = look_at_touches(path, options, file_format=known.name)
             document = looked.document()
             documents.append(document)
             lines.append(f"{path}: format {looked.known.name}, {looked.known.what}")

@@ -306,9 +306,20 @@ class QualifiedReferences(Result):
 
         if path.suffix.lower() == ".csv":
             write_csv_table(path, term_columns(self.fit))
+        elif self.qualified is None:
+            raise without_map(path)
         else:
-            assert self.qualified is not None  # else refused before
             write_map(path, self.qualified[1])
+
+
+def without_map(path: Path) -> PretravelError:
+    """What to say where a map is wanted of touches on blocks alone."""
+    return PretravelError(
+        f"{path.name}: touches on blocks give terms of the machine and pretravel in their "
+        "directions (.csv, or a page), not a map; a sphere, a ring or a pin of known size with "
+        "them gives one",
+        inputs=("output",),
+    )
 
 
 TERM_ENDINGS = (".json", ".csv", *PAGES)

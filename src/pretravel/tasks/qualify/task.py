@@ -39,6 +39,7 @@ from pretravel.tasks.qualify.references import (
     on_references,
     references_of,
     size_warnings,
+    without_map,
 )
 from pretravel.tasks.qualify.settings_of_kinds import SettingsOfKinds, kinds_where
 from pretravel.tasks.qualify.several_tips import STAR, TIP_ENDINGS, OfSeveralTips, QualifiedTips
@@ -269,12 +270,7 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         }
         fit, made = fitted_references(self, readings.touches, references, setup, progress)
         if made is None and self.output is not None and self.output.suffix.lower() == ".json":
-            raise PretravelError(
-                f"{self.output.name}: touches on blocks give terms of the machine and pretravel "
-                "in their directions (.csv, or a page), not a map; a sphere, a ring or a pin of "
-                "known size with them gives one",
-                inputs=("output",),
-            )
+            raise without_map(self.output)
         name = self.touches_name
         return QualifiedReferences(self, name, readings, tuple(references), fit, made)
 

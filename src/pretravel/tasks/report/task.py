@@ -27,8 +27,8 @@ class Report(Task):
     results: Annotated[
         tuple[Path, ...],
         Field(
-            help="Results that pretravel wrote: NAME.report.json by -o of every command with a "
-            "page, or NAME.json of commands whose .json is the report.",
+            help="Results that pretravel wrote: NAME.report.json of every task with a page, or "
+            "NAME.json where that is the report.",
             positional=True,
             metavar="RESULTS",
             reads=True,

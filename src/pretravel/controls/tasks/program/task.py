@@ -160,6 +160,7 @@ class ProgramSphere(ProgramTask):
         Vector,
         Field(
             help="Centre of the sphere in work coordinates, in mm.",
+            label="Centre of the sphere",
             parse=vector,
             metavar="X,Y,Z",
         ),
@@ -254,6 +255,7 @@ class ProgramAxis(ProgramTask):
         Vector,
         Field(
             help="Centre of the sphere at the first angle, in work coordinates, in mm.",
+            label="Centre of the sphere",
             parse=vector,
             metavar="X,Y,Z",
         ),

@@ -397,8 +397,10 @@ def _shares_view(found: Sensitivity) -> View:
     """Bars of the shares with their intervals."""
     order = np.argsort(-found.shares)
     places = np.arange(len(order), dtype=np.float64)
-    marks = [_bars(places - 0.2, found.first, found.first_interval, order, "alone", "series1")]
-    if np.isfinite(found.total).any():
+    both = bool(np.isfinite(found.total).any())
+    above = places - 0.2 * both  # a bar alone stands at its name
+    marks = [_bars(above, found.first, found.first_interval, order, "alone", "series1")]
+    if both:
         marks.append(
             _bars(places + 0.2, found.total, found.total_interval, order, "with others", "series2")
         )

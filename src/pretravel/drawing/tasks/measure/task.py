@@ -271,8 +271,8 @@ class Measure(LaboratoryReport):
         int | None,
         Field(
             help="Number of Monte Carlo trials, in addition to the analytic U. Each trial draws "
-            "new errors of the points (after compensate --machine, the errors of machine and probe "
-            "by direction), and fits again.",
+            "new errors of the points (by direction, of machine and probe, where compensate had "
+            "them), and fits again.",
             range=(100, 1_000_000),
             label="Trials of a Monte Carlo, with U",
             hint="Empty: none; 2000 takes seconds",
