@@ -9,7 +9,7 @@ from nicegui.element import Element
 
 from pretravel.show import DARK, LIGHT
 
-# plot.js alone draws again for a new size: Plotly would first stretch the words and camera of the old one.
+# plot.js alone draws again for a new size: Plotly would first stretch words and camera of the old.
 _CONFIG = {"config": {"displaylogo": False, "responsive": False, "scrollZoom": False}}
 
 
