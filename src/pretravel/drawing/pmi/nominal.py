@@ -7,8 +7,15 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from pretravel.drawing.pmi.items import Size
 from pretravel.drawing.pmi.model_faces import ModelFace
 from pretravel.measurement import SHORTEST
+
+SAME = 1e-3
+"""Between a nominal value of the PMI and that of its faces. [mm or degrees]"""
+_OF_NO_DIAMETER = {"depth", "length", "height", "width", "thickness", "thread", "pitch", "major",
+                   "minor", "toroidal"}  # fmt: skip
+"""Words in the name of a size that is none of the cylinder or sphere to which it is bound."""
 
 
 def two_planes(groups: Sequence[Sequence[ModelFace]]) -> bool:
@@ -101,3 +108,33 @@ def distance_between(a: ModelFace, b: ModelFace) -> float | None:
         return None
     along = float(apart @ a.direction)
     return abs(along) if a.kind == "plane" else math.sqrt(max(float(apart @ apart) - along**2, 0.0))
+
+
+def diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float | None:
+    """How many of a size a diameter is: by its name, else by the diameter of the model.
+
+    Parameters
+    ----------
+    size : Size
+    groups : sequence of tuple of ModelFace
+        The surfaces of its place.
+
+    Returns
+    -------
+    float or None
+        2 of a radius; None: it is no diameter of them.
+    """
+    words = size.quantity.split()
+    kinds = {group[0].kind for group in groups}
+    if _OF_NO_DIAMETER.intersection(words) or ("spherical" in words and kinds != {"sphere"}):
+        return None
+    if "diameter" in words:
+        return 1.0
+    if "radius" in words:
+        return 2.0
+    radii = {round(group[0].radius, 6) for group in groups}
+    if size.nominal is None or len(radii) != 1 or not kinds <= {"cylinder", "sphere"}:
+        return None
+    radius = radii.pop()
+    known = ((factor, 2.0 * radius / factor) for factor in (1.0, 2.0))
+    return next((factor for factor, own in known if abs(own - size.nominal) < SAME), None)
