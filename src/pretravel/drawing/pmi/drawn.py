@@ -306,7 +306,7 @@ class _Work:
         Raises
         ------
         NotStatedError
-            Targets that are no points or areas of one plane, or fewer than three.
+            Targets that are no points or areas of one plane, or fewer than three points.
         """
         faces = dict.fromkeys(datum.place.faces)
         for each in datum.targets:
@@ -315,12 +315,13 @@ class _Work:
         if len(groups) != 1 or groups[0][0].kind != "plane":
             kinds = " and ".join(group[0].kind for group in groups)
             raise NotStatedError(f"its targets lie on {kinds}; those of one plane are decided")
-        if len(datum.targets) < 3:
-            count = len(datum.targets)
-            raise NotStatedError(
-                f"it has {count} target{'s' * (count > 1)}; a plane by three or more is decided"
-            )
         places = tuple(target_place(datum.letter, each) for each in datum.targets)
+        if len(places) < 3 and not any(place[3] for place in places):
+            count = len(places)
+            raise NotStatedError(
+                f"it has {count} target{'s' * (count > 1)}; a plane by three or by areas is "
+                "decided. To decide with its whole face, give this a [[feature]] with its label"
+            )
         own = self.feature(groups[0], label=_as_label(datum.letter), key=(-datum.number,))
         own.targets, own.association = places, "tangent"
         return own

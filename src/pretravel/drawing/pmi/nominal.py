@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pretravel.drawing.pmi.items import Size
+from pretravel.base import FloatArray
+from pretravel.drawing.pmi.items import DatumTarget, Place, Pmi, Size
 from pretravel.drawing.pmi.model_faces import ModelFace
 from pretravel.measurement import SHORTEST
 
@@ -138,3 +140,38 @@ def diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float |
     radius = radii.pop()
     known = ((factor, 2.0 * radius / factor) for factor in (1.0, 2.0))
     return next((factor for factor, own in known if abs(own - size.nominal) < SAME), None)
+
+
+def targets_on_planes(pmi: Pmi, faces: Mapping[int, ModelFace]) -> Pmi:
+    """The PMI with datum targets that the text binds to nothing on the one plane where they lie.
+
+    Parameters
+    ----------
+    pmi : Pmi
+    faces : mapping of int to ModelFace
+    """
+    found = []
+    for datum in pmi.datums:
+        targets = tuple(_on_plane(each, faces.values()) for each in datum.targets)
+        own = dict.fromkeys(number for each in targets for number in each.place.faces)
+        place = datum.place if datum.place.faces or datum.place.others else Place(tuple(own))
+        found.append(replace(datum, targets=targets, place=place))
+    return replace(pmi, datums=tuple(found))
+
+
+def _on_plane(target: DatumTarget, faces: Iterable[ModelFace]) -> DatumTarget:
+    if target.place.faces or target.place.others or target.at is None:
+        return target
+    here = [face.number for face in faces if _lies_on(np.array(target.at), face)]
+    return replace(target, place=Place(tuple(here))) if len(here) == 1 else target
+
+
+def _lies_on(at: FloatArray, face: ModelFace) -> bool:
+    """Whether a place is in a plane, and between the corners of its face."""
+    if face.kind != "plane" or not len(face.corners):
+        return False
+    assert face.point is not None
+    assert face.direction is not None
+    low, high = face.corners.min(axis=0) - SAME, face.corners.max(axis=0) + SAME
+    near = abs(float((at - face.point) @ face.direction)) < SAME
+    return near and bool(np.all(low <= at) and np.all(at <= high))
