@@ -310,6 +310,12 @@ class View:
     charts: tuple[Chart, ...]
     columns: int = 3
 
+    @property
+    def is_bare(self) -> bool:
+        """A body alone, which fills the width of a page."""
+        first = self.charts[0] if len(self.charts) == 1 else None
+        return isinstance(first, SpaceChart) and first.bare
+
 
 def corners_of(chart: SpaceChart) -> FloatArray:
     """All points of the marks of a chart in space, (n, 3)."""

@@ -55,6 +55,8 @@ if TYPE_CHECKING:
 _LEGEND_SIGNS = 66
 _BARE = 1.1
 """Zoom of a chart without axes, whose numbers need no room."""
+_WHOLE_PAGE = (7.4, 6.8)
+"""Inches of a body alone: what is empty above and below it is left out of an image."""
 _NEAR = 5e-3
 """Of the size of a body: what is nearer to its surface lies on it, and is not hidden by it."""
 _PIECES = 24
@@ -82,9 +84,10 @@ def drawn_figure(view: View, *, interactive: bool = False) -> Figure:
     """
     columns = min(view.columns, len(view.charts))
     rows = math.ceil(len(view.charts) / columns)
-    figure = new_figure(
-        max(4.6 * columns, 6.0), 4.7 * rows + 0.2, view.title, interactive=interactive
-    )
+    width, height = max(4.6 * columns, 6.0), 4.7 * rows + 0.2
+    if view.is_bare:
+        width, height = _WHOLE_PAGE
+    figure = new_figure(width, height, view.title, interactive=interactive)
     for index, chart in enumerate(view.charts, start=1):
         _draw(chart, figure, (rows, columns, index))
     return figure
@@ -185,7 +188,7 @@ def _space(chart: SpaceChart, figure: Figure, cell: tuple[int, int, int]) -> Non
         axes.set_axis_off()
     draw_notes(_notes_in_sight(chart), axes)
     axes.tick_params(labelsize=7)
-    axes.set_title(title_and_frame(chart), fontsize=11)
+    axes.set_title(chart.title if chart.bare else title_and_frame(chart), fontsize=11)
     if chart.scale is not None:
         from matplotlib.cm import ScalarMappable
 

@@ -225,9 +225,10 @@ class Picture:
     @cached_property
     def pixels(self) -> npt.NDArray[np.uint8]:
         """The picture as an image (`show.style.drawn_pixels`), drawn once for a file and a page."""
-        from pretravel.show.style import drawn_pixels
+        from pretravel.show.style import drawn_pixels, without_gaps
 
-        return drawn_pixels(self.draw())
+        drawn = drawn_pixels(self.draw())
+        return without_gaps(drawn) if self.view.is_bare else drawn
 
     def save(self, path: str | Path) -> None:
         """Write the picture, whole or not at all; a PNG is drawn once for file and page.

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 DOTS = 130
 """Of a picture per inch."""
+_GAP = 10  # dots on each side of what is drawn, where empty rows are left out
 _ENDINGS = (".png", ".svg", ".pdf")
 _folder = {"trusted": True}
 """Whether a ``matplotlibrc`` of the current folder is used, which matplotlib reads first."""
@@ -71,6 +72,16 @@ def drawn_pixels(figure: Figure) -> npt.NDArray[np.uint8]:
     canvas = FigureCanvasAgg(figure)
     canvas.draw()  # type: ignore[no-untyped-call]
     return np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+
+
+def without_gaps(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """An image without empty margins, and with low gaps between what stands above each other."""
+    drawn = np.any(pixels != pixels[:1, :1], axis=2)
+    near = np.convolve(drawn.any(axis=1), np.ones(2 * _GAP + 1), mode="same") > 0.0
+    across = np.flatnonzero(drawn.any(axis=0))
+    if len(across) == 0:
+        return pixels
+    return pixels[near, max(across[0] - _GAP, 0) : across[-1] + _GAP + 1]
 
 
 def png_content(pixels: npt.NDArray[np.uint8]) -> bytes:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pretravel
+from pretravel.base import FloatArray
 from pretravel.drawing import InspectionRegion
 from pretravel.drawing.tasks.plan.needed import ReachingStylus, needed_touches
 from pretravel.measurement.points import Points
@@ -58,14 +59,32 @@ def test_a_target_without_a_touch_is_named(points: Points) -> None:
     assert "no touch is at its target 2, within 3 mm of x 50, y 0, z 0" in line.words
 
 
-def test_the_plan_touches_each_target() -> None:
+def test_one_area_is_a_datum_by_the_touches_in_it(points: Points) -> None:
+    """The four in the corner at x = y = 20 to 40, which lie on a slope."""
+    area = replace(FACE, targets=((30.0, 30.0, 0.0, 29.0),), association="tangent")
+    result = pretravel.measure_drawing(points, pretravel.Drawing((area, LOW)), u_machine=1e-4)
+    assert result["A"].feature.points.labels == ("5", "6", "8", "9")
+
+
+def _planned(*places: tuple[float, ...]) -> FloatArray:
+    """Touches of the top of the bracket, which is datum A by targets."""
     part = read_part(EXAMPLES / "bracket.step")
-    places = ((5.0, 5.0, 20.0, 5.0), (75.0, 5.0, 20.0, 0.0), (40.0, 45.0, 20.0, 0.0))
-    top = pretravel.DrawnFeature("plane", label="A", faces=(3,), targets=places)
+    top = pretravel.DrawnFeature("plane", label="A", faces=(3,), targets=places)  # type: ignore[arg-type]
     side = pretravel.DrawnFeature("plane", faces=(2,), geometric=(
         pretravel.GeometricTolerance("perpendicularity", 0.05, ("A",)),))  # fmt: skip
     found = needed_touches(
         pretravel.Drawing((top, side)), part, ReachingStylus(1.5, 0.75), 1e-3, InspectionRegion()
     )
-    there = found.plan.point[found.plan.face == 3]
-    assert {tuple(np.round(place, 6)) for place in there} == {place[:3] for place in places}
+    return found.plan.point[found.plan.face == 3]
+
+
+def test_the_plan_touches_each_target() -> None:
+    places = ((5.0, 5.0, 20.0, 5.0), (75.0, 5.0, 20.0, 0.0), (40.0, 45.0, 20.0, 0.0))
+    assert {tuple(np.round(at, 6)) for at in _planned(*places)} == {at[:3] for at in places}
+
+
+def test_the_plan_touches_a_single_area_three_times() -> None:
+    there = _planned((10.0, 10.0, 20.0, 12.0))
+    away = np.linalg.norm(there - [10.0, 10.0, 20.0], axis=1)
+    assert len(there) == 3
+    assert np.all((away > 3.0) & (away < 6.0))  # mm: within the area, and far from each other

@@ -252,14 +252,26 @@ class TestDatumTargets:
                                  (40.0, 45.0, 20.0, 0.0))  # fmt: skip
         assert "targets_mm = [[5.0, 5.0, 20.0, 5.0], [75.0" in found.text
 
+    def test_an_area_that_is_bound_to_nothing_is_on_the_plane_where_it_lies(
+        self, bracket: Reader
+    ) -> None:
+        """As in CTC 5 of NIST: the text gives its place and its size alone."""
+        target = _target(2410, "1", "circle", (10.0, 10.0, 20.0), 5.0)
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + target.partition("#2418=")[0])
+        (datum,) = found.drawn.drawing.feature
+        assert (datum.faces, datum.targets) == ((3,), ((10.0, 10.0, 20.0, 5.0),))
+        away = _target(2410, "1", "circle", (10.0, 10.0, 21.0), 5.0)
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + away.partition("#2418=")[0])
+        assert found.drawn.left_out == {2400: "the text binds it to no face"}
+
     def test_one_that_is_not_decided_is_listed_with_its_sizes(self, bracket: Reader) -> None:
         found = bracket(
-            "#2400=DATUM('',$,#4,.F.,'C');" + _target(2410, "1", "circle", (1.0, 2.0, 3.0), 5.0)
+            "#2400=DATUM('',$,#4,.F.,'C');" + _target(2410, "1", "point", (1.0, 2.0, 20.0), 5.0)
         )
         (target,) = found.pmi.datums[0].targets
-        assert (target.form, target.sizes[0].value, target.at) == ("circle", 5.0, (1.0, 2.0, 3.0))
+        assert (target.form, target.sizes[0].value, target.at) == ("point", 5.0, (1.0, 2.0, 20.0))
         assert "it has 1 target; a plane by three" in found.drawn.left_out[2400]
-        assert "target C1 circle" in found.text
+        assert "target C1 point" in found.text
         assert found.pmi.unread == ()
 
 

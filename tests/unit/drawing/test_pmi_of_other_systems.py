@@ -184,6 +184,16 @@ class TestSizes:
         assert (feature.tolerance, feature.nominal) == ("11.9..12.1", 12.0)
 
     @pytest.mark.parametrize(
+        "quantity", ["depth", "curve length", "thread diameter", "spherical diameter"]
+    )
+    def test_another_size_of_its_face_is_no_diameter(self, bracket: Reader, quantity: str) -> None:
+        """A hole of 12 mm can be 12 mm deep; its thread is not the bore of the model."""
+        text = BORE.replace("'diameter'", f"'{quantity}'") + plus_minus(2210, 2201, -0.1, 0.1)
+        (one,) = bracket(text).drawn.not_decided
+        assert (one.characteristic, one.limits) == (quantity, "11.9..12.1")
+        assert f"a {quantity} of a cylinder" in one.reason
+
+    @pytest.mark.parametrize(
         "fit", ["'H','hole','7',''", "'H7','','',''", "'','H','IT 7',''", "'h','hole','IT7',''"]
     )
     def test_the_class_of_a_fit(self, bracket: Reader, fit: str) -> None:
@@ -298,6 +308,34 @@ class TestFrames:
         found = bracket(ALL_DATUMS, text, ROUND_ZONE, SIZED)
         assert "|".join(each.text for each in found.pmi.tolerances[0].datums) == "A"
         assert "and to D-B" in found.drawn.not_decided[0].reason
+
+    @pytest.mark.parametrize(
+        ("entity", "datums"), [("FLATNESS_TOLERANCE()", None), ("PARALLELISM_TOLERANCE()", 2135)]
+    )
+    def test_one_zone_of_several_planes_has_a_line(
+        self, bracket: Reader, entity: str, datums: int | None
+    ) -> None:
+        """Each of them by itself can be flat enough where they are not together."""
+        signs = "GEOMETRIC_TOLERANCE_WITH_MODIFIERS((.COMMON_ZONE.))"
+        found = bracket(ALL_DATUMS, toleranced(signs + entity, 2, 3, datums=datums))
+        assert "one zone (CZ)" in found.drawn.left_out[2303]
+        assert not any(each.form or each.geometric for each in found.drawn.features)
+
+    def test_two_datums_of_one_letter_have_a_line(self, bracket: Reader) -> None:
+        """Of two parts of an assembly: it is not guessed which one is meant."""
+        other = (
+            "#2900=DATUM('',$,#4,.F.,'A');#2901=DATUM_FEATURE('',$,#4,.T.);"
+            "#2902=SHAPE_ASPECT_RELATIONSHIP('',$,#2901,#2900);"
+        )
+        text = toleranced("PERPENDICULARITY_TOLERANCE()", 2, datums=2135)
+        found = bracket(ALL_DATUMS, other, bound(2903, 2901, 6), text)
+        assert set(found.drawn.left_out) == {2100, 2900, 2303}
+        (one,) = found.drawn.not_decided
+        assert "several datums A" in one.reason
+
+    def test_threads_and_holes_that_are_not_read_are_listed(self, bracket: Reader) -> None:
+        text = "#2500=THREAD('M8','',#4,.T.);#2501=BASIC_ROUND_HOLE('','',#4);"
+        assert [each.number for each in bracket(text).pmi.unread] == [2500, 2501]
 
     def test_a_statistical_tolerance_is_decided_with_a_remark(self, bracket: Reader) -> None:
         text = POSITION.replace(

@@ -237,3 +237,14 @@ def test_what_a_mask_hides_is_not_drawn() -> None:
     assert plain_numbers(masked) == [1.0, None, 3.0]
     assert plain_numbers(frozen(masked)) == [1.0, None, 3.0]
     assert plain_numbers(frozen(np.ma.array([1, 2], mask=[True, False]))) == [None, 2.0]
+
+
+def test_a_body_alone_fills_its_image() -> None:
+    """A flat part leaves half of a square figure empty: such rows are left out."""
+    corners = np.array([[x, y, z] for x in (0.0, 80.0) for y in (0.0, 50.0) for z in (0.0, 2.0)])
+    triangles = np.array([[0, 2, 6], [0, 6, 4], [1, 3, 7], [1, 7, 5]])
+    mesh = SpaceMesh(corners, triangles, "part")
+    pixels = Picture.of("part", View("", (SpaceChart("Part", (mesh,), bare=True),))).pixels
+    drawn = np.any(pixels != pixels[:1, :1], axis=2)
+    assert pixels.shape[1] > 1.5 * pixels.shape[0]
+    assert np.diff(np.flatnonzero(drawn.any(axis=1))).max() < 30  # dots: 6 mm

@@ -25,7 +25,9 @@ from pretravel.drawing.pmi.items import DatumReference, Place, Pmi, PmiDatum, Si
 from pretravel.drawing.pmi.measures import ANGLE_UNIT
 from pretravel.drawing.pmi.model_faces import SURFACE_KINDS, ModelFace, surfaces_of
 from pretravel.drawing.pmi.nominal import (
+    SAME,
     angle_between,
+    diameters_of,
     distance_between,
     is_short,
     nominal_place,
@@ -50,8 +52,6 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     GeometricTolerance,
 )
 
-_SAME = 1e-3
-"""Between a nominal value of the PMI and that of its faces. [mm or degrees]"""
 _CRITERIA = {
     "least square": "gaussian", "maximum inscribed": "inscribed",
     "minimum circumscribed": "circumscribed", "minimax": "minimum-zone",
@@ -224,6 +224,8 @@ class _Work:
         self.round = {face.number: group for group in surfaces_of(round_) for face in group}
         self.features: dict[tuple[int, ...], FeatureInWork] = {}
         self.datums: dict[str, list[FeatureInWork]] = {}
+        letters = [each.letter for each in pmi.datums]
+        self.twice = {letter for letter in letters if letters.count(letter) > 1}
         self.patterns: list[DrawnPattern] = []
         self.between: list[DrawnRelation] = []
         self.left_out: dict[int, str] = {}
@@ -286,6 +288,8 @@ class _Work:
     # Items
 
     def add_datum(self, datum: PmiDatum) -> None:
+        if datum.letter in self.twice:
+            raise NotStatedError(f"the model has several datums {datum.letter}, as assemblies have")
         if datum.targets:
             self.datums[datum.letter] = [self.of_targets(datum)]
             return
@@ -302,7 +306,7 @@ class _Work:
         Raises
         ------
         NotStatedError
-            Targets that are no points or areas of one plane, or fewer than three.
+            Targets that are no points or areas of one plane, or fewer than three points.
         """
         faces = dict.fromkeys(datum.place.faces)
         for each in datum.targets:
@@ -311,12 +315,13 @@ class _Work:
         if len(groups) != 1 or groups[0][0].kind != "plane":
             kinds = " and ".join(group[0].kind for group in groups)
             raise NotStatedError(f"its targets lie on {kinds}; those of one plane are decided")
-        if len(datum.targets) < 3:
-            count = len(datum.targets)
-            raise NotStatedError(
-                f"it has {count} target{'s' * (count > 1)}; a plane by three or more is decided"
-            )
         places = tuple(target_place(datum.letter, each) for each in datum.targets)
+        if len(places) < 3 and not any(place[3] for place in places):
+            count = len(places)
+            raise NotStatedError(
+                f"it has {count} target{'s' * (count > 1)}; a plane by three or by areas is "
+                "decided. To decide with its whole face, give this a [[feature]] with its label"
+            )
         own = self.feature(groups[0], label=_as_label(datum.letter), key=(-datum.number,))
         own.targets, own.association = places, "tangent"
         return own
@@ -328,7 +333,7 @@ class _Work:
             self.add_distance(size, groups)
             return
         own = groups[0]
-        factor = _diameters_of(size, own)
+        factor = diameters_of(size, own)
         if two_planes(own) and factor is None:
             if opposite(own):
                 self.add_width(size, own)
@@ -351,7 +356,7 @@ class _Work:
             each.association = asked
             each.remarks += [f"size: {note}" for note in size.notes]
             modelled = 2.0 * each.faces[0].radius
-            if each.nominal is not None and abs(modelled - each.nominal) > _SAME:
+            if each.nominal is not None and abs(modelled - each.nominal) > SAME:
                 each.remarks.append(f"the model has a diameter of {modelled:.10g} mm")
 
     def of_edges(self, size: Size) -> tuple[Place, ...]:
@@ -365,7 +370,7 @@ class _Work:
             (a.number, b.number)
             for a in first for b in second
             if a.kind == b.kind == "plane" and size.nominal is not None
-            and abs((distance_between(a, b) or 0.0) - size.nominal) < _SAME
+            and abs((distance_between(a, b) or 0.0) - size.nominal) < SAME
         }  # fmt: skip
         if len(pairs) != 1:
             return size.places
@@ -390,7 +395,7 @@ class _Work:
             else distance_between(first[0], second[0])
         )
         nominal = size.nominal
-        if here is None or nominal is None or abs(here - nominal) > _SAME:
+        if here is None or nominal is None or abs(here - nominal) > SAME:
             raise NotStatedError(
                 f"its faces have no such {quantity}"
                 if here is None
@@ -408,13 +413,19 @@ class _Work:
             return
         found = decided_as(tolerance, self.kinds(tolerance.place), self.standard)
         plain = not (found.instead_of or found.remarks or found.material or tolerance.datums)
+        plain = plain and "CZ" not in tolerance.modifiers
         if found.kind in FORMS and plain:
             self.add_form(tolerance)
             return
         if found.kind == PROFILE:
             features = [self.surface(tolerance.place)]
         else:
-            groups = self.toleranced(found, self.groups(tolerance.place))
+            groups = self.groups(tolerance.place)
+            if len(groups) > 1 and "CZ" in tolerance.modifiers and found.kind != POSITION:
+                raise NotStatedError(
+                    f"one zone (CZ) for the {tolerance.kind} of several features is not decided"
+                )
+            groups = self.toleranced(found, groups)
             of_axis = any(group[0].kind in ("cylinder", "cone") for group in groups)
             check_zone(found, tolerance, of_axis)
             features = [self.feature(group) for group in groups]
@@ -508,6 +519,11 @@ class _Work:
         groups = []
         for each in tolerance.datums:
             unknown = [letter for letter in each.letters if letter not in self.datums]
+            if self.twice.intersection(unknown):
+                raise NotStatedError(
+                    f"the model has several datums {unknown[0]}, and which of them is meant is not "
+                    "read: give the tolerance by hand"
+                )
             if unknown:
                 raise NotStatedError(f"its datum {unknown[0]} is not in the file")
             if set(each.modifiers) - {"M", "L"}:
@@ -535,22 +551,6 @@ class _Work:
 def _as_label(letter: str) -> str:
     """A datum's letter without signs that have a meaning in frames: A-B, B(M)."""
     return re.sub(r"[^\w.]", "_", letter)
-
-
-def _diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float | None:
-    """How many of a size a diameter is: by its name, else by the diameter of the model."""
-    words = size.quantity.split()
-    if "diameter" in words:
-        return 1.0
-    if "radius" in words:
-        return 2.0
-    radii = {round(group[0].radius, 6) for group in groups}
-    kinds = {group[0].kind for group in groups}
-    if size.nominal is None or len(radii) != 1 or not kinds <= {"cylinder", "sphere"}:
-        return None
-    radius = radii.pop()
-    known = ((factor, 2.0 * radius / factor) for factor in (1.0, 2.0))
-    return next((factor for factor, own in known if abs(own - size.nominal) < _SAME), None)
 
 
 def _plain(label: str) -> str:

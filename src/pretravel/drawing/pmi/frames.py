@@ -32,7 +32,7 @@ _TOGETHER = ("CZ", "all around")
 _WITHOUT_TOLERANCE = ("theoretical", "auxiliary")
 _OTHER_SIZES = (
     "rank order", "circumference diameter", "area diameter", "volume diameter",
-    "defined by a sphere", "section", "any part of the feature",
+    "defined by a sphere", "section", "any part of the feature", "common tolerance",
 )  # fmt: skip
 """Sizes of ISO 14405-1 that are no size of the whole feature."""
 

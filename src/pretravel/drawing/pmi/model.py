@@ -9,6 +9,7 @@ from pretravel.base import InputError
 from pretravel.drawing.pmi.drawn import DrawnPmi, drawn_pmi, skeleton
 from pretravel.drawing.pmi.items import Pmi
 from pretravel.drawing.pmi.model_faces import ModelFace, model_faces, numbers_of_faces
+from pretravel.drawing.pmi.nominal import targets_on_planes
 from pretravel.drawing.pmi.part21 import read_part21
 from pretravel.drawing.pmi.reading import read_pmi
 from pretravel.drawing.pmi.text import ItemLine, features_text, item_lines
@@ -79,7 +80,7 @@ def read_model_drawing(path: str | Path) -> ModelDrawing:
     part = read_part(path)
     faces = model_faces(part21)
     numbers = numbers_of_faces(faces, part)
-    pmi = read_pmi(part21)
+    pmi = targets_on_planes(read_pmi(part21), faces)
     found = ModelDrawing(part, pmi, faces, numbers, drawn_pmi(pmi, faces, numbers))
     if found.has_pmi:
         return found

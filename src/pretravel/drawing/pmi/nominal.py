@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from pretravel.base import FloatArray
+from pretravel.drawing.pmi.items import DatumTarget, Place, Pmi, Size
 from pretravel.drawing.pmi.model_faces import ModelFace
 from pretravel.measurement import SHORTEST
+
+SAME = 1e-3
+"""Between a nominal value of the PMI and that of its faces. [mm or degrees]"""
+_OF_NO_DIAMETER = {"depth", "length", "height", "width", "thickness", "thread", "pitch", "major",
+                   "minor", "toroidal"}  # fmt: skip
+"""Words in the name of a size that is none of the cylinder or sphere to which it is bound."""
 
 
 def two_planes(groups: Sequence[Sequence[ModelFace]]) -> bool:
@@ -101,3 +110,68 @@ def distance_between(a: ModelFace, b: ModelFace) -> float | None:
         return None
     along = float(apart @ a.direction)
     return abs(along) if a.kind == "plane" else math.sqrt(max(float(apart @ apart) - along**2, 0.0))
+
+
+def diameters_of(size: Size, groups: Sequence[tuple[ModelFace, ...]]) -> float | None:
+    """How many of a size a diameter is: by its name, else by the diameter of the model.
+
+    Parameters
+    ----------
+    size : Size
+    groups : sequence of tuple of ModelFace
+        The surfaces of its place.
+
+    Returns
+    -------
+    float or None
+        2 of a radius; None: it is no diameter of them.
+    """
+    words = size.quantity.split()
+    kinds = {group[0].kind for group in groups}
+    if _OF_NO_DIAMETER.intersection(words) or ("spherical" in words and kinds != {"sphere"}):
+        return None
+    if "diameter" in words:
+        return 1.0
+    if "radius" in words:
+        return 2.0
+    radii = {round(group[0].radius, 6) for group in groups}
+    if size.nominal is None or len(radii) != 1 or not kinds <= {"cylinder", "sphere"}:
+        return None
+    radius = radii.pop()
+    known = ((factor, 2.0 * radius / factor) for factor in (1.0, 2.0))
+    return next((factor for factor, own in known if abs(own - size.nominal) < SAME), None)
+
+
+def targets_on_planes(pmi: Pmi, faces: Mapping[int, ModelFace]) -> Pmi:
+    """The PMI with datum targets that the text binds to nothing on the one plane where they lie.
+
+    Parameters
+    ----------
+    pmi : Pmi
+    faces : mapping of int to ModelFace
+    """
+    found = []
+    for datum in pmi.datums:
+        targets = tuple(_on_plane(each, faces.values()) for each in datum.targets)
+        own = dict.fromkeys(number for each in targets for number in each.place.faces)
+        place = datum.place if datum.place.faces or datum.place.others else Place(tuple(own))
+        found.append(replace(datum, targets=targets, place=place))
+    return replace(pmi, datums=tuple(found))
+
+
+def _on_plane(target: DatumTarget, faces: Iterable[ModelFace]) -> DatumTarget:
+    if target.place.faces or target.place.others or target.at is None:
+        return target
+    here = [face.number for face in faces if _lies_on(np.array(target.at), face)]
+    return replace(target, place=Place(tuple(here))) if len(here) == 1 else target
+
+
+def _lies_on(at: FloatArray, face: ModelFace) -> bool:
+    """Whether a place is in a plane, and between the corners of its face."""
+    if face.kind != "plane" or not len(face.corners):
+        return False
+    assert face.point is not None
+    assert face.direction is not None
+    low, high = face.corners.min(axis=0) - SAME, face.corners.max(axis=0) + SAME
+    near = abs(float((at - face.point) @ face.direction)) < SAME
+    return near and bool(np.all(low <= at) and np.all(at <= high))

@@ -74,7 +74,6 @@ def verdicts_view(
     part: Part,
     features: Sequence[InspectedFeature],
     lines: Sequence[ToleranceLine],
-    title: str = "",
 ) -> View:
     """The part, its faces coloured by the deviations of their touches, with a flag at each feature.
 
@@ -85,7 +84,6 @@ def verdicts_view(
         With the faces of their points.
     lines : sequence of ToleranceLine
         The worst one gives a feature its sign.
-    title : str
 
     Returns
     -------
@@ -102,7 +100,7 @@ def verdicts_view(
             touched.setdefault(number, []).append(row)
     every = [values for rows in touched.values() for _, values in rows]
     marks: list[SpaceMark] = [
-        *body_marks(_without(part, touched), opacity=1.0),
+        *_untouched(part, touched),
         *(
             _coloured(face, len(part.faces), touched[face.number])
             for face in part.faces if face.number in touched
@@ -115,14 +113,16 @@ def verdicts_view(
         "Deviations of the touched faces", tuple(marks), "part", scale=scale,
         elevation=_ELEVATION, azimuth=_AZIMUTH, bare=True,
     )  # fmt: skip
-    return View(title or "Part", (chart,))
+    return View("", (chart,))
 
 
-def _without(part: Part, touched: Mapping[int, object]) -> Part:
-    """The faces that were not touched."""
-    return replace(
-        part, faces=tuple(face for face in part.faces if face.number not in touched), chosen=()
-    )
+def _untouched(part: Part, touched: Mapping[int, object]) -> list[SpaceMark]:
+    """The faces that were not touched, and their edges."""
+    rest = tuple(face for face in part.faces if face.number not in touched)
+    marks = body_marks(replace(part, faces=rest, chosen=()), opacity=1.0)
+    return [
+        replace(mark, name="not touched") if isinstance(mark, SpaceMesh) else mark for mark in marks
+    ]
 
 
 def _coloured(face: Face, count: int, rows: Sequence[tuple[FloatArray, FloatArray]]) -> SpaceMesh:

@@ -674,12 +674,12 @@ class MeasuredFeatures(Result):
             statements=statements,
             warnings=warnings,
         )
-        pictures = (*self._part_picture(report.title), *report.pictures)
+        pictures = (*self._part_picture(), *report.pictures)
         report = replace(report, pictures=pictures)
         report = replace(report, tables=(*report.tables, *self._by_trials()))
         return with_laboratory(report, statements)
 
-    def _part_picture(self, title: str) -> tuple[Picture, ...]:
+    def _part_picture(self) -> tuple[Picture, ...]:
         """The part with its verdicts, where it and the faces of the points are known."""
         from pretravel.drawing.tasks.measure.picture import verdicts_view
         from pretravel.show import Picture
@@ -688,7 +688,7 @@ class MeasuredFeatures(Result):
         if part is None or all(each.feature.points.face is None for each in self.features):
             return ()
         caption = "Deviations of the touched faces, and the verdicts"
-        return (Picture(caption, lambda: verdicts_view(part, self.features, lines, title)),)
+        return (Picture(caption, lambda: verdicts_view(part, self.features, lines)),)
 
     def _by_trials(self) -> tuple[Table, ...]:
         """The quantities by Monte Carlo, where that is wanted."""

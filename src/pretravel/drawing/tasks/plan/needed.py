@@ -17,6 +17,7 @@ from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
 from pretravel.measurement import associate
 from pretravel.surface import Face, Part, face_triangles, feet_on_faces
 from pretravel.task import tolerance
+from pretravel.uncertainty import across
 
 if TYPE_CHECKING:
     from pretravel.files import Machine
@@ -157,8 +158,8 @@ def needed_touches(
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])
         wanted = few if math.isnan(width) else _count(width, part_of_u * u_touch, few)
         if row.targets:
-            wanted = few = len(row.targets)
             seen, hidden = _at_targets(row, part, stylus)
+            wanted = few = (0 if seen is None else len(seen)) + hidden
         else:
             seen, hidden = _touches_of(row, part, wanted, (stylus, region))
         if seen is None:
@@ -339,12 +340,22 @@ def _count(width: float, u: float, few: int) -> int:
     return min(max(few, math.ceil((2.0 * u / (SHARE_OF_TOLERANCE * width)) ** 2)), MOST_OF_FEATURE)
 
 
+_OF_AREA = 0.7
+"""Of the radius of a target's area: a touch there is within it, whatever the placement."""
+
+
 def _at_targets(
     row: DrawnFeature, part: Part, stylus: ReachingStylus | ProbeOfMachine
 ) -> tuple[InspectionPlan | None, int]:
-    """A touch in the middle of each target of a datum, as `_touches_of`."""
+    """A touch in the middle of each target of a datum, as `_touches_of`.
+
+    Of fewer than three targets, areas have three each, which determine the plane.
+    """
     faces = [k for k, face in enumerate(part.faces) if face.number in row.faces]
     places = np.array(row.targets)[:, :3]
+    if len(places) < 3:
+        normal = feet_on_faces(part, places[:1], np.array(faces[:1])).local.normal[0]
+        places = np.vstack([_within_area(target, normal) for target in row.targets])
     each = [feet_on_faces(part, places, np.full(len(places), k)) for k in faces]
     nearest = np.argmin([np.abs(feet.distance) + 1e9 * ~feet.inside for feet in each], axis=0)
     chosen = [(each[k], target) for target, k in enumerate(nearest.tolist())]
@@ -357,6 +368,15 @@ def _at_targets(
     )
     seen = _at(found, stylus.reaches(part, found))
     return (seen if len(seen) else None), len(found) - len(seen)
+
+
+def _within_area(target: Sequence[float], normal: FloatArray) -> FloatArray:
+    """Three places around the middle of a target, far from each other; of a point itself."""
+    turn = 2.0 * math.pi / 3.0 * np.arange(3)
+    aside = np.column_stack([np.cos(turn), np.sin(turn)]) @ across(normal)
+    if not target[3]:
+        return np.array([target[:3]])
+    return np.asarray(np.array(target[:3]) + _OF_AREA * 0.5 * target[3] * aside)
 
 
 def _touches_of(
