@@ -30,6 +30,8 @@ from pretravel.task.task import Setting, Task, settings_of
 
 HERE = Path(__file__).parent
 END = "<!-- generated until here -->"
+RENEWED = (HERE / "nomenclature.md", HERE / "reference" / "materials.md")
+"""Pages whose generated parts are in the repository too."""
 _MARK = re.compile(
     r"<!-- generated: (\S+) *(.*?) *-->"
     rf"(?P<written>\n(?:(?!<!-- generated:).)*?{re.escape(END)})?",
@@ -453,8 +455,8 @@ def glossary(span: str) -> str:
     first, last = span.split(" … ")
     terms = [entry.term for entry in glossary()]
     chosen = glossary()[terms.index(first) : terms.index(last) + 1]
-    head = ("word", "meaning", "unit inside")
-    return table(head, ((each.term, each.meaning, each.unit or "–") for each in chosen))
+    units = {each.term: f" [{each.unit}]" if each.unit else "" for each in chosen}
+    return "".join(f"- **{each.term}**: {each.meaning}{units[each.term]}\n" for each in chosen)
 
 
 # The Python interface
@@ -553,5 +555,5 @@ PARTS: dict[str, Callable[[str], str]] = {
 }
 
 if __name__ == "__main__":
-    for page in sorted((HERE / "reference").glob("*.md")):
+    for page in RENEWED:
         page.write_text(renewed(page.read_text("utf-8")), "utf-8")

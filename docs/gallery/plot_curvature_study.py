@@ -1,6 +1,6 @@
 """Effect of curvature on pretravel, with equal normals: convex and concave, flat to 2 mm.
 
-The thesis finds 27.7 % less spindle travel on its ellipsoid than on a plane. This compares
+The thesis finds 27.7 % less spindle travel on its ellipsoid than on a plane, but it compares
 normals at 26.7° and at 40° from the axis. Here the normals are equal, and only the effect of the
 slide remains. The slide lowers a convex surface under the tip by slide²/(2 (R + r)). It turns the
 normal, and so the force and the deflection, by slide/(R + r): some micrometres over some

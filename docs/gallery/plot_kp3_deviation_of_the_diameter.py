@@ -1,10 +1,10 @@
 """A KP-3 in a ring: what a table of diameters by angle leaves of its lobes, and what a map leaves.
 
 An open firmware corrects a bore or a boss with the deviation of the diameter by angle, measured in
-a ring: two touches on opposite walls give one number. Lobes of odd order, three above all, are
-equal and opposite on these walls: the diameter does not see them. Half of the 72 directions make
-each correction, the other half test it, and the reverse; the centring is subtracted. The readings
-are from a published picture.
+a ring: two touches on opposite walls give one number. Lobes of odd order, three above all, have
+opposite signs on these walls and cancel in the diameter. Each correction is made from half of the
+72 directions and tested on the other half, and the reverse; the centring is subtracted. The
+readings are from a published picture.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Ren 2020, Figure 6: the terms of the pretravel over the trigger force.
 
-Equation 12 with the numbers of section 4. Dashed is equation 13 as it is printed, with its two
-terms of Hertz ten times too small. The paper reads off its figure that the bending is the largest
-term from 0.003 N on.
+Equation 12 with the numbers of section 4. The dashed lines are equation 13 as it is printed, with
+its two terms of Hertz ten times too small. The paper reads off its figure that the bending is the
+largest term from 0.003 N on.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What U contains: the contributions of a bore, of an aligned part and of a position, as bars.
 
 A bore of 20 mm with three lobes of 2 µm is touched eight times. A bracket whose faces are wavy by
-1.5 µm is aligned by 8 and by 25 touches on each face. A bore has a position to three planes of four
-touches. The touches have a noise of 0.3 µm; map and tip radius are those of a qualification.
+1.5 µm is aligned by 8 and by 25 touches on each face. The position of a bore refers to three planes
+of four touches. The noise of a touch is 0.3 µm; map and tip radius are those of a qualification.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Woźniak, Figures 2 and 3a: pretravel of a contact probe in all directions of a half sphere.
 
-The probe has the numbers of his window (0.6 N, seats 8 mm apart, stem 40 mm long and 2 mm thick,
-ball of 4 mm); support angle, hub and contact radii are assumed. Figure 3b, a probe with a
+The probe has the numbers of Woźniak's program (0.6 N, seats 8 mm apart, stem 40 mm long and 2 mm
+thick, ball of 4 mm); support angle, hub and contact radii are assumed. Figure 3b, a probe with a
 piezoelectric transducer, is a round body: it triggers at one force in all directions.
 """
 

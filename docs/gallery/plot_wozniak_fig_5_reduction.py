@@ -32,7 +32,7 @@ STATEMENT = Statement(
     "Woźniak, Figure 5",
     2.0,
     4.0,
-    "the paper states no more than the lower limit; twice that would be another probe",
+    "the paper gives only the lower limit; twice this limit would mean another probe",
 )
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.generated_reference import END, HERE, columns, csv_files, renewed, toml_keys
+from docs.generated_reference import END, HERE, RENEWED, columns, csv_files, renewed, toml_keys
 from pretravel.laboratory.rig.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
@@ -142,11 +142,11 @@ def test_a_key_has_its_unit_and_its_usual_value() -> None:
     assert "| `tip_diameter_mm` | number | needed |" in toml_keys("machine")
 
 
-def test_materials_are_whole_in_the_repository() -> None:
-    """`python -m docs.generated_reference` renews them."""
-    text = (HERE / "reference" / "materials.md").read_text("utf-8")
+@pytest.mark.parametrize("page", RENEWED, ids=[page.stem for page in RENEWED])
+def test_a_page_is_whole_in_the_repository(page: Path) -> None:
+    """`python -m docs.generated_reference` renews it."""
+    text = page.read_text("utf-8")
     assert END in text
-    assert "| --- |" in text
     assert renewed(text) == text
 
 

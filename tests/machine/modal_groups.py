@@ -38,13 +38,13 @@ GROUPS = (
     ModalGroup(
         "GM_DISTANCE_MODE",
         "G90 G91",
-        f"{BACK}; a normal end (M2) selects G90; cycles stop where it is G91",
+        f"{BACK}; a normal end (M2) selects G90; cycles stop if it is G91",
     ),
     ModalGroup("GM_IJK_DISTANCE_MODE", "G90.1 G91.1", "cannot matter: no arcs"),
     ModalGroup(
         "GM_FEED_MODE",
         "G93 G94 G95, with F",
-        f"{BACK}, F too; a normal end (M2) selects G94; cycles stop where it is not G94",
+        f"{BACK}, F too; a normal end (M2) selects G94; cycles stop if it is not G94",
     ),
     ModalGroup("GM_LENGTH_UNITS", "G20 G21", "set by programs, used by cycles, and restored"),
     ModalGroup("GM_CUTTER_COMP", "G40 G41 G42 G41.1 G42.1", "checked: stops where one is active"),
@@ -79,7 +79,7 @@ GROUPS = (
     ModalGroup(
         "M group 7",
         "M3 M4 M5 M19",
-        "programs stop the spindle, before each move too; cycles stop where it turns",
+        "programs stop the spindle, before each move too; cycles stop if it turns",
     ),
     ModalGroup("M group 6", "M6", "the tool in the spindle is checked"),
     ModalGroup("M group 8", "M7 M8 M9", "programs switch coolant off, and it stays off"),
