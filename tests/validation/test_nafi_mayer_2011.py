@@ -410,7 +410,7 @@ def test_readings_that_fall_apart_are_explained() -> None:
 
 def test_too_few_readings_for_variances() -> None:
     i, j = np.divmod(np.arange(4), 2)
-    with pytest.raises(PretravelError, match="variances' identification matrix"):
+    with pytest.raises(PretravelError, match="identification matrix of the variances"):
         separate(MultiStepReadings(i, j, np.array([0.0, 1e-3, 1e-3, 2.1e-3])))
 
 

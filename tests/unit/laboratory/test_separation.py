@@ -146,7 +146,9 @@ class TestLeastSquares:
     def test_a_degree_of_freedom_is_needed(self) -> None:
         """Two by two: four readings, three errors, one degree; without one reading none."""
         four = MultiStepReadings([1, 1, 2, 2], [1, 2, 1, 2], UM * np.array([0.0, 1.0, 1.0, 2.5]))
-        with pytest.raises(PretravelError, match="identification matrix is rank deficient"):
+        with pytest.raises(
+            PretravelError, match="identification matrix of the variances is rank deficient"
+        ):
             separate(four)
         five = MultiStepReadings([1, 1, 2, 3, 3], [1, 2, 2, 2, 1], UM * np.arange(5.0))
         with pytest.raises(PretravelError, match="4 readings for 4 systematic errors leave no deg"):
@@ -235,7 +237,7 @@ class TestShares:
             [found.machine_variance.min(), found.probe_variance.min()]
         )
         of_errors, of_variances = found.notes
-        words = f"up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        words = f"Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
         assert f"{words}direction, or {to_machine:.3g} µm² of each probe" in of_variances
         assert of_errors.startswith(
             "360 readings, 3 machine and 4 probe directions. The readings determine "

@@ -311,27 +311,12 @@ class FoundAxis(Result):
                       remark="right-handed about the machine's axis" if found.sense > 0
                       else "left-handed about the machine's axis, as a rotary table turns"),
         ]  # fmt: skip
-        warnings = []
-        if self.task.map_file is None:
-            warnings.append(
-                "no map of the probe is given: its pretravel shifts the centre of each sphere, and "
-                "so the place of the axis, most along the probe axis. The uncertainty does not "
-                "contain this shift"
-            )
-        if not self.center_stated:
-            warnings.append(
-                "the map does not give the uncertainty of its centre (an earlier version made "
-                "it): the place contains what a sphere does not show of the pretravel, most along "
-                "the probe axis, and the uncertainty does not; qualify its touches again"
-            )
         if self.again is not None:
             figures.append(
                 KeyFigure("check at another radius", float(self.ratios.max()), "", decimals(2),
                           remark="largest difference by its expanded uncertainty")
             )  # fmt: skip
         against = self.exit_code == ANSWER
-        if against:
-            warnings.append("the two radii contradict each other: see the ratio")
         count = len(found.angles)
         return Document(
             title=f"{self.task.touches_name}: rotary axis {found.letter}",
@@ -343,8 +328,27 @@ class FoundAxis(Result):
                     "Distances of the sphere's centres from their circle", lambda: _view(found)
                 ),
             ),
-            warnings=tuple(warnings),
+            warnings=self._warnings(),
         )
+
+    def _warnings(self) -> tuple[str, ...]:
+        """What the uncertainty does not contain, and whether two radii agree."""
+        found = []
+        if self.task.map_file is None:
+            found.append(
+                "no map of the probe is given: its pretravel shifts the centre of each sphere, and "
+                "so the place of the axis, most along the probe axis. The uncertainty does not "
+                "contain this shift"
+            )
+        if not self.center_stated:
+            found.append(
+                "the map does not give the uncertainty of its centre (an earlier version made it). "
+                "The place of the axis contains the part of the pretravel that a sphere does not "
+                "show, most along the probe axis; the uncertainty does not. Qualify again"
+            )
+        if self.exit_code == ANSWER:
+            found.append("the two radii contradict each other: see the ratio")
+        return tuple(found)
 
     def write(self, output: str, path: Path) -> None:
         """Write the values, or lines for the control."""
