@@ -96,3 +96,17 @@ def test_a_command_loads_nothing_that_it_does_not_use() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment
     )
     assert found.stdout.split()[-3:] == ["1", "False", "False"]
+
+
+def test_a_table_of_this_package_needs_no_other_format() -> None:
+    """Logs, plug-ins and the libraries of tables that a short command would load for nothing."""
+    program = (
+        "import sys; from pretravel.files import read_readings, SourceFile\n"
+        "read_readings(SourceFile('a.csv', b'x_mm,y_mm,z_mm,nx,ny,nz\\n0,0,3,0,0,1\\n'))\n"
+        "names = ('pretravel.files.logs.dmis', 'importlib.metadata', 'pyarrow', 'scipy')\n"
+        "print([name for name in names if name in sys.modules])"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.split() == ["[]"]

@@ -63,9 +63,10 @@ FORMATS: Mapping[str, FileFormat] = Plugins(
 )
 """Every file format by its name, in the order in which tables show them.
 
-A file has the first format that recognises it; those that are read come before those that are
-refused, and those that are recognised by their shape alone come last. Text that no format
-recognises is a table (CSV) if it has a header or rows of numbers; else it is refused.
+A table with the header of this package's own is CSV. Another file has the first format that
+recognises it; those that are read come before those that are refused, and those that are recognised
+by their shape alone come last. Text that no format recognises is a table (CSV) if it has a header
+or rows of numbers; else it is refused.
 """
 
 

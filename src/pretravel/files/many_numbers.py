@@ -82,7 +82,7 @@ def numbers_of_arrow(column: Any) -> FloatArray:
         return np.asarray(column.to_numpy(zero_copy_only=False))
     chunks = [chunk for chunk in getattr(column, "chunks", [column]) if len(chunk)]
     parts = [np.from_dlpack(chunk) for chunk in chunks]
-    return parts[0] if len(parts) == 1 else np.concatenate([np.zeros(0), *parts])
+    return np.asarray(parts[0] if len(parts) == 1 else np.concatenate([np.zeros(0), *parts]))
 
 
 def _rounded(values: FloatArray) -> FloatArray:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -63,7 +64,8 @@ def compare_kinds(
     `KindOfMap.weight_in_advance` touches in favour of each kind.
     """
     ready = replace(ready, observation=ready.observation.drawn(MOST_COMPARED))
-    folds = _folds(ready.observation)
+    outs = [fold[ready.observation.groups] for fold in _folds(ready.observation)]
+    splits = [_Split(ready.observation.take(~out), ready.observation.take(out)) for out in outs]
     scores: list[KindScore] = []
     densities: dict[str, FloatArray] = {}
     in_advance: list[float] = []
@@ -72,7 +74,7 @@ def compare_kinds(
         try:
             if isinstance(fit, PretravelError):
                 raise fit
-            left_out = _left_out(ready, kind, fit, folds)
+            left_out = _left_out(ready, kind, fit, splits)
         except PretravelError as error:
             nothing = (math.inf, math.nan, math.nan, math.inf)
             scores.append(KindScore(name, *nothing, problem=str(error)))
@@ -133,17 +135,27 @@ def _folds(observation: Observation) -> list[BoolArray]:
     return [fold == number for number in range(folds)]
 
 
+@dataclass(frozen=True, eq=False)
+class _Split:
+    """Directions that are left out together, and the others, which all kinds are fitted to."""
+
+    others: Observation
+    hidden: Observation
+
+    @cached_property
+    def support(self) -> DirectionSupport:
+        return DirectionSupport(self.others.group_directions)
+
+
 def _left_out(
-    ready: PreparedTouches, kind: KindOfMap, whole: MapFit, folds: Sequence[BoolArray]
+    ready: PreparedTouches, kind: KindOfMap, whole: MapFit, splits: Sequence[_Split]
 ) -> tuple[FloatArray, FloatArray]:
     """Distances of left-out directions from the prediction (m,), and variances. [mm], [mm²]"""
     observation, effects = ready.observation, ready.effects
     few = observation.direction_count < FEW_DIRECTIONS
     distances, variances = [], []
-    for fold in folds:
-        out = fold[observation.groups]
-        others, hidden = observation.take(~out), observation.take(out)
-        repeats = others.repeats
+    for split in splits:
+        others, hidden, repeats = split.others, split.hidden, split.others.repeats
         fit = kind.refit(whole, others) or kind.fit_near(whole, others, repeats)
         centered = kind.centered(fit, ready.setup.axial_pretravel)
         level = 0.0 if fit.tip_radius is None else fit.tip_radius - observation.tip_radius
@@ -157,7 +169,7 @@ def _left_out(
         variance += max(fit.fixed_scatter, effects.step_scatter) ** 2 + effects.fixed_scatter**2
         used = np.ones(len(values), dtype=bool)
         if not few:
-            used = DirectionSupport(others.group_directions).supports(directions)
+            used = split.support.supports(directions)
         distances.append((values - design @ centered.coefficients)[used])
         variances.append(variance[used])
     return np.concatenate(distances), np.concatenate(variances)

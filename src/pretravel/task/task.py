@@ -294,7 +294,7 @@ class Setting(NamedTuple):
     def is_choice(self, value: Any) -> bool:
         """Whether a value is one of the choices; those of other packages are asked last."""
         names = self.field.names
-        return value in (self.choices if names is None else names())
+        return any(value == each for each in (self.choices if names is None else names()))
 
     def is_report(self, path: Path) -> bool:
         """Whether a file of this output is the report: a page, or its values."""

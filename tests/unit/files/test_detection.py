@@ -14,6 +14,7 @@ from pretravel.files.logs.log_lines import read_log_positions
 from pretravel.files.machine import Machine, work_placement
 from pretravel.files.readings import read_readings
 from pretravel.files.row_statements import statement_rows
+from pretravel.files.source_file import SourceFile
 from tests.support.commands import run
 from tests.support.control_logs import (
     DMIS_OUTPUT,
@@ -59,6 +60,12 @@ class TestCatalogue:
     def test_labels_like_coordinates_are_no_positions(self, tmp_path: Path) -> None:
         text = "label,x_mm,y_mm,z_mm,nx,ny,nz\nX1,0,0,3,0,0,1\nx2,1,0,3,0,0,1\n"
         assert format_of(written(tmp_path, text)).name == "csv"
+
+    def test_a_log_below_the_header_of_a_table_is_a_log(self) -> None:
+        """The header alone does not decide: rows below it have its width."""
+        head = b"x_mm,y_mm,z_mm,nx,ny,nz\n"
+        assert format_of(SourceFile("a.csv", head + b"0,0,3,0,0,1\n")).name == "csv"
+        assert format_of(SourceFile("a.csv", head + GRBL_LOG.encode())).name == "grbl"
 
     def test_a_file_that_needs_more_says_what(self, tmp_path: Path) -> None:
         path = written(tmp_path, FUSION_HAAS)

@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from pretravel.base.errors import InputError
+from pretravel.files.many_numbers import arrow_column, numbers_of_arrow
 from pretravel.files.parquet import read_parquet_table
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.touches import Touches
@@ -101,6 +103,22 @@ class TestParquet:
     def test_not_a_parquet_file(self, tmp_path: Path) -> None:
         with pytest.raises(InputError, match="not a Parquet file"):
             read_touches(written(tmp_path, "hello", "t.parquet"))
+
+
+class TestColumnsByTheirBuffers:
+    def test_they_are_those_of_pyarrow(self) -> None:
+        """Texts of several bytes a letter, empty ones, strided and single numbers, whole ones."""
+        strided = np.arange(12.0).reshape(4, 3)[:, 1]
+        for values in (["µm", "", "a", "€ 1"], strided, np.array([0.5], np.float32), [1, 2]):
+            own, theirs = arrow_column(values), pa.array(np.asarray(values).tolist())
+            assert own.type == theirs.type
+            assert own.equals(theirs)
+
+    def test_numbers_come_back_in_their_order(self) -> None:
+        chunked = pa.chunked_array([[1.0, 2.0], [], [3.0]], pa.float64())
+        assert numbers_of_arrow(chunked).tolist() == [1.0, 2.0, 3.0]
+        assert numbers_of_arrow(pa.array([1.0, 2.0, 3.0])[1:]).tolist() == [2.0, 3.0]
+        assert np.isnan(numbers_of_arrow(pa.array([1.0, None]))).tolist() == [False, True]
 
 
 class TestFewBytesThatDeclareMuch:

@@ -289,10 +289,10 @@ def test_trials_of_a_bore_are_the_linear_law() -> None:
     # An error of the machine is that of a length: it adds in quadrature, once.
     machine = 1.5 * UM
     moved = replace(measured, errors=replace(plain, machine=machine))
-    found = {each.quantity.name: each.u for each in feature_by_trials(moved, 2000)}
+    found = {each.quantity.name: each.u for each in feature_by_trials(moved, 1000)}
     assert found["diameter"] == pytest.approx(np.hypot(size, machine), rel=0.05)
     assert found["x"] == pytest.approx(np.hypot(x, machine), rel=0.05)
-    for each in feature_by_trials(measured, 2000):
+    for each in feature_by_trials(measured, 1000):
         low, high = each.interval
         assert 0.5 * (high - low) == pytest.approx(each.quantity.expanded_u, rel=0.1)
 
