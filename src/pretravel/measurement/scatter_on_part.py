@@ -214,8 +214,8 @@ def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray
     first = np.unique(group, return_index=True)[1]
     height = np.sum((positions - positions[first[group]]) * normals, axis=1)
     mean = np.bincount(group, height) / size
-    squares = np.bincount(group, (height - mean[group]) ** 2)
-    dof = size - 1.0
+    squares = np.asarray(np.bincount(group, (height - mean[group]) ** 2), dtype=np.float64)
+    dof = np.asarray(size - 1.0, dtype=np.float64)
     known = np.bincount(group, expected) / size * dof
     kept = dof > 0.0
     kept[kept] = _without_gross(squares[kept], known[kept], dof[kept])

@@ -122,7 +122,6 @@ def machine_effects(
     step = step_of_touches(machine_positions, observation.values, groups)
     noise = observation.repeats.deviation
     variance = sphere_form**2 / 12.0  # uniform between lowest and highest
-    drift, change = np.zeros(3), np.zeros(count)
     warnings = coarse_warnings(step)
     states = _states(observation, order)
     if states is not None:
@@ -131,32 +130,14 @@ def machine_effects(
             step=step,
             step_scatter=kept_by_repeats(step, noise),
             step_in_common=kept_by_directions(step, noise),
-            drift=drift,
+            drift=np.zeros(3),
             hysteresis=np.zeros(2),
             fixed_scatter=math.sqrt(variance + max(seen, 0.0)),
-            change=change,
+            change=np.zeros(count),
             warnings=(*warnings, _states_warning(states)),
         )
-    if drift_is_separable(groups, order):
-        found = estimated_drift(observation.values, observation.directions, groups, order)
-        level = level_change(observation.values, observation.directions, groups)
-        if found.p_value < DRIFT_LEVEL and level is not None:
-            first, size = level[0], level[1] / MICROMETRE
-            warnings.append(
-                f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
-                f"{size:+.1f} µm from that of the touches before. Another feed, another force or "
-                "a changed probe explains this better than a drift of the reference. The map is "
-                "between both states, and U does not contain half of the difference: give the "
-                "feeds (column feed_mm_min), or qualify with the touches of one state"
-            )
-        elif found.p_value < DRIFT_LEVEL:
-            drift = np.asarray(-found.value)
-            change = drift_columns(observation.directions, order) @ found.value
-            size = float(np.linalg.norm(drift)) / MICROMETRE
-            warnings.append(
-                f"the reference drifted by {size:.1f} µm against the machine during the touches; a "
-                "steady drift was subtracted. Let the machine warm up"
-            )
+    drift, change, said = _drift(observation, order)
+    warnings += said
     hysteresis, moments, probability = _memory(observation, change, order)
     before = previous_directions(observation.directions, predecessors(order))
     columns = hysteresis_columns(observation.directions, before)[:, :2]
@@ -182,6 +163,35 @@ def machine_effects(
         change=change,
         warnings=tuple(warnings),
     )
+
+
+def _drift(observation: Observation, order: FloatArray) -> tuple[FloatArray, FloatArray, list[str]]:
+    """Movement of the reference, what is subtracted for it, and what to say of it."""
+    groups, count = observation.groups, len(observation.groups)
+    drift: FloatArray = np.zeros(3)
+    change: FloatArray = np.zeros(count)
+    warnings: list[str] = []
+    if drift_is_separable(groups, order):
+        found = estimated_drift(observation.values, observation.directions, groups, order)
+        level = level_change(observation.values, observation.directions, groups)
+        if found.p_value < DRIFT_LEVEL and level is not None:
+            first, size = level[0], level[1] / MICROMETRE
+            warnings.append(
+                f"from touch {first + 1} of {count} on, the pretravel of all directions differs by "
+                f"{size:+.1f} µm from that of the touches before. Another feed, another force or "
+                "a changed probe explains this better than a drift of the reference. The map is "
+                "between both states, and U does not contain half of the difference: give the "
+                "feeds (column feed_mm_min), or qualify with the touches of one state"
+            )
+        elif found.p_value < DRIFT_LEVEL:
+            drift = np.asarray(-found.value)
+            change = drift_columns(observation.directions, order) @ found.value
+            size = float(np.linalg.norm(drift)) / MICROMETRE
+            warnings.append(
+                f"the reference drifted by {size:.1f} µm against the machine during the touches; a "
+                "steady drift was subtracted. Let the machine warm up"
+            )
+    return drift, change, warnings
 
 
 def _states(observation: Observation, order: FloatArray) -> TwoStates | None:

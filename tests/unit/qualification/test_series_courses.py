@@ -222,7 +222,9 @@ def test_dates_are_those_of_half_and_of_a_twentieth(
     last = float(given.times[-1])
     assert found.limit == limit
     assert last < found.early < found.due
-    at = course.allowed.probability_beyond(limit, [found.early], start)
+    either = course.walking_or_not
+    assert sum(either.weights) == pytest.approx(1.0, rel=1e-12)
+    at = either.probability_beyond(limit, [found.early], start)
     assert at[0] == pytest.approx(EARLY, abs=1e-6)
     assert last < found.early_if_walking <= found.early
     if found.early_if_walking < found.early:
