@@ -64,7 +64,7 @@ _CUT_OR_COVERED = """() => {
           || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
         found.push(`cut: ${words}`);
     const written = texts.map(([words]) => words);
-    for (const axis of [plot.layout.xaxis, plot.layout.yaxis])
+    for (const axis of [plot.layout?.xaxis, plot.layout?.yaxis])
       for (const name of axis?.ticktext ?? [])
         if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
     const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'

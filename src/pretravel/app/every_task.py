@@ -210,10 +210,14 @@ def _answer(made: TaskRun) -> None:
 
 def _details(made: TaskRun) -> None:
     if made.text:
-        is_file = _TABLE_OF_TOML.search(made.text) is not None  # as it is, to copy
-        printed(made.text if is_file else page_words(type(made.task), made.text))
+        printed(made.text if _is_file(made.text) else page_words(type(made.task), made.text))
     if made.report is not None:
         document_details(made.report)
+
+
+def _is_file(printed_text: str) -> bool:
+    """Whether what a command prints is a file (TOML): it is shown as it is, and can be taken."""
+    return _TABLE_OF_TOML.search(printed_text) is not None
 
 
 def _same(made: TaskRun | None) -> None:
@@ -243,6 +247,9 @@ def _to_keep(work: Work) -> None:
                 )  # fmt: skip
         for name in made.files:
             download_button(name, name, partial(_write, work, name))
+        if _is_file(made.text) and not made.files:
+            name = f"{type(made.task).name}.toml"
+            download_button(name, name, lambda path: path.write_text(work.result.text, "utf-8"))
 
 
 def _write(work: Work, name: str, path: object) -> None:

@@ -214,6 +214,8 @@ def _plane(chart: PlaneChart) -> PlotlyFigure:
                           "xanchor": "left", "font": {"color": f"@{mark.colour}"}})  # fmt: skip
         else:
             data += _plane_traces(mark, chart)
+    if any(isinstance(mark, Rule) and mark.upright for mark in chart.marks):
+        notes = [note | {"bgcolor": "@paper"} for note in notes]  # no rule goes through words
     if any(isinstance(mark, Bars) and mark.horizontal for mark in chart.marks):
         layout["yaxis"]["autorange"] = "reversed"
     layout |= {"shapes": shapes, "annotations": notes, "barmode": "overlay"}

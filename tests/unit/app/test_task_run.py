@@ -127,3 +127,12 @@ def test_a_face_of_the_file_is_typed_beside_it(typed: str) -> None:
     settings = {"task": "plan", "surface": typed, "grid": "3x3"}
     found = run_task(Inputs(settings, {"surface": (DATA / "bracket.step",)}))
     assert found.command == "pretravel plan 'bracket.step#3' --grid 3x3 -o plan.csv"
+
+
+def test_what_is_converted_can_be_taken_once_nothing_lacks() -> None:
+    log = DATA / "bore_touches.csv"
+    found = run_task(Inputs({"task": "convert"}, {"touches": (log,)}))
+    assert "format csv" in found.text
+    assert found.files["convert.csv"].count(b"\n") > 40
+    positions = {"task": "convert", "columns": "nx=none,ny=none,nz=none"}
+    assert run_task(Inputs(positions, {"touches": (log,)})).files == {}

@@ -94,7 +94,7 @@ def from_project(state: ScreenState, purpose: str, *, takes_map: bool = False) -
         return takes_map and not state.files[purpose] and made_map() is not None
 
     def is_that_map(link: Link | None) -> bool:
-        """Whether a file is a copy of the map that was made, which is offered by itself."""
+        """Whether a file is a copy of the map that was made, which has a button of its own."""
         return link is not None and link.screen == QUALIFYING.name and link.kind == "result"
 
     def offered() -> dict[StoredFile, tuple[ScreenState, str]]:

@@ -254,7 +254,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
                     "the file"
                 )
         warnings = tuple(text for document in documents for text in document.warnings)
-        return PreviewedFiles(tuple(documents), "\n".join(lines) + "\n", warnings)
+        return PreviewedFiles(self, tuple(documents), "\n".join(lines) + "\n", warnings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,6 +263,7 @@ class PreviewedFiles(Result):
 
     Attributes
     ----------
+    task : Convert
     documents : tuple of Document
         The preview of each.
     text : str
@@ -270,9 +271,16 @@ class PreviewedFiles(Result):
     cautions : tuple of str
     """
 
+    task: Convert
     documents: tuple[Document, ...]
     text: str
     cautions: tuple[str, ...] = ()
+
+    def write(self, output: str, path: Path) -> None:
+        """Write what the files contain as a table, where they lack nothing for it: for a page."""
+        if path.suffix.lower() != ".csv":
+            raise PretravelError("a preview is written as a table (.csv)", inputs=("output",))
+        replace(self.task, output=path).run().write(output, path)
 
     def page(self) -> Document:
         """The preview of the one file."""

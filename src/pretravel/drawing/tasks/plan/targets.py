@@ -65,10 +65,22 @@ class PlanTargets(Reported):
     ] = None
     margin: Annotated[float, Field(help="Distance from the edges, in mm.", range=DISTANCE)] = 1.0
     u: Annotated[
-        Pair | None, Field(help="Range of the surface parameter u.", parse=pair, metavar="FROM,TO")
+        Pair | None,
+        Field(
+            help="Range of the surface parameter u.",
+            label="Range of the parameter u",
+            parse=pair,
+            metavar="FROM,TO",
+        ),
     ] = None
     v: Annotated[
-        Pair | None, Field(help="Range of the surface parameter v.", parse=pair, metavar="FROM,TO")
+        Pair | None,
+        Field(
+            help="Range of the surface parameter v.",
+            label="Range of the parameter v",
+            parse=pair,
+            metavar="FROM,TO",
+        ),
     ] = None
     max_polar_deg: Annotated[
         float,
