@@ -457,8 +457,9 @@ class _Work:
             return
         if not found.datums and found.kind not in (PROFILE, *FORM_KINDS):
             raise NotStatedError(f"a {tolerance.kind} of one feature needs a datum")
-        for feature in features:
-            feature.geometric.append(frame)
+        for feature in features:  # halves of one cylinder can each have its tolerance
+            if frame not in feature.geometric:
+                feature.geometric.append(frame)
 
     def kinds(self, place: Place) -> set[str]:
         return {self.faces[number].kind for number in place.faces}
