@@ -504,6 +504,8 @@ def _space_lines(mark: SpaceLines, axes: Axes3D, chart: SpaceChart) -> None:
         starts, ends = _in_pieces(starts, ends)
         seen = ~_covered(0.5 * (starts + ends), chart)
         starts, ends = starts[seen], ends[seen]
+    if len(starts) == 0:  # matplotlib refuses a collection without lines
+        return
     rows = some_rows(np.arange(len(starts)))
     segments = np.stack([starts[rows], ends[rows]], axis=1)
     axes.add_collection3d(

@@ -321,6 +321,17 @@ class TestFrames:
         assert "one zone (CZ)" in found.drawn.left_out[2303]
         assert not any(each.form or each.geometric for each in found.drawn.features)
 
+    def test_the_same_tolerance_of_both_halves_of_a_surface_is_one(self, bracket: Reader) -> None:
+        """As the run-outs of CTC 5 of NIST."""
+        texts = [
+            toleranced("PERPENDICULARITY_TOLERANCE()", 2, zone=zone, datums=2135, number=number)
+            for number, zone in ((2300, 0.1), (2310, 0.1), (2320, 0.2))
+        ]
+        found = bracket(ALL_DATUMS, *texts)
+        (zones,) = ([g.zone for g in each.geometric] for each in found.drawn.features
+                    if each.geometric)  # fmt: skip
+        assert (zones, found.drawn.left_out) == ([0.1, 0.2], {})
+
     def test_two_datums_of_one_letter_have_a_line(self, bracket: Reader) -> None:
         """Of two parts of an assembly: it is not guessed which one is meant."""
         other = (

@@ -239,6 +239,16 @@ def test_what_a_mask_hides_is_not_drawn() -> None:
     assert plain_numbers(frozen(np.ma.array([1, 2], mask=[True, False]))) == [None, 2.0]
 
 
+def test_lines_that_a_body_hides_are_left_out() -> None:
+    """A flag at a place inside the body: matplotlib refuses to draw no line at all."""
+    corners = np.array([[x, y, z] for x in (0.0, 9.0) for y in (0.0, 9.0) for z in (0.0, 9.0)])
+    faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
+    triangles = np.array([one for a, b, c, d in faces for one in ([a, b, c], [a, c, d])])
+    flag = SpaceLines(np.array([[4.0, 4.0, 4.0]]), np.array([[4.0, 4.0, 5.0]]))
+    marks = (SpaceMesh(corners, triangles, "part"), flag)
+    assert len(drawn_figure(View("", (SpaceChart("", marks, bare=True),))).axes) == 1
+
+
 def test_a_body_alone_fills_its_image() -> None:
     """A flat part leaves half of a square figure empty: such rows are left out."""
     corners = np.array([[x, y, z] for x in (0.0, 80.0) for y in (0.0, 50.0) for z in (0.0, 2.0)])

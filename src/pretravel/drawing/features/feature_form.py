@@ -173,11 +173,12 @@ def form_by_trials(
     -----
     The ends of a zone are the largest of many distances, so that errors widen it: the measured
     width lies above the form, and the form's distribution is skewed. Widths are tried, each with
-    a form that is on the safe side. Above the measured width, only the few points that carry the
-    zone are at its ends: no form of this width is widened less. Below, the form is the one nearest
-    to the points, with all that is outside cut off: many points lie at its ends, and no form of
-    this width is widened more. The probability that the form is at most so wide is that with which
-    errors make at least the measured width of it.
+    a form of this width. Below the measured width it is the one nearest to the points, with all
+    that is outside cut off: many points lie at its ends, and no form of this width is widened
+    more. Above, the few points that carry the zone are at its ends. The others are where they were
+    found, nearer to the middle by what errors did to them: their distances contain errors, which
+    would count twice. The probability that the form is at most so wide is that with which errors
+    make at least the measured width of it.
     """
     measured = 2.0 * float(np.abs(left).max())
     alone = width(drawn)
@@ -190,9 +191,12 @@ def form_by_trials(
     # Less than errors alone make is luck, or their uncertainty is too large: it proves nothing.
     seen = max(measured, float(np.median(alone)))
     share = np.zeros(len(tried))
+    inner = left * (1.0 - min(float(alone.mean()) / max(measured, 1e-300), 1.0) ** 2)
     for k, goal in enumerate(tried):
         below = k < len(_BELOW)
-        ends = np.clip(left, -0.5 * goal, 0.5 * goal) if below else 0.5 * goal * np.sign(load)
+        ends = np.clip(left if below else inner, -0.5 * goal, 0.5 * goal)
+        if not below:
+            ends = np.where(load == 0.0, ends, 0.5 * goal * np.sign(load))
         size = float(width(ends[None])[0])
         shape = ends * (goal / size) if size > 0.0 else ends
         wide = [

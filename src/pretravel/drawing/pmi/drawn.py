@@ -13,6 +13,7 @@ from pretravel.base import PretravelError
 from pretravel.drawing.features.extreme_association import check_criterion
 from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.pmi.frames import (
+    BY_HAND,
     FORMS,
     DecidedAs,
     NotStatedError,
@@ -320,7 +321,7 @@ class _Work:
             count = len(places)
             raise NotStatedError(
                 f"it has {count} target{'s' * (count > 1)}; a plane by three or by areas is "
-                "decided. To decide with its whole face, give this a [[feature]] with its label"
+                f"decided. {BY_HAND}"
             )
         own = self.feature(groups[0], label=_as_label(datum.letter), key=(-datum.number,))
         own.targets, own.association = places, "tangent"
@@ -456,8 +457,9 @@ class _Work:
             return
         if not found.datums and found.kind not in (PROFILE, *FORM_KINDS):
             raise NotStatedError(f"a {tolerance.kind} of one feature needs a datum")
-        for feature in features:
-            feature.geometric.append(frame)
+        for feature in features:  # halves of one cylinder can each have its tolerance
+            if frame not in feature.geometric:
+                feature.geometric.append(frame)
 
     def kinds(self, place: Place) -> set[str]:
         return {self.faces[number].kind for number in place.faces}

@@ -37,6 +37,10 @@ _OTHER_SIZES = (
 """Sizes of ISO 14405-1 that are no size of the whole feature."""
 
 
+BY_HAND = "To decide with its whole face, write this feature and the tolerances to it by hand"
+"""What can be done about a datum by targets that are not decided."""
+
+
 class NotStatedError(Exception):
     """Why the file of features cannot state an item."""
 
@@ -218,7 +222,7 @@ def target_place(letter: str, target: DatumTarget) -> tuple[float, float, float,
         return (*target.at, 0.0)
     if target.form not in ("circle", "rectangle", "square") or not sizes:
         raise NotStatedError(
-            f"its {name} is a {target.form}; points, circles, rectangles are decided"
+            f"its {name} is a {target.form}; points, circles, rectangles are decided. {BY_HAND}"
         )
     if any(each.unit != "mm" for each in target.sizes):
         raise NotStatedError(f"the size of its {name} is not in mm")
