@@ -92,7 +92,8 @@ def test_what_u_contains(script: Any) -> None:
     assert_the_number(names, computed)
     bore, _, _, position = computed.parts.values()
     form = names["FORM_OF_PART"]
-    assert bore[form] < 0.2  # as independent errors, 2 · 2 µm / sqrt(2) / sqrt(8) = 1.0 µm
+    # As independent errors, the lobes would be 2 · 2 µm / sqrt(2) / sqrt(8) = 1.0 µm.
+    assert bore[form] < 1.0 / 3.0
     assert position[form] > max(u for cause, u in position.items() if cause != form)
     assert len(names["draw"](computed).axes) == 4
 

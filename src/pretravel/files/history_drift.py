@@ -34,7 +34,7 @@ def drift_of_history(entries: Sequence[Entry]) -> ProbeDrift:
     >>> entry = Entry(1, {"changed": 0, "size_um": 0.4, "u_size_um": 0.1,
     ...                   "turn_deg": None, "u_turn_deg": None})
     >>> drift_of_history([entry]).source
-    'level and turn from 1 verification, the rest assumed'
+    'size and turn from 1 verification, the rest assumed'
     """
     kept = [entry for entry in entries if not entry["changed"]]
 

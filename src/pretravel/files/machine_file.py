@@ -145,7 +145,8 @@ def read_machine(path: str | Path) -> Machine:
 
     >>> import tempfile
     >>> file = Path(tempfile.mkdtemp()) / "mill.toml"
-    >>> _ = file.write_text("[feeds]\nmeasuring_mm_min = 30\n")
+    >>> from pretravel.controls.machine_text import machine_text
+    >>> _ = file.write_text(machine_text(Machine(measuring_feed=30.0)))
     >>> read_machine(file).measuring_feed
     30.0
     """

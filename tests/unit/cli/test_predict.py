@@ -51,7 +51,7 @@ class TestPredict:
         out = tmp_path / "map.json"
         text = run("predict", mine, "--azimuth", 0, "--polar", 90, "-o", out)
         assert "0.507" in text
-        assert "in the probe's frame" in " ".join(text.split())
+        assert "in the frame of the probe" in " ".join(text.split())
 
     def test_a_predicted_map_compensates(self, tmp_path: Path) -> None:
         for ending in (".json", ".csv"):

@@ -70,7 +70,7 @@ class TestMachineTools:
             assert f"{kept.sum()} touches" in figure.meaning
         assert single.value == pytest.approx(abs(off[-1] - off[0]), rel=1e-9)
         assert (single.u_test, single.u_source) == (0.0, "")
-        assert single.meaning.endswith("up to 2 touches")
+        assert single.meaning.endswith("up to 2 touches in one direction")
         assert _names(check) == ["P_FTU,2D", "P_FTU,3D", "R_SPT"]
         assert [figure.limit for figure in check.figures] == [1 * UM, 2 * UM, 3 * UM]
         assert {figure.status for figure in check.figures} == {"unchecked"}
@@ -143,7 +143,7 @@ class TestMachineTools:
         check = check_iso230_10(_touches(normals, off), SPHERE)
         assert _names(check) == ["R_SPT"]
         assert check.figures[0].value == pytest.approx(1.9 * UM, rel=1e-6)
-        assert check.figures[0].meaning.endswith(f"up to {repeats} touches")
+        assert check.figures[0].meaning.endswith(f"up to {repeats} touches in one direction")
         expected = [f"R_SPT is defined for 10 repeats; there are at most {repeats}"] if told else []
         assert [note for note in check.notes if "needs" not in note] == expected
 

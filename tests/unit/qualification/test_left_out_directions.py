@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -212,9 +212,10 @@ def test_weights_follow_from_the_densities_of_left_out_directions(
     ready = _prepared(14, 1)
     seen: list[int] = []
 
-    def given(part: PreparedTouches, _: KindOfMap, fit: str, folds: list[np.ndarray]) -> object:
+    def given(part: PreparedTouches, _: KindOfMap, fit: str, splits: list[Any]) -> object:
         seen.append(part.observation.direction_count)
-        assert len(folds[0]) == seen[-1]
+        first = splits[0]
+        assert first.others.direction_count + first.hidden.direction_count == seen[-1]
         distance, u = GIVEN[fit]
         return UM * np.array(distance), np.full(14, (UM * u) ** 2)
 

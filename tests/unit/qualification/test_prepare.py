@@ -156,7 +156,7 @@ def test_beyond_a_fifth_wrong_touches_are_no_errors_but_another_state() -> None:
     given, seen = _many_wrong(43)
     changed, effects = without_machine(given, seen, UPRIGHT, np.eye(3))
     every = machine_effects(seen, given.positions)
-    assert "from touch 68 of 79 on, all directions differ" in every.warnings[0]
+    assert "from touch 68 of 79 on, the pretravel of all directions differs" in every.warnings[0]
     assert effects.warnings == every.warnings
     assert effects.change == pytest.approx(every.change, abs=1e-12)
     off = seen.directions * every.change[:, None]

@@ -47,7 +47,10 @@ def prediction_document(
     if probe.tip.friction > 0.0:
         title += f", {probe.tip.friction:g} at the tip"
     lowest, highest = int(np.argmin(trigger.pretravel)), int(np.argmax(trigger.pretravel))
-    where = f"smallest at {_direction(trigger, lowest)}; largest at {_direction(trigger, highest)}"
+    where = (
+        f"smallest at {_direction(trigger, lowest)}; largest at {_direction(trigger, highest)}; "
+        "in the frame of the probe"
+    )
     return Document(
         title=title,
         verdict=f"{title}: {_of_quantity(trigger, quantity)}trigger "
