@@ -144,8 +144,8 @@ class TestMachineTools:
         assert _names(check) == ["R_SPT"]
         assert check.figures[0].value == pytest.approx(1.9 * UM, rel=1e-6)
         assert check.figures[0].meaning.endswith(f"up to {repeats} touches in one direction")
-        few = f"R_SPT (single-point repeatability) is defined for 10 repeats; there are at most {repeats}"
-        expected = [few] if told else []
+        words = "R_SPT (single-point repeatability) is defined for 10 repeats; there are at most"
+        expected = [f"{words} {repeats}"] if told else []
         assert [note for note in check.notes if "needs" not in note] == expected
 
     @pytest.mark.parametrize(("apart", "same"), [(0.09, True), (0.11, False)])
