@@ -14,19 +14,11 @@ from typer.testing import CliRunner
 from pretravel.cli.main import app
 from pretravel.design.screen.designer import _PICTURES
 from pretravel.prediction.catalogue import load_probe
-from tests.browser.screens import settled, tab
+from tests.browser.screens import downloaded, settled, tab
 from tests.browser.test_clicks import Person
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 
 LENGTH = "Stylus length to the tip centre [mm]"
-
-
-def downloaded(page: Any, label: str, folder: Path) -> Path:
-    with page.expect_download() as download:
-        page.get_by_role("button", name=label).click()
-    path = folder / str(download.value.suggested_filename)
-    download.value.save_as(path)
-    return path
 
 
 def opened_designer(page: Any, workbench: RunningWorkbench) -> None:

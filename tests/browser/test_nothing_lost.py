@@ -216,7 +216,7 @@ def test_a_page_that_takes_seconds_says_that_it_is_being_made(
 def test_a_large_file_counts_while_it_is_read(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}task/convert")
     row = b"p,12.345,-23.456,34.567,0.6,0.0,0.8\n"  # numbers alone are read in less than a second
-    content = b"label,x_mm,y_mm,z_mm,nx,ny,nz\n" + 300_000 * row
+    content = b"Nr,X_mm,Y_mm,Z_mm,I,J,K\n" + 300_000 * row  # of no known format
     place = '.file-drop-input[data-url$="/task-convert/touches"]'
     page.set_input_files(place, {"name": "long.csv", "mimeType": "text/csv", "buffer": content})
     page.wait_for_selector(".file-name:has-text('long.csv')")
