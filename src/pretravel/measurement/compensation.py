@@ -90,8 +90,8 @@ def apply(
         Of single touches by direction, from a separation of machine and probe, in the place of
         the repeatability of the map.
     u_friction : float
-        Standard uncertainty of the coefficient of friction of the part beside that of the
-        reference; the map tells what it moves.
+        Standard uncertainty of the difference between the coefficients of friction of part and
+        reference; its effect on the points follows from the map.
 
     Returns
     -------
@@ -99,7 +99,7 @@ def apply(
         Where positions are in coarse steps, their uncertainty contains the step
         (`with_step_of_touches`), and where repeated places scatter more than the touches of the
         map, this scatter (`ScatterOnPart`). What it does not contain (an unknown feed, a predicted
-        map) is told by `compensation_warnings`, not here.
+        map) is named by `compensation_warnings`, not here.
 
     Raises
     ------

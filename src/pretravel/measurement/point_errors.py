@@ -261,7 +261,7 @@ def errors_of_points(
     u_map : (n,) float, optional
         Standard uncertainty of the map along the normals, where it is known already. [mm]
     u_friction : float
-        Standard uncertainty of the coefficient of friction of the part beside that of the
+        Standard uncertainty of the difference between the coefficients of friction of part and
         reference.
 
     Returns

@@ -33,7 +33,7 @@ _MEDIAN_OF_PAIRS = 0.455
 
 @dataclass(frozen=True)
 class ScatterSums:
-    """Squares of touches about their mean or face, and what the map lets expect of them.
+    """Squares of touches about their mean or face, and their value expected from the map.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ScatterSums:
 
     @property
     def of_map(self) -> float:
-        """Standard deviation of a touch that the map lets expect. [mm]"""
+        """Standard deviation of a touch, expected from the map. [mm]"""
         return math.sqrt(self.expected / self.dof)
 
     def exceeds(self, dof_of_map: float, least: float = 1.0) -> bool:

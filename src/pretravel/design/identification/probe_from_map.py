@@ -449,7 +449,7 @@ def _maxima(fit: _MapFit, free: Sequence[str]) -> list[_Maximum]:
 def _worse_or_further(
     best: _Maximum, fit: _MapFit, column: int
 ) -> Callable[[_Maximum], tuple[float, float]]:
-    """Order of maxima: of those that touches do not tell apart, the rotation nearest to the start.
+    """Order of maxima: of those that touches do not distinguish, the rotation next to the start.
 
     A tripod with a rod out by less than its u looks alike in three rotations.
     """

@@ -173,8 +173,8 @@ def form_of_part(
     likelihood: the feature is projected off); their components along a family have its variance.
 
     Shapes that fill the residuals of few touches leave the same residuals as roughness: the size
-    alone tells them apart. Small residuals are taken as rough. Beyond 10 µm roughness becomes rare
-    (with the fourth power of its size), and its probability goes to these shapes.
+    alone distinguishes them. Small residuals are taken as rough. Beyond 10 µm roughness becomes
+    rare (with the fourth power of its size), and its probability goes to these shapes.
     """
     count, k = jacobian.shape
     dof = count - k

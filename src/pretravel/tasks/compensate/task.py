@@ -129,8 +129,8 @@ class Compensate(
     u_friction: Annotated[
         float,
         Field(
-            help="Standard uncertainty of the coefficient of friction of the part, beside that of "
-            "the reference: 0.1 for another metal. It moves points of inclined faces.",
+            help="Standard uncertainty of the difference between the coefficients of friction of "
+            "part and reference: 0.1 for another metal. It moves points of inclined faces.",
             range=(0.0, 1.0),
             label="u of the part's friction",
             without=(SEVERAL_TIPS,),
