@@ -12,7 +12,7 @@ import pytest
 
 from pretravel.files.map_file import read_map
 from pretravel.task.example_data import example_folder
-from tests.browser.screens import tab
+from tests.browser.screens import downloaded, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -30,14 +30,6 @@ def drop(page: Any, content: bytes, name: str = "sphere.csv") -> None:
 def state_diameters(page: Any) -> None:
     page.get_by_label("Diameter of the reference [mm]").fill("24.9987")
     page.get_by_label("Diameter of the tip [mm]").fill("6")
-
-
-def downloaded(page: Any, button: str, folder: Path) -> Path:
-    with page.expect_download() as waiting:
-        page.get_by_role("button", name=button, exact=True).click()
-    path = folder / waiting.value.suggested_filename
-    waiting.value.save_as(path)
-    return path
 
 
 def choose_control(page: Any, name: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pretravel.app.page_words import title_of
 from pretravel.base import object_at
 
 if TYPE_CHECKING:
@@ -124,4 +125,4 @@ def title_of_screen(name: str) -> str:
     ('Qualify a probe', 'Plan touches')
     """
     titles = {screen.name: screen.title for screen in SCREENS}
-    return titles.get(name) or name.removeprefix("task-").replace("-", " ").capitalize()
+    return titles.get(name) or title_of(name.removeprefix("task-"))

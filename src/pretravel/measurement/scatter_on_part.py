@@ -154,7 +154,7 @@ def scatter_on_part(
     >>> found.repeats.dof, [said[:45] for said in found.sentences()]
     (8.0, ['touches at the same place scatter by 1.6 µm, '])
     """
-    if not 1 < len(positions) <= _MOST_COMPARED or not np.all(expected > 0.0):
+    if not _comparable(expected):
         return ScatterOnPart()
     repeats = _of_repeats(positions, normals, expected)
     found = ScatterOnPart(repeats, ScatterSums(), dof_of_map)
@@ -178,21 +178,26 @@ def with_scatter_of_part(
     -------
     PretravelMap
     """
-    dof = pretravel_map.repeatability_dof
-    found = scatter_on_part(positions, normals, expected, dof)
+    if not _comparable(expected):
+        return pretravel_map
+    repeats = _of_repeats(positions, normals, expected)
+    found = ScatterOnPart(repeats, dof_of_map=pretravel_map.repeatability_dof)
     if found.of_touch is None:
         return pretravel_map
     own = found.of_touch**2 - pretravel_map.fixed_scatter**2
     return replace(
         pretravel_map,
         repeatability=math.sqrt(max(own, pretravel_map.repeatability**2)),
-        repeatability_dof=found.repeats.dof,
+        repeatability_dof=repeats.dof,
     )
 
 
+def _comparable(expected: FloatArray) -> bool:
+    """Whether there are neither too few nor very many points, and the map states a scatter."""
+    return 1 < len(expected) <= _MOST_COMPARED and bool(np.all(expected > 0.0))
+
+
 def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray) -> ScatterSums:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     count = len(positions)
@@ -208,6 +213,9 @@ def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray
     one, other = one[same], other[same]
     if len(one) == 0:
         return ScatterSums()
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components  # where there are repeats alone
+
     links = coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
     group = np.asarray(connected_components(links, directed=False)[1])
     size = np.bincount(group)
