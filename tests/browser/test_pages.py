@@ -18,7 +18,7 @@ from matplotlib.image import imread
 
 from pretravel.base import MICROMETRE
 from pretravel.design.tasks.slide import FollowedSlide, Slide
-from pretravel.files.spreadsheet_cells import cell_content, harmless_cell
+from pretravel.files.csv_table import cell_content, harmless_cell
 from pretravel.laboratory.tasks.rig import CalibratedRig
 from pretravel.show.page import contents_text
 from pretravel.show.page_content import PageContent

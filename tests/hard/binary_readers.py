@@ -23,8 +23,8 @@ from pretravel.design.fem.interface_loads import INTERFACE
 from pretravel.files import netcdf
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.netcdf import dataset_content
-from pretravel.files.point_tables import points_dataset, points_table
 from pretravel.files.points_reading import read_points
+from pretravel.files.points_writing import points_dataset, points_table
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
 from pretravel.measurement.points import Points

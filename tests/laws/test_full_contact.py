@@ -31,7 +31,7 @@ from pretravel.prediction.loading import loaded
 from pretravel.prediction.materials import material
 from pretravel.prediction.seats import seat_frame, seat_statics
 from pretravel.six_seats.event import trigger_force
-from pretravel.six_seats.seat_frames import SEAT_NAMES
+from pretravel.six_seats.uneven_seats import SEAT_NAMES
 from tests.support import full_contact as full
 from tests.support.coarse_models import coarse_model
 from tests.support.full_contact import FullContact, contact_state, full_contact

@@ -11,7 +11,7 @@ import pytest
 
 from pretravel.files.file_format import FileFormat, ReadingOptions
 from pretravel.files.format_registry import FORMATS
-from pretravel.files.point_files import write_points
+from pretravel.files.points_writing import write_points
 from pretravel.files.readings import read_readings, write_readings
 from pretravel.measurement.compensation import apply
 from pretravel.touches import Touches

@@ -12,8 +12,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pretravel.files.csv_table import read_csv_table, write_csv_table
-from pretravel.files.point_files import write_points
 from pretravel.files.points_reading import read_points
+from pretravel.files.points_writing import write_points
 from pretravel.files.readings import read_readings
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.measurement.compensation import apply

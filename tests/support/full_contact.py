@@ -34,7 +34,7 @@ from pretravel.design.fem.regions import seat_face
 from pretravel.design.fem.seat_ball import CONTACT, ball_held, ball_mesh
 from pretravel.prediction.description import Probe
 from pretravel.prediction.seats import seat_frame
-from pretravel.six_seats.seat_frames import SEAT_NAMES, SeatFrame
+from pretravel.six_seats.uneven_seats import SEAT_NAMES, SeatFrame
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.extras import PURPOSES, MissingExtraError, needed
 from pretravel.design.fem.geometry import write_step
 from pretravel.design.fem.mesh import mesh_probe
-from pretravel.files.parquet import read_parquet_table
+from pretravel.files.tables import read_parquet_table
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict
 from pretravel.surface.cad.part_file import read_part

@@ -40,6 +40,7 @@ from .forms import WithDataFrame as WithDataFrame
 from .forms import WithDataset as WithDataset
 from .forms import WithPlot as WithPlot
 from .forms import from_file as from_file
+from .forms import plainly_shown as plainly_shown
 from .frames import Placement as Placement
 from .frames import PlacementErrors as PlacementErrors
 from .frames import checked_rotation as checked_rotation
@@ -53,7 +54,6 @@ from .json_text import parsed_json as parsed_json
 from .named_files import own_files_alone as own_files_alone
 from .named_files import refuse_named_file as refuse_named_file
 from .own_process import module_folders as module_folders
-from .plain_help import plainly_shown as plainly_shown
 from .plugins import Plugins as Plugins
 from .plugins import object_at as object_at
 from .quantities import ANGLE as ANGLE

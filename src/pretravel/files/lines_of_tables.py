@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Sequence
 
 from pretravel.files.column_names import names_known_columns, unit_of
-from pretravel.files.comments_of_rows import Record
-from pretravel.files.spreadsheet_cells import cell_content
+from pretravel.files.csv_table import cell_content
+from pretravel.files.row_statements import Record
 
 SEPARATORS = {";": "';'", "\t": "tab", "|": "'|'", ",": "','", " ": "blanks", "  ": "wide blanks"}
 """The separators that are tried, in this order, each with its name for people."""

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import LARGEST_NUMBER, FloatArray, InputError
-from pretravel.files.csv_table import CsvTable
+from pretravel.files.csv_table import CsvTable, cell_content
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.many_numbers import numbers_of_arrow
 from pretravel.files.source_file import SourceFile
-from pretravel.files.spreadsheet_cells import cell_content
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
 
 NEEDED = ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz")

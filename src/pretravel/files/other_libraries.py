@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from pretravel.base import needed
 from pretravel.files.map_datasets import map_dataset
-from pretravel.files.point_tables import points_dataset, points_table
+from pretravel.files.points_writing import points_dataset, points_table
 from pretravel.files.prediction_table import trigger_dataset, trigger_table
 from pretravel.files.touches_csv import touches_table
 from pretravel.maps import PretravelMap

@@ -28,12 +28,12 @@ from pretravel.files.format_registry import format_of
 from pretravel.files.logs.double_touches import with_passes
 from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
-from pretravel.files.parquet import read_parquet_table
-from pretravel.files.point_tables import NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
+from pretravel.files.points_writing import NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
 from pretravel.files.readings import ALL, chosen
 from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
+from pretravel.files.tables import read_parquet_table
 from pretravel.files.touches_csv import read_table_of_touches
 from pretravel.measurement import Points, points_at
 from pretravel.touches import (

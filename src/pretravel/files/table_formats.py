@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pretravel.files.file_format import FileFormat, PointsOrigin
 from pretravel.files.netcdf import write_dataset
-from pretravel.files.point_tables import points_dataset, points_table
+from pretravel.files.points_writing import points_dataset, points_table
 from pretravel.files.row_statements import RowStatement
 from pretravel.files.tables import write_table
 from pretravel.files.touches_csv import read_table_of_touches, write_touches

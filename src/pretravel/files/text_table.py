@@ -16,7 +16,6 @@ from pretravel.files.column_names import (
     names_known_columns,
     unit_of,
 )
-from pretravel.files.comments_of_rows import Record, comments_among
 from pretravel.files.lines_of_tables import (
     COMMENT,
     FEWEST_NUMBERS,
@@ -34,6 +33,7 @@ from pretravel.files.lines_of_tables import (
     together,
     with_groups,
 )
+from pretravel.files.row_statements import Record, comments_among
 from pretravel.files.source_file import COUNTED, SourceFile
 
 _LOG = logging.getLogger(__name__)

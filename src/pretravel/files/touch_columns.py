@@ -24,11 +24,15 @@ from pretravel.files.column_names import (
 from pretravel.files.csv_table import CsvTable
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.lines_of_tables import SEPARATORS
-from pretravel.files.parquet import read_parquet_table
-from pretravel.files.roles_of_columns import ColumnRoles, column_roles
+from pretravel.files.roles_of_columns import (
+    ColumnRoles,
+    column_roles,
+    refuse_other_units,
+    refuse_stated_misses,
+)
 from pretravel.files.row_statements import unknown_lines
 from pretravel.files.source_file import SourceFile
-from pretravel.files.states_of_rows import refuse_other_units, refuse_stated_misses
+from pretravel.files.tables import read_parquet_table
 from pretravel.files.text_table import TextTable, read_text_table
 from pretravel.touches import WORD_COLUMNS
 

@@ -8,7 +8,16 @@ from functools import cached_property
 
 import numpy as np
 
-from pretravel.base import BoolArray, FloatArray, IntArray, unit
+from pretravel.base import (
+    MICROMETRE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    delay_travel,
+    frozen,
+    unit,
+)
 
 _MANY = 5_000  # touches from which functions are evaluated once for each direction
 _CLOSE = 1e-3  # largest distance of contact normals of one direction for that
@@ -220,3 +229,80 @@ def sphere_columns(directions: FloatArray, axes: int) -> FloatArray:
     [[1.0, 0.0, 0.6, 0.8]]
     """
     return np.hstack([np.ones((len(directions), 1)), directions[:, :axes]])
+
+
+MOST_KEPT = 5000
+"""A map of more directions does not keep what was observed in each of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class TouchedMeans:
+    """Mean observed pretravel in each touched direction: the nodes of the support of a map.
+
+    A map smooths what was observed. A model that is fitted to the touches needs the touches: their
+    errors are independent, those of a map are not, and a map has no kinks between its touches.
+
+    Parameters
+    ----------
+    pretravel : (n,) float
+        Mean of the touches of each direction, about the centre and with the tip radius of the map.
+        [mm]
+    counts : (n,) float
+        Number of touches of each direction.
+
+    Raises
+    ------
+    PretravelError
+        Shapes that differ, values that are not finite, a direction without a touch.
+
+    >>> TouchedMeans(np.array([0.010, 0.012]), np.array([3, 3])).counts.tolist()
+    [3.0, 3.0]
+    """
+
+    pretravel: FloatArray
+    counts: FloatArray
+
+    def __post_init__(self) -> None:
+        pretravel, counts = frozen(self.pretravel), frozen(self.counts)
+        if pretravel.ndim != 1 or pretravel.shape != counts.shape:
+            raise PretravelError(
+                "observed pretravel and numbers of touches must be of the same directions, got "
+                f"{pretravel.shape} and {counts.shape}"
+            )
+        if not (np.all(np.isfinite(pretravel)) and np.all(np.isfinite(counts))):
+            raise PretravelError("observed pretravel and numbers of touches must be finite")
+        if not np.all(counts >= 1.0):
+            raise PretravelError("each touched direction has one touch at least")
+        object.__setattr__(self, "pretravel", pretravel)
+        object.__setattr__(self, "counts", counts)
+
+
+IMPLAUSIBLE_PRETRAVEL = 0.1
+"""A map that rises above this is warned about: probes deflect by 1 to 80 um. [mm]"""
+LARGEST_PRETRAVEL = 0.15
+"""A pretravel above this is refused: a diameter or a unit is wrong. [mm]"""
+LONGEST_DELAY = 0.03
+"""Signal delay whose travel is accepted on top, where the feed is stated. [s]"""
+SMALLEST_PRETRAVEL = -0.02
+"""A mean pretravel below this is impossible: no probe triggers before contact. [mm]"""
+BEFORE_CONTACT = 2.0 * MICROMETRE
+"""A map that falls further below zero than this, and three u, is warned about. [mm]"""
+
+
+def largest_plausible(feed: float | None) -> float:
+    """The largest pretravel that is accepted at a feed.
+
+    Parameters
+    ----------
+    feed : float or None
+        None: not stated. [mm/min]
+
+    Returns
+    -------
+    float
+        [mm]
+
+    >>> largest_plausible(None), largest_plausible(60.0)
+    (0.15, 0.18)
+    """
+    return LARGEST_PRETRAVEL + (0.0 if feed is None else delay_travel(feed, LONGEST_DELAY))

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -33,13 +35,14 @@ from pretravel.base import (
     checked_rotation,
     checked_unit,
     describe,
+    from_file,
     frozen,
 )
 from pretravel.maps.basis import BLOCK, MapBasis, values_in_blocks
 from pretravel.maps.machine_terms import MachineTerms
+from pretravel.maps.observation import TouchedMeans
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import MARGIN, DirectionSupport
-from pretravel.maps.touched_means import TouchedMeans
 from pretravel.touches import Touches, at_rest
 from pretravel.uncertainty import Covariance
 
@@ -433,3 +436,50 @@ def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, F
     """
     directions = pretravel_map.support.spread()
     return directions, *pretravel_map._evaluate(directions, with_uncertainty=True)
+
+
+class HasMap(Protocol):
+    """A result with one map, such as a qualification."""
+
+    @property
+    def pretravel_map(self) -> PretravelMap:
+        """The map."""
+
+
+MapLike: TypeAlias = PretravelMap | HasMap | str | Path
+"""What functions take in the place of a map, see `as_map`."""
+
+
+def as_map(given: MapLike) -> PretravelMap:
+    """The map that is meant: a map, that of a qualification, or a file of one.
+
+    Parameters
+    ----------
+    given : PretravelMap, Qualification, str or Path
+
+    Returns
+    -------
+    PretravelMap
+
+    Raises
+    ------
+    PretravelError
+        Something else; as `pretravel.files.map_file.read_map`.
+
+    >>> as_map(3.0)
+    Traceback (most recent call last):
+    ...
+    pretravel.base.errors.PretravelError: expected a map, not a float: qualify and predicted_map \
+make maps, read_map reads one
+    """
+    if isinstance(given, PretravelMap):
+        return given
+    if isinstance(given, str | Path):
+        given = from_file("map", given)
+    found = getattr(given, "pretravel_map", given)
+    if not isinstance(found, PretravelMap):
+        raise PretravelError(
+            f"expected a map, not a {type(given).__name__}: qualify and predicted_map make maps, "
+            "read_map reads one"
+        )
+    return found

@@ -24,7 +24,7 @@ from pretravel.base import (
     check_numbers,
     checked,
 )
-from pretravel.maps.plausibility import LARGEST_PRETRAVEL
+from pretravel.maps.observation import LARGEST_PRETRAVEL
 from pretravel.uncertainty import Covariance
 
 AXIAL_PRETRAVEL = 1.0 * MICROMETRE

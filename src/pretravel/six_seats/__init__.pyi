@@ -12,10 +12,10 @@ from .hertz import rod_on_ball_coefficient as rod_on_ball_coefficient
 from .physical import PhysicalMapFit as PhysicalMapFit
 from .response import ProbeResponse as ProbeResponse
 from .response import ResponseBasis as ResponseBasis
-from .seat_frames import SEAT_NAMES as SEAT_NAMES
-from .seat_frames import SEAT_SIDES as SEAT_SIDES
-from .seat_frames import SeatFrame as SeatFrame
-from .seat_frames import seat_triads as seat_triads
-from .seat_frames import tip_wrenches as tip_wrenches
 from .uneven_seats import IDEAL as IDEAL
 from .uneven_seats import PARAMETERS as PARAMETERS
+from .uneven_seats import SEAT_NAMES as SEAT_NAMES
+from .uneven_seats import SEAT_SIDES as SEAT_SIDES
+from .uneven_seats import SeatFrame as SeatFrame
+from .uneven_seats import seat_triads as seat_triads
+from .uneven_seats import tip_wrenches as tip_wrenches

@@ -14,8 +14,14 @@ import numpy as np
 from pretravel.base import BoolArray, FloatArray
 from pretravel.six_seats.event import trigger_force
 from pretravel.six_seats.response import hertz_power, hertz_slope
-from pretravel.six_seats.seat_frames import SEAT_SIDES
-from pretravel.six_seats.uneven_seats import OF_RODS, OF_SEATS, PARAMETERS, SixSeats, six_seats
+from pretravel.six_seats.uneven_seats import (
+    OF_RODS,
+    OF_SEATS,
+    PARAMETERS,
+    SEAT_SIDES,
+    SixSeats,
+    six_seats,
+)
 
 _COLUMN = {parameter.name: column for column, parameter in enumerate(PARAMETERS)}
 

@@ -2,6 +2,7 @@
 
 from .covariance import Correlation as Correlation
 from .covariance import Covariance as Covariance
+from .covariance import SharedCovariance as SharedCovariance
 from .fitting.circle import fit_circle as fit_circle
 from .fitting.cone import fit_cone as fit_cone
 from .fitting.cylinder import fit_cylinder as fit_cylinder
@@ -24,4 +25,3 @@ from .gum import coverage_factor as coverage_factor
 from .row_reduction import ReducedRows as ReducedRows
 from .row_reduction import classes_of as classes_of
 from .row_reduction import reduced_rows as reduced_rows
-from .shared_covariance import SharedCovariance as SharedCovariance

@@ -43,7 +43,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def points(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from pretravel.files.point_files import write_points
+    from pretravel.files.points_writing import write_points
     from pretravel.measurement.compensation import apply, embed
 
     outward, _ = around(12)

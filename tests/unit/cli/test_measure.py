@@ -12,8 +12,8 @@ import pytest
 
 from pretravel.drawing.features.extreme_association import KINDS_BY_CRITERION
 from pretravel.drawing.tasks.measure import Criterion
-from pretravel.files.point_files import write_points
 from pretravel.files.points_reading import read_points
+from pretravel.files.points_writing import write_points
 from pretravel.measurement.compensation import apply, embed
 from pretravel.measurement.selection import points_at
 from pretravel.touches import Touches

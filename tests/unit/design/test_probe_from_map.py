@@ -25,8 +25,8 @@ from pretravel.design.identification.probe_from_map import (
     identified_description,
     identify,
 )
+from pretravel.maps.observation import TouchedMeans
 from pretravel.maps.provenance import Origin
-from pretravel.maps.touched_means import TouchedMeans
 from pretravel.prediction.catalogue import description_text, load_probe, parse_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.trigger import predict, predicted_map

@@ -11,7 +11,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.files.many_numbers import arrow_column, numbers_of_arrow
-from pretravel.files.parquet import read_parquet_table
+from pretravel.files.tables import read_parquet_table
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.touches import Touches
 from tests.support.commands import rows, run

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import InputError
-from pretravel.files.point_files import write_points
 from pretravel.files.points_reading import read_points
+from pretravel.files.points_writing import write_points
 from pretravel.files.touches_csv import read_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import point_sources, total_covariance

@@ -15,12 +15,12 @@ from pretravel.files.column_names import column_name
 from pretravel.files.file_format import FilePositions, ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.map_file import read_map
-from pretravel.files.parquet import write_parquet_table
 from pretravel.files.preview import look_at
 from pretravel.files.readings import read_readings
 from pretravel.files.several_files import files_of, read_series
 from pretravel.files.source_file import SourceFile
 from pretravel.files.table_formats import CSV
+from pretravel.files.tables import write_parquet_table
 from pretravel.files.touches_csv import read_touches
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.qualification.qualifying import qualify

@@ -15,7 +15,7 @@ from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.base.frames import Placement, probe_rotation
 from pretravel.base.units import DEGREE
 from pretravel.maps import basis as basis_module
-from pretravel.maps import plausibility, pretravel_map
+from pretravel.maps import observation, pretravel_map
 from pretravel.maps.basis import MapBasis, StoredBasis, values_in_blocks
 from pretravel.maps.kinds.mean import MeanBasis
 from pretravel.maps.kinds.sectors import SectorBasis
@@ -278,6 +278,6 @@ class TestValues:
 
 def test_the_largest_pretravel_grows_with_the_feed() -> None:
     """0.15 mm, and 0.03 s of travel: 600 mm/min are 10 mm/s."""
-    assert plausibility.largest_plausible(None) == 0.15
-    assert plausibility.largest_plausible(0.0) == 0.15
-    assert plausibility.largest_plausible(600.0) == pytest.approx(0.45)
+    assert observation.largest_plausible(None) == 0.15
+    assert observation.largest_plausible(0.0) == 0.15
+    assert observation.largest_plausible(600.0) == pytest.approx(0.45)

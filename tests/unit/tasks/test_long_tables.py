@@ -20,7 +20,7 @@ from pretravel.files.csv_table import csv_rows_text, csv_table_text
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.long_tables import LongTable, long_table
 from pretravel.files.many_numbers import listed_rows
-from pretravel.files.point_tables import listed_numbers
+from pretravel.files.points_writing import listed_numbers
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.pretravel_map import PretravelMap

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pretravel.files.map_file import write_map
-from pretravel.files.point_files import point_endings
+from pretravel.files.points_writing import point_endings
 from pretravel.task.task import Task, python_lines
 from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.verify import Verify

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.uncertainty.covariance import Covariance
+from pretravel.uncertainty.covariance import Covariance, SharedCovariance
 from pretravel.uncertainty.row_reduction import classes_of, reduced_rows
-from pretravel.uncertainty.shared_covariance import SharedCovariance
 
 
 @pytest.mark.parametrize("count", [5, 40])  # fewer than twice the shared errors, and more

@@ -42,7 +42,7 @@ def rig_traces(places: Sequence[Path | str]) -> list[Path]:
     Raises
     ------
     InputError
-        As `pretravel.files.meant_files.files_meant`.
+        As `pretravel.files.several_files.files_meant`.
     """
 
     def is_trace(path: Path) -> bool:
