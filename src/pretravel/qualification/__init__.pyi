@@ -2,17 +2,8 @@
 
 from .block_plan import BlockPlan as BlockPlan
 from .block_plan import plan_block as plan_block
-from .change_causes import CHANCE as CHANCE
-from .change_causes import LOOSE as LOOSE
 from .change_causes import MENTIONED as MENTIONED
-from .change_causes import ONE_DIRECTION as ONE_DIRECTION
-from .change_causes import PRELOAD as PRELOAD
-from .change_causes import SOFT_SIDE as SOFT_SIDE
-from .change_causes import STEADIER as STEADIER
-from .change_causes import STYLUS_LENGTH as STYLUS_LENGTH
-from .change_causes import TIP_SIZE as TIP_SIZE
-from .change_causes import TURNED as TURNED
-from .change_causes import UNKNOWN_CAUSE as UNKNOWN_CAUSE
+from .change_causes import Cause as Cause
 from .change_causes import LikelyCause as LikelyCause
 from .change_tests import Change as Change
 from .delay import SignalDelay as SignalDelay

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -22,27 +23,38 @@ from pretravel.qualification.change_tests import (
     without_center,
 )
 
-PRELOAD, STYLUS_LENGTH, TURNED = "spring preload", "stylus length", "turn about the axis"
-TIP_SIZE, LOOSE, SOFT_SIDE = "tip size", "loose stylus or tip", "softer to one side"
-ONE_DIRECTION, STEADIER = "one direction", "steadier touches"
-UNKNOWN_CAUSE, CHANCE = "unknown", "chance"
+
+class Cause(StrEnum):
+    """What can have changed, in the words of reports."""
+
+    PRELOAD = "spring preload"
+    STYLUS_LENGTH = "stylus length"
+    TURNED = "turn about the axis"
+    TIP_SIZE = "tip size"
+    LOOSE = "loose stylus or tip"
+    SOFT_SIDE = "softer to one side"
+    ONE_DIRECTION = "one direction"
+    STEADIER = "steadier touches"
+    UNKNOWN = "unknown"
+    CHANCE = "chance"
+
 
 CAUSES = {
-    PRELOAD: 0.15,
-    STYLUS_LENGTH: 0.15,
-    TURNED: 0.20,
-    TIP_SIZE: 0.15,
-    LOOSE: 0.15,
-    SOFT_SIDE: 0.05,
-    ONE_DIRECTION: 0.05,
-    STEADIER: 0.02,
-    UNKNOWN_CAUSE: 0.08,
+    Cause.PRELOAD: 0.15,
+    Cause.STYLUS_LENGTH: 0.15,
+    Cause.TURNED: 0.20,
+    Cause.TIP_SIZE: 0.15,
+    Cause.LOOSE: 0.15,
+    Cause.SOFT_SIDE: 0.05,
+    Cause.ONE_DIRECTION: 0.05,
+    Cause.STEADIER: 0.02,
+    Cause.UNKNOWN: 0.08,
 }
-"""Causes of a change and their prior probabilities. `CHANCE`, no change, is as probable as all."""
+"""Causes of a change and their prior probabilities; `Cause.CHANCE`, no change, has that of all."""
 
 _LOWER_PRELOAD = 0.8
 """Probability that a changed preload is a lower one: springs relax."""
-_SIZES = {PRELOAD: 0.2, STYLUS_LENGTH: 0.3, TIP_SIZE: 3.0 * MICROMETRE}
+_SIZES = {Cause.PRELOAD: 0.2, Cause.STYLUS_LENGTH: 0.3, Cause.TIP_SIZE: 3.0 * MICROMETRE}
 """Standard deviations of the sizes before the touches: relative, and of the tip's radius."""
 _TURNS = 20.0 * DEGREE
 _LOG_ANY_TURN = math.log(0.05 * math.sqrt(2.0 * math.pi) * _TURNS / (2.0 * math.pi))
@@ -57,7 +69,7 @@ _UNKNOWN_ANGLE = 0.6
 """Directions closer than this change alike, in an unknown smooth change. [rad]"""
 _SCATTER_ALSO = 0.1
 """Probability that the scatter changes with another cause."""
-_MODEL = {PRELOAD: 0.05, STYLUS_LENGTH: 0.1}
+_MODEL = {Cause.PRELOAD: 0.05, Cause.STYLUS_LENGTH: 0.1}
 """Relative uncertainty of a size from what the patterns leave out."""
 _TYPICAL_LEVEL = 10.0 * MICROMETRE
 """Mean pretravel of a map whose level is not known."""
@@ -77,7 +89,7 @@ class LikelyCause:
     Attributes
     ----------
     name : str
-        One of `CAUSES`, or `CHANCE`: a false alarm.
+        One of `CAUSES`, or `Cause.CHANCE`: a false alarm.
     probability : float
         Among all causes.
     value, u : float
@@ -88,7 +100,7 @@ class LikelyCause:
         Where one direction alone has changed, probe frame; else empty.
     """
 
-    name: str
+    name: Cause
     probability: float
     value: float = math.nan
     u: float = math.nan
@@ -137,10 +149,10 @@ def likely_causes(compared: TouchesAndMap, pretravel_map: PretravelMap) -> tuple
     }
     factor = math.exp(0.5 * compared.scatter_ratio)
     u_factor = 0.5 * factor * compared.u_scatter_ratio
-    found[LOOSE] = _Evidence(larger, factor, u_factor)
-    found[STEADIER] = _Evidence(smaller, factor, u_factor)
+    found[Cause.LOOSE] = _Evidence(larger, factor, u_factor)
+    found[Cause.STEADIER] = _Evidence(smaller, factor, u_factor)
     logs = {name: e.log + math.log(CAUSES[name]) for name, e in found.items()}
-    found[CHANCE], logs[CHANCE] = _Evidence(same), same
+    found[Cause.CHANCE], logs[Cause.CHANCE] = _Evidence(same), same
     total = np.logaddexp.reduce(list(logs.values()))
     causes = [
         LikelyCause(name, math.exp(logs[name] - total), e.value, e.u, e.direction)
@@ -149,18 +161,18 @@ def likely_causes(compared: TouchesAndMap, pretravel_map: PretravelMap) -> tuple
     return tuple(sorted(causes, key=lambda cause: -cause.probability))
 
 
-def _of_patterns(compared: TouchesAndMap, pretravel_map: PretravelMap) -> dict[str, _Evidence]:
+def _of_patterns(compared: TouchesAndMap, pretravel_map: PretravelMap) -> dict[Cause, _Evidence]:
     weights = compared.weights
     preload, length = _patterns_of_forces(compared, pretravel_map)
     found = {
-        PRELOAD: _of_size(compared, weights, preload, _SIZES[PRELOAD], _LOWER_PRELOAD),
-        STYLUS_LENGTH: _of_size(compared, weights, length, _SIZES[STYLUS_LENGTH]),
+        Cause.PRELOAD: _of_size(compared, weights, preload, _SIZES[Cause.PRELOAD], _LOWER_PRELOAD),
+        Cause.STYLUS_LENGTH: _of_size(compared, weights, length, _SIZES[Cause.STYLUS_LENGTH]),
         # A smaller tip touches later, which looks like a larger pretravel.
-        TIP_SIZE: _of_size(compared, weights, -np.ones(len(preload)), _SIZES[TIP_SIZE]),
-        TURNED: _of_turn(compared, weights, pretravel_map),
-        SOFT_SIDE: _of_soft_side(compared, weights),
-        ONE_DIRECTION: _of_one_direction(compared, weights),
-        UNKNOWN_CAUSE: _Evidence(_of_unknown(compared)),
+        Cause.TIP_SIZE: _of_size(compared, weights, -np.ones(len(preload)), _SIZES[Cause.TIP_SIZE]),
+        Cause.TURNED: _of_turn(compared, weights, pretravel_map),
+        Cause.SOFT_SIDE: _of_soft_side(compared, weights),
+        Cause.ONE_DIRECTION: _of_one_direction(compared, weights),
+        Cause.UNKNOWN: _Evidence(_of_unknown(compared)),
     }
     for name, relative in _MODEL.items():
         e = found[name]

@@ -24,12 +24,7 @@ from pretravel.maps import (
     as_map,
     refuse_other_orientation,
 )
-from pretravel.qualification.change_causes import (
-    MENTIONED,
-    TURNED,
-    LikelyCause,
-    likely_causes,
-)
+from pretravel.qualification.change_causes import MENTIONED, Cause, LikelyCause, likely_causes
 from pretravel.qualification.change_tests import (
     Change,
     ChangeTests,
@@ -305,7 +300,7 @@ class _NewTouches:
 def _turn(linear: Change, causes: tuple[LikelyCause, ...]) -> Change:
     """The turn by its best angle where it is a likely cause: the slope of a map ends at lobes."""
     for cause in causes:
-        if cause.name == TURNED and cause.probability >= MENTIONED:
+        if cause.name == Cause.TURNED and cause.probability >= MENTIONED:
             return replace(linear, value=cause.value, u=cause.u)
     return linear
 

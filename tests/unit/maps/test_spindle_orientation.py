@@ -19,7 +19,7 @@ from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.spindle_orientation import orientation_note, orientation_of, turned_to
 from pretravel.measurement.compensation import apply, conditions_notes
 from pretravel.measurement.points_summary import TouchSummary
-from pretravel.qualification.change_causes import TURNED
+from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.prior_update import update_map
 from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
@@ -121,7 +121,7 @@ def test_verify_names_a_turned_spindle() -> None:
     at = latched(again.run, scene.probe, run, np.random.default_rng(4))
     found = verify(Touches(at, again.nominal_normals), _qualified(None), 25.0)
     assert found.changed
-    assert found.causes[0].name == TURNED
+    assert found.causes[0].name == Cause.TURNED
     third = 2.0 * np.pi / 3.0
     off = np.mod(found.causes[0].value - np.pi + 0.5 * third, third) - 0.5 * third
     assert abs(off) < np.radians(5.0)

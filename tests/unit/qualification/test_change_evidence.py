@@ -20,20 +20,7 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.maps.support import DirectionSupport
-from pretravel.qualification.change_causes import (
-    CAUSES,
-    CHANCE,
-    LOOSE,
-    ONE_DIRECTION,
-    PRELOAD,
-    SOFT_SIDE,
-    STEADIER,
-    STYLUS_LENGTH,
-    TIP_SIZE,
-    TURNED,
-    UNKNOWN_CAUSE,
-    likely_causes,
-)
+from pretravel.qualification.change_causes import CAUSES, Cause, likely_causes
 from pretravel.qualification.change_tests import TouchesAndMap
 from pretravel.qualification.touch_noise import TouchNoise
 from pretravel.uncertainty.covariance import Covariance
@@ -187,13 +174,13 @@ def _shapes(level_known: bool) -> dict[str, tuple[float, ...]]:
     bending = (1.0 - along) / (1.0 - along + 0.03 * along)
     ones = [_of_pattern(row, 10.0 * UM, 0.5) for row in np.eye(COUNT)]
     return {
-        PRELOAD: _of_pattern(0.9 * value, 0.2, 0.8),
-        STYLUS_LENGTH: _of_pattern(2.3 * bending * value, 0.3, 0.5),
-        TIP_SIZE: _of_pattern(-np.ones(COUNT), 3.0 * UM, 0.5),
-        TURNED: _of_turn(),
-        SOFT_SIDE: (_of_soft_side(),),
-        ONE_DIRECTION: (float(np.mean([one[0] for one in ones])), *max(ones)[1:]),
-        UNKNOWN_CAUSE: (_of_unknown(),),
+        Cause.PRELOAD: _of_pattern(0.9 * value, 0.2, 0.8),
+        Cause.STYLUS_LENGTH: _of_pattern(2.3 * bending * value, 0.3, 0.5),
+        Cause.TIP_SIZE: _of_pattern(-np.ones(COUNT), 3.0 * UM, 0.5),
+        Cause.TURNED: _of_turn(),
+        Cause.SOFT_SIDE: (_of_soft_side(),),
+        Cause.ONE_DIRECTION: (float(np.mean([one[0] for one in ones])), *max(ones)[1:]),
+        Cause.UNKNOWN: (_of_unknown(),),
     }
 
 
@@ -213,7 +200,7 @@ def _expected(level_known: bool, ratio: float, u_ratio: float) -> dict[str, floa
     same, larger, smaller = _of_scatter(ratio, u_ratio)
     also = 0.9 * same + 0.05 * larger + 0.05 * smaller
     share = {name: CAUSES[name] * values[0] * also for name, values in _shapes(level_known).items()}
-    share |= {LOOSE: 0.15 * larger, STEADIER: 0.02 * smaller, CHANCE: same}
+    share |= {Cause.LOOSE: 0.15 * larger, Cause.STEADIER: 0.02 * smaller, Cause.CHANCE: same}
     total = sum(share.values())
     return {name: value / total for name, value in share.items()}
 
@@ -229,7 +216,7 @@ def test_probabilities_are_those_of_the_integrals(
     found = {cause.name: cause.probability for cause in causes}
     # Others are too small to see a wrong evidence.
     repeated = {name for name, share in expected.items() if share > 1e-6}
-    assert {*found} - repeated == (set() if ratio == ratio else {LOOSE, STEADIER})
+    assert {*found} - repeated == (set() if ratio == ratio else {Cause.LOOSE, Cause.STEADIER})
     assert found == pytest.approx(expected, rel=0.01)
     assert [c.probability for c in causes] == sorted((c.probability for c in causes), reverse=True)
 
@@ -238,28 +225,37 @@ def test_probabilities_are_those_of_the_integrals(
 def test_sizes_and_their_u_are_those_of_the_integrals(level_known: bool) -> None:
     found = {cause.name: cause for cause in likely_causes(_compared(), _map(level_known))}
     # The patterns of preload and of length leave out 5 % and 10 % of a size.
-    beside = {PRELOAD: 0.05, STYLUS_LENGTH: 0.1}
+    beside = {Cause.PRELOAD: 0.05, Cause.STYLUS_LENGTH: 0.1}
     for name, (_, *size) in _shapes(level_known).items():
         if size:
             value, u = size
-            near = 0.01 if name == TURNED else 1e-4
+            near = 0.01 if name == Cause.TURNED else 1e-4
             assert found[name].value == pytest.approx(value, rel=near)
             u = math.hypot(u, beside.get(name, 0.0) * value)
             assert found[name].u == pytest.approx(u, rel=3.0 * near)
     likeliest = int(np.argmax([_of_pattern(row, 10.0 * UM, 0.5)[0] for row in np.eye(COUNT)]))
-    assert found[ONE_DIRECTION].direction == pytest.approx(tuple(N[likeliest]), abs=1e-12)
+    assert found[Cause.ONE_DIRECTION].direction == pytest.approx(tuple(N[likeliest]), abs=1e-12)
     # The deviation is the root of the variance: half of the relative uncertainty of its logarithm.
-    assert found[LOOSE].value == found[STEADIER].value == pytest.approx(math.exp(0.25))
-    assert found[LOOSE].u == found[STEADIER].u == pytest.approx(0.5 * 0.3 * math.exp(0.25))
-    assert math.isnan(found[UNKNOWN_CAUSE].value)
+    assert found[Cause.LOOSE].value == found[Cause.STEADIER].value == pytest.approx(math.exp(0.25))
+    assert (
+        found[Cause.LOOSE].u == found[Cause.STEADIER].u == pytest.approx(0.5 * 0.3 * math.exp(0.25))
+    )
+    assert math.isnan(found[Cause.UNKNOWN].value)
 
 
 def test_the_priors_are_those_of_the_page() -> None:
     assert sum(CAUSES.values()) == pytest.approx(1.0)
     assert CAUSES == {
-        PRELOAD: 0.15, STYLUS_LENGTH: 0.15, TURNED: 0.2, TIP_SIZE: 0.15, LOOSE: 0.15,
-        SOFT_SIDE: 0.05, ONE_DIRECTION: 0.05, STEADIER: 0.02, UNKNOWN_CAUSE: 0.08,
-    }  # fmt: skip
+        Cause.PRELOAD: 0.15,
+        Cause.STYLUS_LENGTH: 0.15,
+        Cause.TURNED: 0.2,
+        Cause.TIP_SIZE: 0.15,
+        Cause.LOOSE: 0.15,
+        Cause.SOFT_SIDE: 0.05,
+        Cause.ONE_DIRECTION: 0.05,
+        Cause.STEADIER: 0.02,
+        Cause.UNKNOWN: 0.08,
+    }
 
 
 def test_a_softer_side_is_as_large_along_any_azimuth() -> None:
@@ -284,7 +280,7 @@ def test_a_softer_side_is_as_large_along_any_azimuth() -> None:
             differences=2.0 * UM * np.sin(polar) ** 2 * np.cos(2.0 * azimuth),
             covariance=np.diag(np.full(16, 1e-7)), of_map=np.zeros((16, 16)),
         )  # fmt: skip
-        soft = next(c for c in likely_causes(compared, _map(True)) if c.name == SOFT_SIDE)
+        soft = next(c for c in likely_causes(compared, _map(True)) if c.name == Cause.SOFT_SIDE)
         found.append((soft.value, soft.u))
     # A pattern whose eight touches in each ring sum to 4 (sin²θ)², with the prior of 2 µm.
     precision = 4.0 * float(np.sum(np.sin([1.5, 0.8]) ** 4)) / 1e-7 + 1.0 / (2.0 * UM) ** 2
@@ -300,7 +296,7 @@ def test_a_turn_that_noise_nearly_hides_is_drawn_to_zero_by_its_prior(turn: floa
     covariance = np.diag(np.full(COUNT, (1.7 * UM) ** 2))
     differences = _value(turn * DEGREE) - _value()
     compared = replace(_compared(), differences=differences, covariance=covariance)
-    found = next(c for c in likely_causes(compared, certain) if c.name == TURNED)
+    found = next(c for c in likely_causes(compared, certain) if c.name == Cause.TURNED)
     free, _ = _quadratic(covariance)
     angle = np.arange(-15.0, 15.0, 0.005) * DEGREE
     left = differences - np.stack([_value(a) - _value() for a in angle])
@@ -314,6 +310,6 @@ def test_a_turn_that_noise_nearly_hides_is_drawn_to_zero_by_its_prior(turn: floa
     none = -0.5 * float(differences @ free @ differences)
     log = float(logs.max()) - none - 0.5 * math.log(precision * (20.0 * DEGREE) ** 2)
     same, larger, smaller = _of_scatter(0.5, 0.3)
-    share = next(c.probability for c in likely_causes(compared, certain) if c.name == CHANCE)
+    share = next(c.probability for c in likely_causes(compared, certain) if c.name == Cause.CHANCE)
     also = (0.9 * same + 0.05 * larger + 0.05 * smaller) / same
     assert found.probability / share == pytest.approx(0.2 * math.exp(log) * also, rel=2e-3)

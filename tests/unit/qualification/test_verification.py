@@ -26,7 +26,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict, predicted_map
-from pretravel.qualification.change_causes import TURNED
+from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.change_tests import changes_of, touches_and_map
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier
@@ -105,7 +105,7 @@ class TestWhatIsSeen:
         assert result.changed
         # First order in the angle, on lobes of 120°: an error of a fifth at 8°.
         assert result.turn.value / DEGREE == pytest.approx(angle, abs=2.5)
-        turned = [each for each in result.causes if each.name == TURNED]
+        turned = [each for each in result.causes if each.name == Cause.TURNED]
         if angle == 20.0:
             assert result.turn.value == turned[0].value
 

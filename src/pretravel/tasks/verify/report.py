@@ -10,22 +10,7 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, describe
 from pretravel.files import Entry
-from pretravel.qualification import (
-    CHANCE,
-    LOOSE,
-    MENTIONED,
-    ONE_DIRECTION,
-    PRELOAD,
-    SOFT_SIDE,
-    STEADIER,
-    STYLUS_LENGTH,
-    TIP_SIZE,
-    TURNED,
-    UNKNOWN_CAUSE,
-    Change,
-    LikelyCause,
-    Verification,
-)
+from pretravel.qualification import MENTIONED, Cause, Change, LikelyCause, Verification
 from pretravel.show import (
     Axis,
     Document,
@@ -140,30 +125,30 @@ def cause_text(cause: LikelyCause) -> str:
 
     more = cause.value > 0.0
     texts: dict[str, Callable[[], str]] = {
-        PRELOAD: lambda: (
+        Cause.PRELOAD: lambda: (
             f"spring preload {'higher' if more else 'lower'} by {amount(0.01, '%', 0)}"
         ),
-        STYLUS_LENGTH: lambda: (
+        Cause.STYLUS_LENGTH: lambda: (
             f"stylus {'longer' if more else 'shorter'} by {amount(0.01, '%', 0)}"
         ),
-        TURNED: lambda: (
+        Cause.TURNED: lambda: (
             f"probe turned about its axis by {'+' if more else '-'}{amount(DEGREE, '°', 1)}"
         ),
-        TIP_SIZE: lambda: (
+        Cause.TIP_SIZE: lambda: (
             f"tip {'larger' if more else 'smaller'} by {amount(0.5 * MICROMETRE, 'µm', 1)} in "
             "diameter (or a wrong diameter of the reference, or a changed delay)"
         ),
-        LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
-        SOFT_SIDE: lambda: (
+        Cause.LOOSE: lambda: f"loose stylus or tip: scatter times {amount(1.0, '', 1)}",
+        Cause.SOFT_SIDE: lambda: (
             f"stylus or seat softer to one side by {amount(MICROMETRE, 'µm', 1)} (loose, cracked)"
         ),
-        ONE_DIRECTION: lambda: (
+        Cause.ONE_DIRECTION: lambda: (
             f"dirt or a chip on the reference at {describe(np.array(cause.direction))}: "
             f"{amount(MICROMETRE, 'µm', 1)}"
         ),
-        STEADIER: lambda: "steadier touches than those of the map; no fault of the probe",
-        UNKNOWN_CAUSE: lambda: "unknown: no known cause has this pattern",
-        CHANCE: lambda: "chance: a false alarm",
+        Cause.STEADIER: lambda: "steadier touches than those of the map; no fault of the probe",
+        Cause.UNKNOWN: lambda: "unknown: no known cause has this pattern",
+        Cause.CHANCE: lambda: "chance: a false alarm",
     }
     return texts[cause.name]()
 
@@ -256,7 +241,7 @@ def _data(result: Verification, decision: str) -> tuple[Table, ...]:
     )
 
 
-_WITHOUT_SIZE = (STEADIER, UNKNOWN_CAUSE, CHANCE)
+_WITHOUT_SIZE = (Cause.STEADIER, Cause.UNKNOWN, Cause.CHANCE)
 
 
 def verification_view(result: Verification, entries: Sequence[Entry] = (), title: str = "") -> View:
