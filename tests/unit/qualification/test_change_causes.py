@@ -16,15 +16,7 @@ from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Probe
 from pretravel.prediction.trigger import predict
-from pretravel.qualification.change_causes import (
-    LOOSE,
-    ONE_DIRECTION,
-    PRELOAD,
-    SOFT_SIDE,
-    STYLUS_LENGTH,
-    TIP_SIZE,
-    TURNED,
-)
+from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.qualifying import qualify
 from pretravel.qualification.verification import verify
 from pretravel.tasks.verify.report import cause_text, verification_document
@@ -120,30 +112,34 @@ def longer(factor: float) -> Probe:
 @cache
 def changed(cause: str) -> tuple[np.ndarray, float]:
     """Pretravel and noise of a probe with a clear change."""
-    if cause == PRELOAD:
+    if cause == Cause.PRELOAD:
         return seen(replace(PROBE, preload=0.8 * PROBE.preload)), 3e-4
-    if cause == STYLUS_LENGTH:
+    if cause == Cause.STYLUS_LENGTH:
         return seen(longer(1.1)), 3e-4
-    if cause == TURNED:
+    if cause == Cause.TURNED:
         return seen(PROBE, 5.0), 3e-4
-    if cause == TIP_SIZE:
+    if cause == Cause.TIP_SIZE:
         return seen(PROBE) + 0.001, 3e-4  # a tip smaller by 2 µm
-    if cause == ONE_DIRECTION:
+    if cause == Cause.ONE_DIRECTION:
         return seen(PROBE) + 0.004 * (np.arange(len(NORMALS)) // REPEATS == 7), 3e-4
-    if cause == SOFT_SIDE:  # more across +x, and less across +y
+    if cause == Cause.SOFT_SIDE:  # more across +x, and less across +y
         x, y, _ = NORMALS.T
         return seen(PROBE) + 0.002 * (x**2 - y**2), 3e-4
     return seen(PROBE), 12e-4
 
 
 CLEAR = {
-    PRELOAD: -0.2, STYLUS_LENGTH: 0.1, TURNED: 5.0 * DEGREE, TIP_SIZE: -0.001, LOOSE: 4.0,
-    SOFT_SIDE: 0.002,
-}  # fmt: skip
+    Cause.PRELOAD: -0.2,
+    Cause.STYLUS_LENGTH: 0.1,
+    Cause.TURNED: 5.0 * DEGREE,
+    Cause.TIP_SIZE: -0.001,
+    Cause.LOOSE: 4.0,
+    Cause.SOFT_SIDE: 0.002,
+}
 
 
 class TestCauses:
-    @pytest.mark.parametrize("cause", [*CLEAR, ONE_DIRECTION])
+    @pytest.mark.parametrize("cause", [*CLEAR, Cause.ONE_DIRECTION])
     def test_clear_changes_are_named(self, cause: str) -> None:
         pretravel, noise = changed(cause)
         results = [verify(touches(pretravel, 10 + s, noise), old_map(), 25.0) for s in range(3)]
@@ -167,7 +163,7 @@ class TestCauses:
         assert named.count(cause) >= 40
 
     def test_the_report_says_what_and_how_much(self) -> None:
-        pretravel, noise = changed(PRELOAD)
+        pretravel, noise = changed(Cause.PRELOAD)
         result = verify(touches(pretravel, 4, noise), old_map(), 25.0)
         assert cause_text(result.causes[0]).startswith("spring preload lower by ")
         document = verification_document(result, "kept")
