@@ -57,8 +57,8 @@ from .files.machine_file import read_machine as read_machine
 from .files.map_file import read_map as read_map
 from .files.map_file import write_map as write_map
 from .files.placement_file import read_placement as read_placement
-from .files.points_writing import write_points as write_points
 from .files.points_reading import read_points as read_points
+from .files.points_writing import write_points as write_points
 from .files.readings import read_readings as read_readings
 from .files.readings import write_readings as write_readings
 from .files.source_file import SourceFile as SourceFile
