@@ -39,7 +39,7 @@ from pretravel import (
     read_map,
     write_map,
 )
-from pretravel.design.identification.probe_from_map import FREE
+from pretravel.design.identification.free_numbers import FREE
 from pretravel.files.map_json import json_of_map
 from pretravel.prediction.catalogue import source_text
 

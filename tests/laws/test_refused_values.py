@@ -17,7 +17,7 @@ from pretravel.controls.exports import table_travel
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.macro_b import renishaw_variables
 from pretravel.design.fem.linear_solvers import factorise
-from pretravel.design.identification.probe_from_map import free_numbers
+from pretravel.design.identification.free_numbers import free_numbers
 from pretravel.design.probing.slide_one_normal import _golden_section
 from pretravel.design.probing.slides import SlideSettings, slide
 from pretravel.laboratory.rig.budget import LengthComponent, constant_and_slope, length_budget

@@ -14,14 +14,13 @@ from pretravel.base.directions import fibonacci_cap, grid, sphere_pattern_25
 from pretravel.base.errors import DescriptionError, PretravelError
 from pretravel.design.identification import probe_from_map
 from pretravel.design.identification.evidence import Evidence, evidence_of
+from pretravel.design.identification.free_numbers import FREE, free_numbers
 from pretravel.design.identification.probe_from_map import (
-    FREE,
     Identification,
     _misfit,
     _numbers_at_limits,
     _uncertainty,
     _with_nearest_rotation,
-    free_numbers,
     identified_description,
     identify,
 )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pretravel.base import MICROMETRE
-from pretravel.design.identification.probe_from_map import FREE, Identification
+from pretravel.design.identification.free_numbers import FREE
+from pretravel.design.identification.probe_from_map import Identification
 from pretravel.show import (
     Axis,
     Column,
