@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, BoolArray, FloatArray, IntArray, ShownInNotebooks, WithPlot
+from pretravel.base import (
+    MICROMETRE,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    ShownInNotebooks,
+    WithPlot,
+    describe,
+)
 from pretravel.maps import (
     STEEL_EXPANSION,
     USUAL_U_DIAMETER,
@@ -22,8 +31,17 @@ from pretravel.maps import (
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
 from pretravel.qualification.outliers import Outlier
+from pretravel.qualification.quantisation import COARSE_STEP
 from pretravel.touches import Touches
 from pretravel.uncertainty import Budget, Component
+
+GOOD_PROBE = 0.5 * MICROMETRE
+"""Standard deviation of a touch up to which a probe is called good: makers state 0.5 µm. [mm]"""
+POOR_PROBE = 1.5 * MICROMETRE
+"""Standard deviation of a touch from which a probe is called poor. [mm]"""
+_USUAL_DIRECTIONS = 25
+_UNEVEN = 3.0  # largest u over the mean one from which a direction is proposed
+Grade: TypeAlias = Literal["good", "usable", "poor"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +204,42 @@ class Qualification(ShownInNotebooks, WithPlot):
         observed, left = self.observed[self.used], self.residuals[self.used]
         total = float(np.sum((observed - observed.mean()) ** 2))
         return 1.0 - float(np.sum(left**2)) / total if total > 0.0 else math.nan
+
+    @property
+    def hidden_by_step(self) -> bool:
+        """Whether repeats differ by less than the step of the positions, and say little."""
+        step = self.effects.step
+        return step >= COARSE_STEP and self.repeatability < 0.5 * step
+
+    @property
+    def grade(self) -> Grade | None:
+        """Grade of the probe by the scatter of a single touch; None where repeats do not show it.
+
+        Good is up to 0.5 µm, which makers of probes state; poor is above 1.5 µm.
+        """
+        repeated = self.fit.observation.repeats.dof > 0.0 and not self.copies
+        if not repeated or self.hidden_by_step:
+            return None
+        size = self.pretravel_map.single_touch
+        return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
+
+    @property
+    def next_step(self) -> str:
+        """What improves the map most; empty where the map is ready for use."""
+        made, observation = self.pretravel_map, self.fit.observation
+        if self.outliers:
+            return "touch the places of the outliers again, or exclude these touches"
+        if self.effects.step >= COARSE_STEP:
+            return "write the positions with more digits, then touch and qualify again"
+        if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:
+            return f"touch {_USUAL_DIRECTIONS} directions, three times each, for a smaller u"
+        if made.single_touch > POOR_PROBE:
+            return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
+        directions, _, u = over_support(made)
+        if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > made.single_touch:
+            worst = describe(directions[int(np.argmax(u))])
+            return f"also touch {worst}, where u of the map is largest"
+        return ""
 
     def __repr__(self) -> str:
         out = int((~self.used).sum())

@@ -4,36 +4,45 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from pretravel.base.directions import sphere_pattern_25
+from pretravel.qualification.qualifying import qualify
 from pretravel.show.document import Document, Judgement
 from pretravel.show.page import page_text
 from pretravel.show.result_file import read_result
 from pretravel.tasks.qualify.summary import judgement
+from pretravel.touches import Touches
 from tests.support.commands import run
 from tests.support.examples import SPHERE
 
 
 @pytest.mark.parametrize(
-    ("scatter_mm", "dof", "expected"),
+    ("scatter_um", "repeats", "grade", "expected", "next_step"),
     [
-        (0.3e-3, 50.0, ("good", "Good")),
-        (1.0e-3, 50.0, ("caution", "Usable")),
-        (2.0e-3, 50.0, ("bad", "Poor")),
-        (0.3e-3, 0.0, ("caution", "Not known")),  # nothing was touched twice
+        (0.3, 3, "good", ("good", "Good"), ""),
+        (0.9, 3, "usable", ("caution", "Usable"), ""),
+        (2.5, 3, "poor", ("bad", "Poor"), "find out why touches scatter"),
+        (0.3, 1, None, ("caution", "Not known"), ""),  # nothing was touched twice
     ],
 )
-def test_of_a_probe(scatter_mm: float, dof: float, expected: tuple[str, str]) -> None:
-    result = SimpleNamespace(
-        pretravel_map=SimpleNamespace(single_touch=scatter_mm),
-        fit=SimpleNamespace(observation=SimpleNamespace(repeats=SimpleNamespace(dof=dof))),
-        effects=SimpleNamespace(step=0.0),
-        repeatability=scatter_mm,
-        copies=0,
-    )
-    assert judgement(result) == Judgement(*expected)  # type: ignore[arg-type]
+def test_of_a_probe(
+    scatter_um: float,
+    repeats: int,
+    grade: str | None,
+    expected: tuple[str, str],
+    next_step: str,
+) -> None:
+    normals = np.repeat(sphere_pattern_25(), repeats, axis=0)
+    noise = 1e-3 * scatter_um * np.random.default_rng(2).standard_normal(len(normals))
+    touches = Touches(normals * (15.49 + noise)[:, None], normals)
+    found = qualify(touches, 25.0, tip_diameter=6.0, kind="mean")
+    assert found.grade == grade
+    assert judgement(found) == Judgement(*expected)
+    assert found.next_step.startswith(next_step)
+    assert bool(found.next_step) == bool(next_step)
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray, describe
+from pretravel.base import MICROMETRE, describe
 from pretravel.maps import over_support
-from pretravel.qualification import COARSE_STEP, KindScore, Qualification, radius_budget
+from pretravel.qualification import KindScore, Qualification, radius_budget
 from pretravel.show import (
     Judgement,
     KeyFigure,
@@ -20,31 +20,12 @@ from pretravel.show import (
 )
 from pretravel.uncertainty import Budget
 
-GOOD_PROBE = 0.5 * MICROMETRE
-"""Standard deviation of a touch up to which a probe is called good: makers state 0.5 µm. [mm]"""
-POOR_PROBE = 1.5 * MICROMETRE
-"""Standard deviation of a touch from which a probe is called poor. [mm]"""
-_USUAL_DIRECTIONS = 25
-_UNEVEN = 3.0  # largest u over the mean one from which a direction is proposed
-
-
 _GRADES = {
     "good": Judgement("good", "Good"),
     "usable": Judgement("caution", "Usable"),
     "poor": Judgement("bad", "Poor"),
 }
-_NO_REPEATS = Judgement("caution", "Not known")
-
-
-def _grade(result: Qualification) -> str:
-    size = result.pretravel_map.single_touch
-    return "good" if size <= GOOD_PROBE else "usable" if size <= POOR_PROBE else "poor"
-
-
-def _is_hidden(result: Qualification) -> bool:
-    """Whether repeats differ by less than the step of the positions: they say little of a probe."""
-    step = result.effects.step
-    return step >= COARSE_STEP and result.repeatability < 0.5 * step
+_NOT_KNOWN = Judgement("caution", "Not known")
 
 
 def judgement(result: Qualification) -> Judgement:
@@ -54,8 +35,7 @@ def judgement(result: Qualification) -> Judgement:
     ----------
     result : Qualification
     """
-    repeated = result.fit.observation.repeats.dof > 0.0 and not result.copies
-    return _GRADES[_grade(result)] if repeated and not _is_hidden(result) else _NO_REPEATS
+    return _NOT_KNOWN if result.grade is None else _GRADES[result.grade]
 
 
 def verdict(result: Qualification, point: Budget) -> str:
@@ -73,7 +53,7 @@ def verdict(result: Qualification, point: Budget) -> str:
     )
     repeats = value_text(result.repeatability / MICROMETRE, "µm")
     # The grade is of the repeats alone: a good probe can need its map.
-    if _is_hidden(result):
+    if result.hidden_by_step:
         return (
             "Whether the probe is good is not known, because the positions are in steps of "
             f"{result.effects.step / MICROMETRE:.4g} µm, and touches differ by less: "
@@ -84,8 +64,8 @@ def verdict(result: Qualification, point: Budget) -> str:
             f"Whether the probe is good is not known, because {result.copies} touches are copies "
             f"of others to the last digit: give each reading once. {known[0].upper()}{known[1:]}"
         )
-    if result.fit.observation.repeats.dof > 0.0:
-        return f"The probe is {_grade(result)}: a touch repeats to {repeats}, and {known}"
+    if result.grade is not None:
+        return f"The probe is {result.grade}: a touch repeats to {repeats}, and {known}"
     return (
         "Whether the probe is good is not known, because no direction was touched twice "
         f"({repeats} is assumed for a touch, from the residuals of the map): touch each "
@@ -132,7 +112,7 @@ def summary_figures(
             remark=f"largest {value_text(float(u[worst]) / MICROMETRE, 'µm')} at "
             f"{describe(directions[worst])}",
         ),
-        KeyFigure("next", _next(result, u, describe(directions[worst]), saved)),
+        KeyFigure("next", result.next_step or _use(saved)),
     )  # fmt: skip
 
 
@@ -147,19 +127,7 @@ def _weights(scores: Sequence[KindScore]) -> str:
     return f"weights {', '.join(shares)}, by cross-validation" if shares else ""
 
 
-def _next(result: Qualification, u: FloatArray, worst: str, saved: bool) -> str:
-    """The most useful thing to do with this probe; u is that of the map over its directions."""
-    pretravel_map, observation = result.pretravel_map, result.fit.observation
-    if result.outliers:
-        return "touch the places of the outliers again, or exclude these touches"
-    if result.effects.step >= COARSE_STEP:
-        return "write the positions with more digits, then touch and qualify again"
-    if observation.direction_count < _USUAL_DIRECTIONS and not observation.ring:
-        return f"touch {_USUAL_DIRECTIONS} directions, three times each, for a smaller u"
-    if pretravel_map.single_touch > POOR_PROBE:
-        return "find out why touches scatter: loose stylus, vibration, dirt, a worn probe"
-    if u.max() > _UNEVEN * np.sqrt(np.mean(u**2)) and u.max() > pretravel_map.single_touch:
-        return f"also touch {worst}, where u of the map is largest"
+def _use(saved: bool) -> str:
     if not saved:
         return "write the map to a file (.json), then compensate a part with it"
     return "compensate a part with the map; verify the probe from time to time"
