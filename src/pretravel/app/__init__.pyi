@@ -57,6 +57,7 @@ from .components.task_fields import described_fields as described_fields
 from .every_task import task_links as task_links
 from .jobs import WORKS as WORKS
 from .jobs import Job as Job
+from .jobs import ShownResult as ShownResult
 from .jobs import Work as Work
 from .jobs import without_folder as without_folder
 from .own_probe import own_description as own_description

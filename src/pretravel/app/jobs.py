@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pretravel.app.links import OF_REFERENCE, REFERENCE, newer_inputs
 from pretravel.app.project import Inputs, Link, Listener, ScreenState, SettingValue, StoredFile
@@ -23,6 +23,7 @@ from pretravel.base import PretravelError, own_files_alone, temporary_folder
 
 if TYPE_CHECKING:
     from pretravel.show import Document
+    from pretravel.task import Task
 
 LARGE = 2_000_000
 """Bytes of files above which work is done in a process of its own: it can be ended, and its memory
@@ -33,9 +34,30 @@ _UNTIL_AHEAD = 0.3
 """Time from the request of a page, which is built first, to the start of `do_ahead`. [s]"""
 
 
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True, eq=False)
+class ShownResult(Generic[Made]):
+    """The result of a task with its report: a job makes both, for a page must not wait.
+
+    Attributes
+    ----------
+    made : object
+    document : Document
+    same : Task or None
+        As the user can do it; None where no task does it.
+    """
+
+    made: Made
+    document: Document
+    same: Task | None = None
+
+
 def report_of(result: Any) -> Document | None:
-    """The report of a result that has it as its `document`; None of another one."""
-    return getattr(result, "document", None) if result is not None else None
+    """The report of a result that has it, or makes it, as its `document`; None of another one."""
+    found = getattr(result, "document", None)
+    return found() if callable(found) else found
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from pretravel.design.screen.designer import _write_page
 from pretravel.design.screen.pictures import design_figures
 from pretravel.design.screen.work import (
     DESIGN_FILE,
+    DESIGNS,
     FINITE_ELEMENTS,
     FiniteElementDesigns,
     compare_designs,
@@ -30,6 +31,7 @@ from pretravel.design.screen.work import (
 )
 from pretravel.prediction.catalogue import description_text, load_probe
 from pretravel.prediction.trigger import predict
+from pretravel.show.document import Document
 
 CHANGED = {"form_of": digest_of(start_text("omp40-2", None)), "design.spring.preload_N": 4.0}
 
@@ -162,3 +164,9 @@ def test_a_design_is_saved_until_it_changes() -> None:
     state.settings["saved_description"] = [digest]
     assert is_saved(state, digest)
     assert not is_saved(state, compare_designs(Inputs({}, {})).digest())
+
+
+def test_the_start_page_has_the_verdict_of_two_designs() -> None:
+    report = DESIGNS.report(compare_designs(Inputs(settings=CHANGED, files={})))
+    assert isinstance(report, Document)
+    assert report.verdict

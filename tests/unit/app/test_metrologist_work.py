@@ -34,10 +34,10 @@ def test_the_command_that_is_shown_finds_the_same(
     result = check_by_standard(_inputs(tmp_path, standard, size_limit_um=20.0, repeat_limit_um=5.0))
     monkeypatch.chdir(tmp_path)
     words = shlex.split(command_line(result.same))
-    exceeds = any("exceeds" in figure.verdict for figure in result.checked.result.figures)
+    exceeds = any("exceeds" in figure.verdict for figure in result.made.result.figures)
     run(*words[1:-1], "check.csv", code=3 if exceeds else 0)
     found = {row["figure"]: float(row["value_um"]) for row in rows(tmp_path / "check.csv")}
-    mine = {figure.name: 1e3 * figure.value for figure in result.checked.result.figures}
+    mine = {figure.name: 1e3 * figure.value for figure in result.made.result.figures}
     assert found == pytest.approx(mine)
 
 
@@ -45,7 +45,7 @@ def test_the_example_has_the_offset_that_it_was_made_with(tmp_path: Path) -> Non
     """4 and -3 µm; a part of the pretravel counts as an offset only where it shifts a circle: an
     even tripod's has harmonics 3, 6, …, which 36 directions keep apart from the first."""
     result = check_by_standard(_inputs(tmp_path, "iso230-10-tip-offset"))
-    x, y = result.checked.result.figures[:2]
+    x, y = result.made.result.figures[:2]
     for figure, wanted in ((x, 0.004), (y, -0.003)):
         assert figure.u_test is not None
         assert abs(figure.value - wanted) < 3.0 * figure.u_test

@@ -103,7 +103,7 @@ def test_the_command_has_the_limits_that_were_used(limits: str | None) -> None:
         assert words[words.index("--tolerance") + 1] == limits
         low, high = (float(end) if end else None for end in limits.split(".."))
         wanted = (-math.inf if low is None else low, math.inf if high is None else high)
-        assert found.features.task.tolerances().size == wanted
+        assert found.made.task.tolerances().size == wanted
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def test_a_face_is_found_and_measured(bracket: tuple[PartResult, dict[str, tuple
     bore = result.face_at(np.array([12.0 + 6.0, 12.0, 10.0]))
     assert bore is not None
     found = measure_face(result, bore)
-    (feature,) = (each.feature for each in found.features.features)
+    (feature,) = (each.feature for each in found.made.features)
     assert feature.quantity("diameter").value == pytest.approx(12.0, abs=0.01)
     assert len(feature.points) == 8
     assert found.same is not None
@@ -168,9 +168,9 @@ def test_the_tolerances_of_a_drawing(
     )
     settings = {"measure_probability": 0.975, "measure_feature": "plane"}
     found = measure_part(result, Inputs(settings, files | {"drawing": (drawing,)}))
-    verdicts = [each.verdict for each in found.features.features]
+    verdicts = [each.verdict for each in found.made.features]
     assert verdicts == [ConformityVerdict.CONFORMS, ConformityVerdict.DOES_NOT_CONFORM]
-    assert found.features.task.probability == 0.975
+    assert found.made.task.probability == 0.975
     assert "--drawing drawing.toml" in command_line(found.same)
 
 

@@ -151,4 +151,4 @@ def test_the_command_of_a_separation_finds_the_same(
     monkeypatch.chdir(tmp_path)
     (tmp_path / path.name).write_bytes(path.read_bytes())
     run(*shlex.split(command_line(result.same))[1:])
-    assert _written("separation.json") == _values(result.separated)
+    assert _written("separation.json") == _values(result.made)

@@ -13,6 +13,7 @@ from pretravel.app import (
     WORKS,
     ScreenPlaces,
     ScreenState,
+    ShownResult,
     Work,
     belonging_to,
     document_view,
@@ -47,9 +48,9 @@ from pretravel.controls.screen.work import (
     FitResult,
     LookResult,
     TouchesPicture,
-    TriedMap,
 )
 from pretravel.show import Chart, PolarChart, SpaceChart, plotly_figure
+from pretravel.tasks.compensate import CompensatedTouches
 
 _EMPTY = "Your touches on the reference, as soon as their file is dropped"
 _LONGEST_TEXT = 20_000
@@ -226,8 +227,8 @@ def _part(state: ScreenState) -> None:
 
 
 def _points_to_keep(work: Work) -> None:
-    def write(path: Path, result: TriedMap) -> None:
-        result.write(path)
+    def write(path: Path, result: ShownResult[CompensatedTouches]) -> None:
+        result.made.write("output", path)
 
     result_button(work, "Surface points", "points.csv", write)
 

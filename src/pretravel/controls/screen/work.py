@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.app import Inputs, Job
+from pretravel.app import Inputs, Job, ShownResult
 from pretravel.base import InputError, PretravelError
 from pretravel.controls.screen.settings import CONTROL, MAP_NAME, QUALIFICATION, EngineerSettings
 from pretravel.task import command_line
@@ -304,25 +304,7 @@ def export(inputs: Inputs) -> ExportResult | None:
     return ExportResult(settings, settings.export().exported(made.qualified.pretravel_map))
 
 
-@dataclass(frozen=True, eq=False)
-class TriedMap:
-    """Touches of a part, compensated with the map.
-
-    Attributes
-    ----------
-    compensated : CompensatedTouches
-    document : Document
-    """
-
-    compensated: CompensatedTouches
-    document: Document
-
-    def write(self, path: Path) -> None:
-        """Write the points."""
-        self.compensated.write("output", path)
-
-
-def compensate(inputs: Inputs) -> TriedMap | None:
+def compensate(inputs: Inputs) -> ShownResult[CompensatedTouches] | None:
     """Compensate the touches of a part with the map; None without a map."""
     from pretravel.tasks.compensate import Compensate
 
@@ -335,7 +317,7 @@ def compensate(inputs: Inputs) -> TriedMap | None:
     )
     readings = task.read_touches(tip_diameter=2.0 * pretravel_map.tip_radius)
     found = task.compensated(readings, pretravel_map)
-    return TriedMap(found, found.document())
+    return ShownResult(found, found.document())
 
 
 _OF_FIT = (*QUALIFICATION.stored, "answers", "left_out")

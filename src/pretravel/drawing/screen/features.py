@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from pathlib import Path
 
 from nicegui import ui
 
 from pretravel.app import (
     WORKS,
     ScreenState,
+    ShownResult,
     Work,
     described_fields,
     document_view,
@@ -34,13 +36,13 @@ from pretravel.drawing.screen.tolerance_table import rows_in, tolerance_table
 from pretravel.drawing.screen.work import (
     FEATURE_FORM,
     FEATURES,
-    PartFeatures,
     PartResult,
     groups_of,
 )
 from pretravel.drawing.tasks.measure.lines import ToleranceLine
 from pretravel.drawing.tasks.measure.report import FeatureRow, feature_rows, short_report
 from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL
+from pretravel.drawing.tasks.measure.task import MeasuredFeatures
 from pretravel.measurement import named_feature
 from pretravel.show import Judgement, decimals, number_text
 from pretravel.task import command_line
@@ -91,7 +93,7 @@ def features_tab(state: ScreenState, points: Work) -> None:
     live([state.listen], fields, lambda: (bool(rows_in(state)), state.files["drawing"]))
     built: list[bool] = []
 
-    def show(result: PartFeatures) -> None:
+    def show(result: ShownResult[MeasuredFeatures]) -> None:
         rows = _shown(result)
         if built:  # the rows stand below the fields that a person has just filled in
             ui.run_javascript(_TO_ROWS.replace("ROWS", str(rows.id)))
@@ -136,22 +138,22 @@ def _chips(state: ScreenState, groups: dict[str, tuple[int, str]]) -> None:
     here([state.listen], show)
 
 
-def features_verdict(result: PartFeatures) -> None:
+def features_verdict(result: ShownResult[MeasuredFeatures]) -> None:
     """The verdict, which stands above all tabs.
 
     Parameters
     ----------
-    result : PartFeatures
+    result : ShownResult of MeasuredFeatures
     """
     verdict_card(result.document.verdict, result.document.judgement)
 
 
-def _shown(result: PartFeatures) -> ui.element:
+def _shown(result: ShownResult[MeasuredFeatures]) -> ui.element:
     document = result.document
     for words in document.warnings:
         warning(words)
-    lines = result.features.lines
-    rows = _main_rows(feature_rows(result.features.features, result.features.relations))
+    lines = result.made.lines
+    rows = _main_rows(feature_rows(result.made.features, result.made.relations))
     with ui.element("div").classes("table-frame").props('tabindex="0" role="region"') as frame:
         frame.props["aria-label"] = "Tolerances" if lines else "Features"
         with ui.element("table").classes("sortable feature-rows"):
@@ -257,8 +259,8 @@ def _limit(value: float) -> str:
 
 
 def _to_keep(work: Work) -> None:
-    def write(path: object, result: PartFeatures) -> None:
-        result.features.write("output", path)  # type: ignore[arg-type]
+    def write(path: Path, result: ShownResult[MeasuredFeatures]) -> None:
+        result.made.write("output", path)
 
     with ui.element("div").classes("buttons"):
         result_button(work, "features.csv", "features.csv", write)
@@ -272,10 +274,10 @@ def _to_keep(work: Work) -> None:
         )  # fmt: skip
 
 
-def _command_of(result: PartFeatures) -> str:
+def _command_of(result: ShownResult[MeasuredFeatures]) -> str:
     return "" if result.same is None else command_line(result.same)
 
 
-def _same(result: PartFeatures | None) -> None:
+def _same(result: ShownResult[MeasuredFeatures] | None) -> None:
     if result is not None:
         note(_command_of(result))

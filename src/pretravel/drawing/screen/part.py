@@ -14,6 +14,7 @@ from nicegui import ui
 from pretravel.app import (
     WORKS,
     ScreenState,
+    ShownResult,
     StoredFile,
     Work,
     choice_field,
@@ -49,12 +50,12 @@ from pretravel.drawing.screen.work import (
     FEATURE_FORM,
     FEATURES,
     PART_FORM,
-    PartFeatures,
     PartResult,
     asks_where,
     example_map,
     with_own_scale,
 )
+from pretravel.drawing.tasks.measure.task import MeasuredFeatures
 from pretravel.prediction import catalogue_names
 from pretravel.show import KeyFigure, decimals, plotly_figure, signed_decimals
 from pretravel.task import budget_table, command_line, example_folder
@@ -295,7 +296,7 @@ def _choose_face(state: ScreenState, result: PartResult) -> None:
     choice_field(state, "face", "Face", names, default=None)
 
 
-def _show_face(found: PartFeatures) -> None:
+def _show_face(found: ShownResult[MeasuredFeatures]) -> None:
     document_view(found.document)
     if found.same is not None:
         note(command_line(found.same))

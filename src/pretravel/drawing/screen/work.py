@@ -15,6 +15,7 @@ from pretravel.app import (
     Inputs,
     Job,
     ScreenState,
+    ShownResult,
     StoredFile,
     TaskForm,
     own_map,
@@ -233,23 +234,6 @@ def _aligned(
     return PartResult(found, document, None, same, aligned, aligned.alignment.feet.face)
 
 
-@dataclass(frozen=True)
-class PartFeatures:
-    """Measured features.
-
-    Attributes
-    ----------
-    features : MeasuredFeatures
-    document : Document
-    same : Measure or None
-        As the user can do it, with the file of the points; None where no option chooses them.
-    """
-
-    features: MeasuredFeatures
-    document: Document
-    same: Measure | None
-
-
 def groups_of(labels: Sequence[str]) -> dict[str, tuple[int, str]]:
     """Groups of labels that differ in the number at the end: how many points, and their pattern.
 
@@ -273,7 +257,7 @@ def groups_of(labels: Sequence[str]) -> dict[str, tuple[int, str]]:
     return {name: (len(rows[name]), pattern[0]) for name, pattern in found.items() if pattern}
 
 
-def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
+def measure_part(result: PartResult, inputs: Inputs) -> ShownResult[MeasuredFeatures]:
     """Measure features of compensated points.
 
     Raises
@@ -295,7 +279,7 @@ def measure_part(result: PartResult, inputs: Inputs) -> PartFeatures:
     return _measured(result, Measure(points=Path("points.csv"), output=_FEATURES, **given))
 
 
-def measure_face(result: PartResult, index: int) -> PartFeatures:
+def measure_face(result: PartResult, index: int) -> ShownResult[MeasuredFeatures]:
     """Measure the feature of one face, from the touches on it.
 
     Raises
@@ -337,7 +321,7 @@ def _measured(
     rows: IntArray | None = None,
     label: str = "",
     drawing: Drawing | None = None,
-) -> PartFeatures:
+) -> ShownResult[MeasuredFeatures]:
     # The points as a file of them has them, so that the command finds the same last digit.
     with temporary_folder() as folder:
         result.write_points(folder / "points.csv")
@@ -353,7 +337,7 @@ def _measured(
     else:
         found = task.measured(points, part=result.part if task.part is not None else None)
     same = with_file_names(task) if rows is None or task.select else None
-    return PartFeatures(found, found.document(), same)
+    return ShownResult(found, found.document(), same)
 
 
 _FEATURES = Path("features.csv")
@@ -413,7 +397,7 @@ COMPENSATION = Job(
 """The points of the part."""
 
 
-def measure_newest(inputs: Inputs) -> PartFeatures:
+def measure_newest(inputs: Inputs) -> ShownResult[MeasuredFeatures]:
     """Measure the features of the newest points."""
     return measure_part(inputs.results[COMPENSATION.name], inputs)
 
@@ -431,7 +415,7 @@ FEATURES = Job(
 """What is measured of the points."""
 
 
-def measure_clicked(inputs: Inputs) -> PartFeatures:
+def measure_clicked(inputs: Inputs) -> ShownResult[MeasuredFeatures]:
     """Measure the feature of the face that was clicked."""
     return measure_face(inputs.results[COMPENSATION.name], int(str(inputs.settings["face"])))
 

@@ -11,6 +11,7 @@ from pretravel.app import (
     CERTIFICATES,
     Job,
     ScreenState,
+    ShownResult,
     StoredFile,
     Work,
     described_field,
@@ -37,10 +38,10 @@ from pretravel.laboratory.standards.standard_figures import standard_table
 from pretravel.laboratory.tasks.check.screen_work import (
     EXAMPLE_SETTINGS,
     FORM,
-    CheckResult,
     check_by_standard,
     example_touches,
 )
+from pretravel.laboratory.tasks.check.task import CheckedProbe
 from pretravel.task import command_line
 
 CHECK = Job(
@@ -122,12 +123,12 @@ def _to_keep(work: Work) -> None:
         )  # fmt: skip
         result_button(
             work, "check.csv", "check.csv",
-            lambda path, result: write_csv_table(path, standard_table(result.checked.result)),
+            lambda path, result: write_csv_table(path, standard_table(result.made.result)),
         )  # fmt: skip
 
 
-def _definitions(result: CheckResult | None) -> None:
-    if result is not None:
-        checked = result.checked
+def _definitions(result: ShownResult[CheckedProbe] | None) -> None:
+    if result is not None and result.same is not None:
+        checked = result.made
         note(comparison_sentence(checked.result.standard, checked.statements))
         same_elsewhere(result.same)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.app import Inputs, TaskForm, laboratory_file, with_file_names
+from pretravel.app import Inputs, ShownResult, TaskForm, laboratory_file, with_file_names
 from pretravel.base import MICROMETRE, FloatArray, Placement, probe_rotation, temporary_folder
 from pretravel.design import Latch, simulate
 from pretravel.files import LaboratoryStatements, write_touches
 from pretravel.laboratory.standards.iso230_10 import plane_pattern_36
 from pretravel.laboratory.tasks.check.task import Check, CheckedProbe, not_stated
-from pretravel.show import Document
 from pretravel.surface import Sphere
 from pretravel.task import patterns
 from pretravel.touches import Targets, Touches, moved, with_spindle
@@ -22,24 +21,7 @@ from pretravel.touches import Targets, Touches, moved, with_spindle
 FORM = TaskForm(Check, shared=("units",), start={"standard": "iso10360-5"})
 
 
-@dataclass(frozen=True)
-class CheckResult:
-    """A check with its report.
-
-    Attributes
-    ----------
-    checked : CheckedProbe
-    document : Document
-    same : Check
-        As the user can do it.
-    """
-
-    checked: CheckedProbe
-    document: Document
-    same: Check
-
-
-def check_by_standard(inputs: Inputs) -> CheckResult:
+def check_by_standard(inputs: Inputs) -> ShownResult[CheckedProbe]:
     """Determine the figures of a standard.
 
     Raises
@@ -56,7 +38,7 @@ def check_by_standard(inputs: Inputs) -> CheckResult:
     # A certificate states what is open, too.
     shown = replace(checked, statements=checked.statements or LaboratoryStatements())
     document = shown.with_warnings(touches.name, not_stated(checked.result))
-    return CheckResult(checked, document, with_file_names(task, output=Path("check.json")))
+    return ShownResult(checked, document, with_file_names(task, output=Path("check.json")))
 
 
 EXAMPLE_SETTINGS = {

@@ -13,6 +13,7 @@ from pretravel.app import (
     CERTIFICATES,
     Job,
     ScreenState,
+    ShownResult,
     Work,
     choice_field,
     described_field,
@@ -40,13 +41,13 @@ from pretravel.laboratory.tasks.rig.screen_work import (
     RIG_FORM,
     SEPARATION_FORM,
     RigResult,
-    SeparationResult,
     calibrate_rig_traces,
     moved_marks,
     separate_readings,
     shown_events,
 )
 from pretravel.laboratory.tasks.rig.task import CalibratedRig
+from pretravel.laboratory.tasks.separate.task import SeparatedErrors
 from pretravel.show import Document, plotly_figure
 from pretravel.task import command_line, trace_mark
 
@@ -156,8 +157,8 @@ def _rig_to_keep(work: Work) -> None:
         )  # fmt: skip
 
 
-def _same(result: RigResult | SeparationResult | None) -> None:
-    if result is not None:
+def _same(result: RigResult | ShownResult[SeparatedErrors] | None) -> None:
+    if result is not None and result.same is not None:
         same_elsewhere(result.same)
 
 
@@ -274,7 +275,7 @@ def _separation_to_keep(work: Work) -> None:
         )  # fmt: skip
         result_button(
             work, "separation.csv", "separation.csv",
-            lambda path, result: result.separated.write("output", path),
+            lambda path, result: result.made.write("output", path),
         )  # fmt: skip
         page_button(
             work, lambda result: result.document, lambda result: command_line(result.same),

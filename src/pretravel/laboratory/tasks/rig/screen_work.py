@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pretravel.app import Inputs, TaskForm, laboratory_file, with_file_names
+from pretravel.app import Inputs, ShownResult, TaskForm, laboratory_file, with_file_names
 from pretravel.base import temporary_folder
 from pretravel.laboratory.rig.marks import MARKS
 from pretravel.laboratory.rig.trace import RigTouch, RigTrace
@@ -89,24 +89,7 @@ def shown_events(touch: RigTouch) -> list[str]:
     return [name for name in MARKS if np.isfinite(getattr(touch, name))]
 
 
-@dataclass(frozen=True, eq=False)
-class SeparationResult:
-    """The separated errors of machine and probe, with their report.
-
-    Attributes
-    ----------
-    separated : SeparatedErrors
-    document : Document
-    same : Separate
-        As the user can do it.
-    """
-
-    separated: SeparatedErrors
-    document: Document
-    same: Separate
-
-
-def separate_readings(inputs: Inputs) -> SeparationResult:
+def separate_readings(inputs: Inputs) -> ShownResult[SeparatedErrors]:
     """Separate the errors and variances of machine and probe.
 
     Raises
@@ -120,4 +103,4 @@ def separate_readings(inputs: Inputs) -> SeparationResult:
         task = Separate(readings=(inputs.file("readings"),), lab=lab, **given)
         found = task.run()
     same = with_file_names(task, output=Path("separation.json"))
-    return SeparationResult(found, replace(found, task=same).document(), same)
+    return ShownResult(found, replace(found, task=same).document(), same)
