@@ -78,7 +78,7 @@ def number_field(
         Of the setting.
     label, unit, hint : str
     default : float or None
-        ShownResult where nothing is set. It is not stored.
+        Shown where nothing is set. It is not stored.
     limits : tuple of float
         Smallest and largest value.
     """

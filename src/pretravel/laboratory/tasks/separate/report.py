@@ -247,7 +247,7 @@ def _model_picture(result: Separation, title: str) -> tuple[Picture, ...]:
 def model_view(result: Separation, title: str = "") -> View:
     """Measured and modelled errors at some of the orientations of the probe.
 
-    An orientation has one difference between the numbers of machine and probe. ShownResult are those
+    An orientation has one difference between the numbers of machine and probe. Shown are those
     with the most readings, spread over all of them.
 
     Parameters
