@@ -15,7 +15,7 @@ from pretravel.base.errors import PretravelError
 from pretravel.controls.control_table import TableSettings
 from pretravel.controls.exports import table_travel
 from pretravel.controls.heidenhain import heidenhain_table
-from pretravel.controls.macro_b import renishaw_variables
+from pretravel.controls.renishaw import renishaw_variables
 from pretravel.design.fem.linear_solvers import factorise
 from pretravel.design.identification.free_numbers import free_numbers
 from pretravel.design.probing.slide_one_normal import _golden_section

@@ -15,13 +15,15 @@ from pretravel.base.errors import InputError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE, MICROMETRE
 from pretravel.controls.control_table import TableSettings
+from pretravel.controls.fanuc import FANUC
 from pretravel.controls.linuxcnc_files import read_tool, read_work_offset
 from pretravel.controls.linuxcnc_programs import linuxcnc_program
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup_formula import exact_lookup
 from pretravel.controls.lookup_table import lookup_table
-from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
+from pretravel.controls.macro_b import macro_programs
 from pretravel.controls.program import plan_program
+from pretravel.controls.renishaw import renishaw_variables
 from pretravel.controls.surroundings import SphereObstacle
 from pretravel.files.logs.joining import join
 from pretravel.files.logs.log_lines import read_log_positions
@@ -202,7 +204,8 @@ class TestSubroutines:
     ) -> None:
         """Macro B of Fanuc with the words of LinuxCNC and unchanged arithmetic."""
         table = lookup_table(example_map, tolerance=2e-5, most_values=399)
-        load, look = (text.splitlines()[2:] for text in fanuc_macro(example_map, table).values())
+        made = macro_programs(example_map, table, dialect=FANUC)
+        load, look = (text.splitlines()[2:] for text in made.values())
         label = iter(range(100, 1000))
         loops: list[int] = []
 

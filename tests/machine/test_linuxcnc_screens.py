@@ -14,7 +14,8 @@ import pytest
 
 from pretravel.base.directions import ring_pattern
 from pretravel.base.units import DEGREE, INCH, MICROMETRE
-from pretravel.controls.exports import CONTROLS, ExportSettings
+from pretravel.controls.control import ExportSettings
+from pretravel.controls.exports import CONTROLS
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.machine import work_placement
 from pretravel.files.program_log import FAULTS

@@ -2,9 +2,9 @@
 
 from .axis_program import TurnedSphere as TurnedSphere
 from .axis_program import plan_axis_program as plan_axis_program
+from .control import ExportedFiles as ExportedFiles
+from .control import ExportSettings as ExportSettings
 from .exports import CONTROLS as CONTROLS
-from .exports import ExportedFiles as ExportedFiles
-from .exports import ExportSettings as ExportSettings
 from .exports import correction_on_control as correction_on_control
 from .exports import table_travel as table_travel
 from .gcode import render as render

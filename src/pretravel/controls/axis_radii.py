@@ -17,6 +17,8 @@ from pretravel.base import (
     FloatArray,
     PretravelError,
 )
+from pretravel.controls.control import Control, ExportedFiles, ExportSettings
+from pretravel.controls.steps import same_steps
 from pretravel.maps import PretravelMap
 
 TRAVELS: Mapping[str, tuple[float, float, float]] = {
@@ -163,3 +165,19 @@ def _sentences(
         f"({offset / INCH:.6f} in).{at}{sides}",
         "NativeCAM": f"Tip diameter: {diameter}.{at}{sides}",
     }
+
+
+def _radii(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    sentences = axis_radii(pretravel_map, settings.travel)["what_to_type"]
+    return ExportedFiles(
+        {"": axis_radii_text(pretravel_map, settings.travel)},
+        remarks=tuple(f"{screen}: {sentence}" for screen, sentence in sentences.items()),
+    )
+
+
+TO_RADII = Control(
+    _radii,
+    "Probing screens (radii to type)",
+    same_steps("Type the radii into the fields of your probing screen."),
+    ending=".json",
+)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pretravel.controls.control_table import TableSettings
-from pretravel.controls.lookup_table import LookupTable
-from pretravel.controls.macro_b import MacroDialect, macro_programs
-from pretravel.maps import PretravelMap
+from pretravel.controls.macro_b import MacroDialect, macro_b_control
 
 HAAS = MacroDialect(
     "Haas",
@@ -26,29 +23,4 @@ to 549 under another name, 10600 to 10699 are 600 to 699, 10800 to 10999 are 800
 from 10200 on ends before them.
 """
 
-
-def haas_macro(
-    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings | None = None
-) -> dict[str, str]:
-    """Two programs for a Haas control: one fills a table, one interpolates it for a direction.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    form : LookupTable
-        The table of that map.
-    settings : TableSettings, optional
-        As for `pretravel.controls.macro_b.fanuc_macro`. The default base is a variable of the Next
-        Generation Control; 800 is one of all controls.
-
-    Returns
-    -------
-    dict of str to str
-        A program for each file name. Not tried on a Haas control.
-
-    Raises
-    ------
-    PretravelError
-        The variables do not belong to the user.
-    """
-    return macro_programs(pretravel_map, form, settings or TableSettings(), HAAS)
+TO_HAAS = macro_b_control(HAAS, f"{HAAS.base} (800 on controls before NGC)")

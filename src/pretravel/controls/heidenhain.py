@@ -10,8 +10,10 @@ from string import Formatter
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, from_angles
+from pretravel.controls.control import Control, ExportedFiles, ExportSettings, single_file
 from pretravel.controls.control_table import check_radii
 from pretravel.controls.lookup import supported_band
+from pretravel.controls.steps import same_steps
 from pretravel.maps import PretravelMap
 
 _ROW_NAMES = {"angle_deg", "deviation_mm", "number"}
@@ -155,3 +157,24 @@ def _names(line: str) -> set[str]:
             raise ValueError(f"the form of {{{name}}} is not one such as +.5f")
         found.add(name)
     return found
+
+
+def _heidenhain(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    text = heidenhain_table(
+        pretravel_map, settings.template, azimuth=settings.azimuth, travel=settings.travel
+    )
+    return single_file(
+        text, ("the columns are not verified: compare them with those of your control",)
+    )
+
+
+TO_HEIDENHAIN = Control(
+    _heidenhain,
+    "Heidenhain (table, not verified)",
+    same_steps(
+        "This table has not been compared with one of a control: its columns are a template.",
+        "Compare it with a table that your control wrote before you use it.",
+    ),
+    options=frozenset({"template", "azimuth"}),
+    ending=".3DTC",
+)

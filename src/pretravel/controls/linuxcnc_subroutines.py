@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from pretravel.base import DEGREE, INCH
+from functools import partial
+
+from pretravel.base import DEGREE, INCH, PretravelError
+from pretravel.controls.control import (
+    Control,
+    ExportedFiles,
+    ExportSettings,
+    coarse_table_warnings,
+    own_formula,
+)
 from pretravel.controls.gcode import render
 from pretravel.controls.linuxcnc_cycles import linuxcnc_cycles, sphere_subroutines
 from pretravel.controls.linuxcnc_state import check_line_lengths
 from pretravel.controls.lookup import Lookup, describe_form
+from pretravel.controls.lookup_formula import exact_lookup
+from pretravel.controls.lookup_table import lookup_table
 from pretravel.controls.map_identity import map_identity
+from pretravel.controls.steps import same_steps
 from pretravel.files import (
     FAULTS,
     LOG_HEAD,
@@ -18,6 +30,11 @@ from pretravel.files import (
 from pretravel.maps import PretravelMap
 from pretravel.touches import GLANCING
 
+# Probe Basic keeps its settings in 3000 to 3058 and 3973 to 4024, its results in 1001 to 1012.
+_FIRST, _MOST_VALUES = 1050, 1900
+_TABLE_FILE = "pretravel_table.ngc"
+_ROOM_FOR_A_TABLE = 500
+"""Fewest parameters that must remain for a table."""
 LAST_FREE = 5000
 """Parameters 31 to 5000 are the user's; the control keeps them while it runs."""
 NO_RESULT = 9_999_999
@@ -30,7 +47,7 @@ def linuxcnc_subroutines(
     pretravel_map: PretravelMap,
     form: Lookup,
     *,
-    base: int = 1050,
+    base: int = _FIRST,
     tool: int | None = None,
     stylus_length: float = USUAL_STYLUS_LENGTH,
     written: str = "",
@@ -101,3 +118,54 @@ def linuxcnc_subroutines(
     for text in files.values():
         check_line_lengths(text)
     return files
+
+
+def exported(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    """The subroutines, with the formula of the map where it has one, else with a table."""
+    base = _FIRST if settings.base is None else settings.base
+    if not 31 <= base < LAST_FREE - _ROOM_FOR_A_TABLE:
+        raise PretravelError(
+            f"first variable {base}: the parameters for users are 31 to {LAST_FREE}",
+            inputs=("base",),
+        )
+    subroutines = partial(
+        linuxcnc_subroutines,
+        base=base,
+        tool=settings.tool,
+        stylus_length=USUAL_STYLUS_LENGTH
+        if settings.stylus_length is None
+        else settings.stylus_length,
+        written=settings.written,
+    )
+    exact = None if settings.form == "table" else exact_lookup(pretravel_map)
+    if exact is not None:
+        texts = subroutines(pretravel_map, exact)
+        return ExportedFiles(texts, (_TABLE_FILE,), (describe_form(exact),), form=exact)
+    if settings.form == "formula":
+        own_formula(pretravel_map)
+    table = lookup_table(
+        pretravel_map,
+        tolerance=settings.largest_deviation,
+        most_values=min(_MOST_VALUES, LAST_FREE - base),
+    )
+    return ExportedFiles(
+        subroutines(pretravel_map, table),
+        remarks=(describe_form(table),),
+        warnings=coarse_table_warnings(table, settings.largest_deviation),
+        form=table,
+    )
+
+
+TO_LINUXCNC = Control(
+    exported,
+    "LinuxCNC (subroutines)",
+    same_steps(
+        "Copy all .ngc files to a folder of SUBROUTINE_PATH (see [RS274NGC] in the INI file).",
+        "pretravel_point makes a whole touch and its surface point; pretravel_bore, pretravel_boss "
+        "and others measure a feature from MDI. The first lines of each file give its arguments.",
+    ),
+    folder=True,
+    uses_feed=True,
+    options=frozenset({"base", "form", "tolerance", "tool", "stylus_length"}),
+    usual={"base": f"{_FIRST}"},
+)

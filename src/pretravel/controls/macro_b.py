@@ -1,40 +1,32 @@
-"""Variables and Macro B programs for Fanuc-like controls."""
+"""Macro B programs for Fanuc-like controls."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pretravel.base import MICROMETRE, PretravelError
+from pretravel.base import PretravelError
+from pretravel.controls.control import (
+    OF_TABLES,
+    Control,
+    ExportedFiles,
+    ExportSettings,
+    files_of_form,
+    table_or_formula,
+)
 from pretravel.controls.control_formula import formula_values
 from pretravel.controls.control_table import (
     TableSettings,
-    check_radii,
     control_table,
-    feed_statement,
-    map_statement,
     table_statements,
 )
-from pretravel.controls.gcode import plain_number, render
+from pretravel.controls.gcode import render
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
+from pretravel.controls.steps import macro_b_steps
 from pretravel.maps import (
-    SECTOR_NAMES,
     PretravelMap,
-    SectorTable,
-    resampled_sectors,
-    taken_opposite,
-    touched_sectors,
 )
 
-VECTOR_ANGLES = {
-    "normals": ("outward normals of the surface", "directions of travel"),
-    "travel": ("directions of travel toward the surface", "outward normals"),
-}
-"""Meanings of the angles of a vector calibration: the words for it, and for the other one."""
-
-_VECTORS = 10
-"""Distance of the first of the eight vector radii from the base variable."""
-_SETTER = 7799
 _UNIT_CODES = {"mm": 21, "inch": 20}
 """G codes of the units; #4006 contains the active one."""
 
@@ -91,23 +83,6 @@ class MacroDialect:
         return free_variables(self.free, base)
 
 
-FANUC = MacroDialect(
-    "Fanuc",
-    free=((500, 999),),
-    base=600,
-    digits=4,
-    volatile=(100, 199),
-    angles="fanuc/angles.nc",
-    verified=(
-        "not yet tried on a Fanuc control - test with care",
-        "its arithmetic was tested in LinuxCNC and with the interpreter of pretravel",
-    ),
-)
-"""Macro B of Fanuc. The table starts above the variables of the usual probing macros."""
-
-_RADII_RANGES = (*FANUC.free, (10000, 10999))
-
-
 def free_variables(ranges: tuple[tuple[int, int], ...], base: int) -> int:
     """Number of variables from a first one to the end of its range.
 
@@ -140,7 +115,8 @@ def free_variables(ranges: tuple[tuple[int, int], ...], base: int) -> int:
     )
 
 
-def _check_room(room: int, base: int, count: int) -> None:
+def check_room(room: int, base: int, count: int) -> None:
+    """Refuse more variables than belong to the user."""
     if count > room:
         raise PretravelError(
             f"{count} variables from #{base} would end at #{base + count - 1}; the last one that "
@@ -149,7 +125,8 @@ def _check_room(room: int, base: int, count: int) -> None:
         )
 
 
-def _check_program(program: int, count: int) -> None:
+def check_program(program: int, count: int) -> None:
+    """Refuse the number of the first of some programs, where one of them has no number."""
     if not 1 <= program <= 9999 - count + 1:
         raise PretravelError(
             f"program number {program}: it must be from 1 to {9999 - count + 1}",
@@ -157,131 +134,16 @@ def _check_program(program: int, count: int) -> None:
         )
 
 
-def renishaw_variables(
-    pretravel_map: PretravelMap,
-    settings: TableSettings | None = None,
-    *,
-    criterion: str = "max",
-    angles: str = "normals",
-) -> str:
-    """A program that sets the macro variables of a vector calibration.
-
-    These are two axis radii and eight vector radii.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    settings : TableSettings, optional
-        The base is the variable of the X radius, as set in the probing macros; 500 by default.
-    criterion : str
-        See `resampled_sectors`.
-    angles : str
-        What the angles of the radii are: azimuths of the outward ``normals``, or of the directions
-        of ``travel`` toward the surface.
-
-    Returns
-    -------
-    str
-        A program to run once on the control. It does not change the offsets of the stylus
-        (base + 2, base + 3).
-
-    Raises
-    ------
-    PretravelError
-        The variables do not belong to the user; the map does not hold all around the equator.
-    """
-    settings = settings or TableSettings()
-    base = 500 if settings.base is None else settings.base
-    program = _SETTER if settings.program is None else settings.program
-    _check_room(free_variables(_RADII_RANGES, base), base, _VECTORS + 8)
-    _check_program(program, 1)
-    if angles not in VECTOR_ANGLES:
-        raise PretravelError(
-            f"angles '{angles}': they are {' or '.join(VECTOR_ANGLES)}", inputs=("angles",)
-        )
-    table = resampled_sectors(pretravel_map, criterion)
-    pretravel = table.pretravel if angles == "normals" else taken_opposite(table.pretravel)
-    check_radii(pretravel_map, pretravel + settings.travel)
-    radii = settings.scaled(pretravel_map.tip_radius - pretravel - settings.travel)
-    variables = [base, base + 1, *range(base + _VECTORS, base + _VECTORS + 8)]
-    names = ["X radius", "Y radius", *(f"{name} degrees" for name in SECTOR_NAMES[2:])]
-    return render(
-        "renishaw/vector_radii.nc",
-        program=program,
-        base=base,
-        last=variables[-1],
-        statements=_radii_statements(pretravel_map, settings, criterion, angles),
-        radii=list(zip(variables, map(plain_number, radii), names, strict=True)),
-    )
-
-
-def _radii_statements(
-    pretravel_map: PretravelMap, settings: TableSettings, criterion: str, angles: str
-) -> list[str]:
-    table = resampled_sectors(pretravel_map, criterion)
-    touched = touched_sectors(pretravel_map)
-    meaning, other = VECTOR_ANGLES[angles]
-    radius = plain_number(float(settings.scaled(pretravel_map.tip_radius)))
-    misread = _um(table.misread(pretravel_map).largest)
-    return [
-        map_statement(pretravel_map),
-        f"units {settings.units}. Tip radius {radius} minus pretravel",
-        feed_statement(pretravel_map, settings),
-        f"the angles are {meaning} - from X toward Y of the machine",
-        f"so the nearest radius is wrong by {_residuals(table)} in the XY plane",
-        f"a control that takes the angles as {other} is wrong by {misread} at most",
-        f"radii touched at their angles are wrong by {_residuals(touched)}",
-        "not yet tried on a control. Compare with a calibration by the control before use",
-    ]
-
-
-def _residuals(table: SectorTable) -> str:
-    return f"{_um(table.largest)} at most and {_um(table.rms)} rms"
-
-
-def _um(length: float) -> str:
-    return f"{length / MICROMETRE:.2f} um"
-
-
-def fanuc_macro(
-    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings | None = None
-) -> dict[str, str]:
-    """Two Macro B programs: one fills a table, one interpolates it for a direction.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    form : LookupTable
-        The table of that map.
-    settings : TableSettings, optional
-        The base is the first variable, which contains the number of the table. The second program
-        has the next number: G65 P7751 I.. J.. K.. (outward unit normal) sets #100 to the pretravel.
-        Where the map does not hold, where the table is missing, or where the active unit is not
-        that of the table, it raises an alarm.
-
-    Returns
-    -------
-    dict of str to str
-        A program for each file name. Not tried on a Fanuc control; other interpreters have run the
-        arithmetic.
-
-    Raises
-    ------
-    PretravelError
-        The variables do not belong to the user.
-    """
-    return macro_programs(pretravel_map, form, settings or TableSettings(), FANUC)
-
-
 def macro_formula(
     pretravel_map: PretravelMap,
     form: LookupSeries | LookupSeats,
     settings: TableSettings,
+    *,
     dialect: MacroDialect,
 ) -> dict[str, str]:
-    """One program that computes the map by its formula, without a table: see `fanuc_macro`."""
+    """One program that computes the map by its formula, without a table: see `macro_programs`."""
     first = dialect.program if settings.program is None else settings.program
-    _check_program(first, 2)
+    check_program(first, 2)
     name = f"{first + 1:0{dialect.digits}d}"
     text = render(
         "macro_b/formula.nc",
@@ -296,14 +158,43 @@ def macro_formula(
 
 
 def macro_programs(
-    pretravel_map: PretravelMap, form: LookupTable, settings: TableSettings, dialect: MacroDialect
+    pretravel_map: PretravelMap,
+    form: LookupTable,
+    settings: TableSettings | None = None,
+    *,
+    dialect: MacroDialect,
 ) -> dict[str, str]:
-    """The programs of `fanuc_macro` in a dialect of Macro B."""
+    """Two Macro B programs: one fills a table, one interpolates it for a direction.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    form : LookupTable
+        The table of that map.
+    settings : TableSettings, optional
+        The base is the first variable, which contains the number of the table. The second program
+        has the next number: G65 P7751 I.. J.. K.. (outward unit normal) sets #100 to the pretravel.
+        Where the map does not hold, where the table is missing, or where the active unit is not
+        that of the table, it raises an alarm.
+    dialect : MacroDialect
+
+    Returns
+    -------
+    dict of str to str
+        A program for each file name. Not tried on a control; other interpreters have run the
+        arithmetic.
+
+    Raises
+    ------
+    PretravelError
+        The variables do not belong to the user.
+    """
+    settings = settings or TableSettings()
     base = dialect.base if settings.base is None else settings.base
     first = dialect.program if settings.program is None else settings.program
     table = control_table(pretravel_map, form, settings)
-    _check_room(dialect.room(base), base, 1 + len(table.values))
-    _check_program(first, 2)
+    check_room(dialect.room(base), base, 1 + len(table.values))
+    check_program(first, 2)
     first_name, second_name = (f"{number:0{dialect.digits}d}" for number in (first, first + 1))
     common: dict[str, object] = {
         "statements": table_statements(pretravel_map, table, settings),
@@ -322,3 +213,37 @@ def macro_programs(
         f"O{first_name}.nc": render("macro_b/table.nc", **common),
         f"O{second_name}.nc": render("macro_b/lookup.nc", **common),
     }
+
+
+_MOST_VALUES = 399
+
+
+def macro_b_control(dialect: MacroDialect, base: str) -> Control:
+    """A control with Macro B: with a table, or with the formula where the table would be coarse.
+
+    Parameters
+    ----------
+    dialect : MacroDialect
+    base : str
+        Its first variable, in words.
+    """
+
+    def files(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+        first = dialect.base if settings.base is None else settings.base
+        # One variable contains the number of the table.
+        most_values = min(dialect.room(first) - 1, _MOST_VALUES)
+        form = table_or_formula(pretravel_map, settings, most_values)
+        if isinstance(form, LookupTable):
+            texts = macro_programs(pretravel_map, form, settings.table, dialect=dialect)
+        else:
+            texts = macro_formula(pretravel_map, form, settings.table, dialect=dialect)
+        return files_of_form(texts, form, settings)
+
+    return Control(
+        files,
+        f"{dialect.name} (macro programs)",
+        macro_b_steps(dialect.name),
+        folder=True,
+        options=OF_TABLES | {"base", "program", "form"},
+        usual={"base": base, "program": str(dialect.program)},
+    )

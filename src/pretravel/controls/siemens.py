@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from pretravel.controls.control import (
+    OF_TABLES,
+    Control,
+    ExportedFiles,
+    ExportSettings,
+    files_of_form,
+    table_or_formula,
+)
 from pretravel.controls.control_formula import formula_values
 from pretravel.controls.control_table import TableSettings, control_table, table_statements
 from pretravel.controls.gcode import render
 from pretravel.controls.lookup_formula import LookupSeats, LookupSeries
 from pretravel.controls.lookup_table import LookupTable, catmull_rom_text
+from pretravel.controls.steps import siemens_steps
 from pretravel.maps import PretravelMap
 
 MOST_SIEMENS_VALUES = 800
@@ -36,7 +45,7 @@ def siemens_cycle(
     -------
     dict of str to str
         Texts by file name. ``PRETRAVEL(NX,NY,NZ)`` with the outward unit normal sets PT_VALUE to
-        the pretravel, or raises an alarm as the macro of `fanuc_macro` does. Not tried on a Siemens
+        the pretravel, or raises an alarm where `macro_b.macro_programs` do. Not tried on a Siemens
         control.
 
     Raises
@@ -80,3 +89,16 @@ def siemens_formula(
 
 def _weights(share: str) -> list[str]:
     return [text.replace("[", "(").replace("]", ")") for text in catmull_rom_text(share)]
+
+
+def _siemens(pretravel_map: PretravelMap, settings: ExportSettings) -> ExportedFiles:
+    form = table_or_formula(pretravel_map, settings, MOST_SIEMENS_VALUES)
+    if isinstance(form, LookupTable):
+        return files_of_form(siemens_cycle(pretravel_map, form, settings.table), form, settings)
+    texts = siemens_formula(pretravel_map, form, settings.table)
+    return files_of_form(texts, form, settings, obsolete=("PRETRAVEL_TABLE.SPF",))
+
+
+TO_SIEMENS = Control(
+    _siemens, "Siemens 840D (cycle)", siemens_steps, folder=True, options=OF_TABLES | {"form"}
+)

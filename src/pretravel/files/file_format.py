@@ -383,8 +383,8 @@ PointsWriter: TypeAlias = Callable[[Path, Points, PointsOrigin], None]
 class FileFormat:
     """One file format: how its files are recognised, read and written.
 
-    A new format is one such object in a file of its own, and one line in the group of entry points
-    ``pretravel.formats``, under its name.
+    A new format is one such object in a file of its own, and one line in `FORMATS`; a format of
+    another package is one line in the group of entry points ``pretravel.formats``.
 
     Attributes
     ----------

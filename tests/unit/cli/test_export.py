@@ -144,7 +144,7 @@ class TestExportCommand:
             (["--to", "renishaw", "-o", "/nowhere/x.txt"], "does not exist"),
             (["--to", "renishaw", "-o", "x.txt", "--base", "5"], "5 does not belong to the user"),
             (["--to", "renishaw", "-o", "x.txt", "--base", "990"], "would end at #1007"),
-            (["--to", "renishaw", "-o", "x.txt", "--program", "10000"], "program number 10000"),
+            (["--to", "renishaw", "-o", "x.txt", "--program", "10000"], "--program"),
             (["--to", "fanuc", "-o", "x", "--base", "100"], "lose their values at power-off"),
             (["--to", "fanuc", "-o", "x", "--base", "990"], "variables are too few for a table"),
             (["--to", "fanuc", "-o", "x", "--program", "9999"], "program number 9999"),

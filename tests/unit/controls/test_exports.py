@@ -14,8 +14,11 @@ from pretravel.base.directions import from_angles
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
-from pretravel.controls import exports, heidenhain
+from pretravel.controls import control as of_controls
+from pretravel.controls import heidenhain
+from pretravel.controls import linuxcnc_subroutines as linuxcnc
 from pretravel.controls.axis_radii import axis_radii
+from pretravel.controls.control import ExportedFiles, ExportSettings
 from pretravel.controls.control_table import (
     TableSettings,
     check_radii,
@@ -26,20 +29,20 @@ from pretravel.controls.control_table import (
 )
 from pretravel.controls.exports import (
     CONTROLS,
-    ExportedFiles,
-    ExportSettings,
     correction_on_control,
     table_travel,
 )
+from pretravel.controls.fanuc import FANUC
 from pretravel.controls.gcode import coordinate, exact, plain_number
-from pretravel.controls.haas import HAAS, haas_macro
+from pretravel.controls.haas import HAAS
 from pretravel.controls.heidenhain import heidenhain_table
 from pretravel.controls.linuxcnc_cycles import sphere_subroutines
 from pretravel.controls.linuxcnc_subroutines import linuxcnc_subroutines
 from pretravel.controls.lookup import Band
 from pretravel.controls.lookup_formula import LookupSeries
 from pretravel.controls.lookup_table import LookupTable
-from pretravel.controls.macro_b import FANUC, fanuc_macro, free_variables, renishaw_variables
+from pretravel.controls.macro_b import free_variables, macro_programs
+from pretravel.controls.renishaw import renishaw_variables
 from pretravel.controls.siemens import siemens_cycle
 from pretravel.files.program_log import FAULTS
 from pretravel.maps.kinds.wozniak import WozniakBasis
@@ -48,12 +51,20 @@ from pretravel.maps.provenance import Provenance
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.example_maps import mean_map
 
+fanuc_macro = partial(macro_programs, dialect=FANUC)
+haas_macro = partial(macro_programs, dialect=HAAS)
 MEAN = LookupSeries(np.full((1, 1), 0.016), np.zeros((1, 1)), Band(0.0, 1.0))
 # A map without a formula for a control.
 WOZNIAK = replace(
     mean_map(0.01), basis=WozniakBasis(0.3), coefficients=np.array([0.008, 0.0, 0.001]),
     covariance=Covariance.none(3),
 )  # fmt: skip
+
+
+def _replace(monkeypatch: pytest.MonkeyPatch, name: str, made: object) -> None:
+    """What makes a table or a formula, for all controls."""
+    for module in (of_controls, linuxcnc):
+        monkeypatch.setattr(module, name, made, raising=module is of_controls)
 
 
 def _values(form: Band, rows: int, columns: int) -> LookupTable:
@@ -75,7 +86,7 @@ def _exported(
         asked.update(wanted)
         return TABLE
 
-    monkeypatch.setattr(exports, "lookup_table", made)
+    _replace(monkeypatch, "lookup_table", made)
     chosen = ExportSettings(**settings)  # type: ignore[arg-type]
     return CONTROLS[control].files(WOZNIAK, chosen), asked
 
@@ -134,23 +145,23 @@ class TestControls:
     ) -> None:
         """The limit is half of the map's u, or the tolerance that is stated."""
         made = replace(mean_map(0.016), covariance=Covariance.independent([0.4e-3**2]))
-        monkeypatch.setattr(exports, "exact_lookup", lambda made: MEAN)
+        _replace(monkeypatch, "exact_lookup", lambda made: MEAN)
         for error, stated, form, expected in (
             (0.19e-3, None, "auto", True), (0.21e-3, None, "auto", False),
             (0.21e-3, None, "table", True), (0.19e-3, None, "formula", False),
             (0.19e-3, 0.18e-3, "auto", False), (0.30e-3, 0.31e-3, "auto", True),
         ):  # fmt: skip
             off = replace(TABLE, largest_error=error)
-            monkeypatch.setattr(exports, "lookup_table", lambda *_, off=off, **__: off)
-            monkeypatch.setattr(exports, "lookup_table_within", partial(_where_allowed, off))
+            _replace(monkeypatch, "lookup_table", lambda *_, off=off, **__: off)
+            _replace(monkeypatch, "lookup_table_within", partial(_where_allowed, off))
             files = CONTROLS[name].files(made, ExportSettings(tolerance=stated, form=form))
             assert isinstance(files.form, LookupTable) is expected, (error, stated, form)
             assert (len(files.texts) == {"siemens": 3}.get(name, 2)) is expected
 
     def test_what_a_control_takes_off(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A formula as the map; nothing where the control has an alarm; radii are refused."""
-        monkeypatch.setattr(exports, "exact_lookup", lambda made: MEAN)
-        monkeypatch.setattr(exports, "lookup_table", lambda *_, **__: TABLE)
+        _replace(monkeypatch, "exact_lookup", lambda made: MEAN)
+        _replace(monkeypatch, "lookup_table", lambda *_, **__: TABLE)
         made = replace(mean_map(0.016), rotation=probe_rotation([0.0, 1.0, 0.0]))
         form = CONTROLS["haas"].files(made, ExportSettings(form="formula")).form
         assert form is not None
@@ -169,7 +180,7 @@ class TestControls:
         self, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         table, _ = _exported(monkeypatch, "linuxcnc", written="2026-01-02")
-        monkeypatch.setattr(exports, "exact_lookup", lambda made: MEAN)
+        _replace(monkeypatch, "exact_lookup", lambda made: MEAN)
         made = mean_map(0.016)
         files = CONTROLS["linuxcnc"].files(made, ExportSettings(written="2026-01-02"))
         assert files.obsolete == ("pretravel_table.ngc",)
@@ -188,7 +199,7 @@ class TestControls:
         assert "#1050 =" not in moved.texts["pretravel_table.ngc"]
         formula, _ = _exported(monkeypatch, "linuxcnc", form="formula")
         assert formula.texts.keys() == files.texts.keys()
-        monkeypatch.setattr(exports, "exact_lookup", lambda made: None)
+        _replace(monkeypatch, "exact_lookup", lambda made: None)
         with pytest.raises(PretravelError, match="kind wozniak has no formula for a control"):
             _exported(monkeypatch, "linuxcnc", form="formula")
 

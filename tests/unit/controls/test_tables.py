@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -16,12 +16,15 @@ from pretravel.base.directions import fibonacci_cap, from_angles, ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.base.units import DEGREE
+from pretravel.controls.control import ExportSettings
 from pretravel.controls.control_table import TableSettings
-from pretravel.controls.exports import CONTROLS, ExportSettings
-from pretravel.controls.haas import haas_macro
+from pretravel.controls.exports import CONTROLS
+from pretravel.controls.fanuc import FANUC
+from pretravel.controls.haas import HAAS
 from pretravel.controls.lookup import Band
 from pretravel.controls.lookup_table import LookupTable
-from pretravel.controls.macro_b import fanuc_macro, renishaw_variables
+from pretravel.controls.macro_b import macro_programs
+from pretravel.controls.renishaw import renishaw_variables
 from pretravel.controls.siemens import siemens_cycle
 from pretravel.maps.pretravel_map import PretravelMap
 from tests.support.example_maps import example_map, lobes, mean_map
@@ -143,7 +146,7 @@ def _with_table(
     given = TableSettings(**settings)  # type: ignore[arg-type]
     if made_for == "siemens":
         return _Siemens(made_for, siemens_cycle(made, table, given), given.units)
-    programs = haas_macro if made_for == "haas" else fanuc_macro
+    programs = partial(macro_programs, dialect=HAAS if made_for == "haas" else FANUC)
     return _Macro(made_for, programs(made, table, given), given.units)
 
 

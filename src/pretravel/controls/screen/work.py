@@ -15,7 +15,7 @@ from pretravel.task import command_line
 
 if TYPE_CHECKING:
     from pretravel.base import BoolArray, FloatArray
-    from pretravel.controls.exports import ExportedFiles
+    from pretravel.controls.control import ExportedFiles
     from pretravel.controls.screen.touch_sphere_chart import TouchesInSpace
     from pretravel.controls.tasks.compare.task import ComparedMap
     from pretravel.controls.tasks.export.task import ExportedMap

@@ -38,6 +38,14 @@ def _controls_with_maps() -> list[str]:
     return [name for name, control in CONTROLS.usable().items() if "form" in control.options]
 
 
+def _control_help() -> str:
+    *names, last = _controls_with_maps()
+    return (
+        "Compare also the correction by this control with the files of pretravel export: "
+        f"{', '.join(names)} or {last}."
+    )
+
+
 class Compare(Reported):
     """Compare the errors that corrections leave, from none to the full map; or compare two probes.
 
@@ -91,8 +99,7 @@ class Compare(Reported):
     control: Annotated[
         str | None,
         Field(
-            help="Compare also the correction by this control with the files of pretravel export: "
-            "linuxcnc, fanuc, haas or siemens.",
+            help=_control_help,
             option="--for",
             names=_controls_with_maps,
             metavar="CONTROL",
@@ -142,7 +149,8 @@ class Compare(Reported):
         return ComparedMap(self, pretravel_map, compared)
 
     def _on_control(self, pretravel_map: PretravelMap) -> dict[str, Correction]:
-        from pretravel.controls.exports import ExportSettings, correction_on_control
+        from pretravel.controls.control import ExportSettings
+        from pretravel.controls.exports import correction_on_control
 
         if self.control is None:
             return {}

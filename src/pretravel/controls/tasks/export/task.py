@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
@@ -25,7 +26,7 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.controls.exports import ExportedFiles, ExportSettings
+    from pretravel.controls.control import ExportedFiles, ExportSettings
     from pretravel.maps import PretravelMap
 
 _RADII_TABLE = "csv"
@@ -107,6 +108,14 @@ def _controls(option: str) -> When:
     return When("to", names)
 
 
+def _usual(what: str, setting: str) -> str:
+    """What a setting is on each control where it is not given."""
+    from pretravel.controls.exports import CONTROLS
+
+    usual = {name: control.usual.get(setting, "") for name, control in CONTROLS.usable().items()}
+    return f"{what}: {', '.join(f'{name} {words}' for name, words in usual.items() if words)}."
+
+
 def _controls_without_feed() -> list[str]:
     from pretravel.controls.exports import CONTROLS
 
@@ -176,8 +185,7 @@ class Export(Task):
     base: Annotated[
         int | None,
         Field(
-            help="First variable: linuxcnc 1050, renishaw 500, fanuc 600, haas 10200 (800 on "
-            "controls before NGC).",
+            help=partial(_usual, "First variable", "base"),
             range=(0, 100_000),
             only=(_controls("base"),),
             label="First variable",
@@ -187,9 +195,9 @@ class Export(Task):
     program: Annotated[
         int | None,
         Field(
-            help="Number of the (first) program: renishaw 7799, fanuc and haas 7750.",
+            help=partial(_usual, "Number of the (first) program", "program"),
             only=(_controls("program"),),
-            range=(1, 99_999),
+            range=(1, 9_999),
             metavar="NUMBER",
             label="Number of the first program",
             hint="Empty: the usual one",
@@ -350,7 +358,8 @@ class Export(Task):
         ----------
         pretravel_map : PretravelMap
         """
-        from pretravel.controls.exports import CONTROLS, ExportedFiles, table_travel
+        from pretravel.controls.control import ExportedFiles
+        from pretravel.controls.exports import CONTROLS, table_travel
         from pretravel.files import csv_table_text
         from pretravel.maps import effective_radius_table
 
@@ -365,7 +374,8 @@ class Export(Task):
         return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))
 
     def _settings(self, pretravel_map: PretravelMap) -> ExportSettings:
-        from pretravel.controls.exports import ExportSettings, table_travel
+        from pretravel.controls.control import ExportSettings
+        from pretravel.controls.exports import table_travel
 
         tolerance, azimuth = self.tolerance_um, self.azimuth_deg
         names = ("form", "base", "program", "tool", "stylus_length", "units", "angles", "criterion")
