@@ -65,7 +65,6 @@ from .fields import output as output
 from .fields import placement_files as placement_files
 from .fields import refuse_no_folder as refuse_no_folder
 from .fields import surface_files as surface_files
-from .fields import with_reading as with_reading
 from .laboratory_report import stated_figure as stated_figure
 from .laboratory_report import with_laboratory as with_laboratory
 from .listed import GROUPS as GROUPS

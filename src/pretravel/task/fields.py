@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from pretravel.base import Placement
     from pretravel.files import FileReadings, LaboratoryStatements, ReadingOptions
-    from pretravel.show import Document
     from pretravel.touches import Targets
 
 
@@ -664,13 +663,6 @@ class TouchFilesWithFeed(TouchFiles):
     section: ClassVar[str] = "Reading a file"
 
     feed: Annotated[float | None, FEED_OF_TOUCHES] = None
-
-
-def with_reading(document: Document, readings: FileReadings) -> Document:
-    """The document of a page, with how the files were understood."""
-    from pretravel.task.preview_report import with_reading_note
-
-    return with_reading_note(document, readings)
 
 
 def refuse_no_folder(path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -130,22 +129,6 @@ def results_document(name: str, results: Sequence[FeatureResult], lacking: str =
         figures=(touches,) if lacking else (),
         tables=(table,),
     )
-
-
-def with_reading_note(document: Document, readings: FileReadings) -> Document:
-    """A document with how the files of its touches were understood.
-
-    Parameters
-    ----------
-    document : Document
-    readings : FileReadings
-
-    Returns
-    -------
-    Document
-    """
-    reading = readings.touches.reading
-    return replace(document, notes=(*document.notes, *([f"read: {reading}"] if reading else [])))
 
 
 def _missing(unit_known: bool, without_normals: bool) -> list[str]:

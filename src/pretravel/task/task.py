@@ -34,6 +34,7 @@ from typing import (
 from pretravel.base import PretravelError, QuantityRange, limits
 
 if TYPE_CHECKING:
+    from pretravel.files import FileReadings
     from pretravel.show import Document, WorkRecord
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -391,8 +392,12 @@ class Result:
         return None
 
     def page(self) -> Document | None:
-        """The report of a page, which can contain more."""
-        return self.document()
+        """The report of a page: with `readings`, it says how the files were understood."""
+        document = self.document()
+        readings: FileReadings | None = getattr(self, "readings", None)
+        if document is None or readings is None or not readings.touches.reading:
+            return document
+        return replace(document, notes=(*document.notes, f"read: {readings.touches.reading}"))
 
     def in_brief(self, report: Document) -> Document:
         """What a terminal shows of the report where the full one is not asked for."""

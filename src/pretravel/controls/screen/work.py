@@ -199,6 +199,7 @@ def fit(inputs: Inputs) -> FitResult | None:
         problem = str(error)
     touches = _touches_of(qualified, whole, np.isin(names, left_out), names)
     report = qualified.page()
+    assert report is not None  # of every qualification
     costs = None if compared is None else compared.document()
     for document in (report, costs):
         for picture in () if document is None else document.pictures:

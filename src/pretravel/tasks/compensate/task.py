@@ -27,7 +27,6 @@ from pretravel.task import (
     is_shape,
     output,
     surface_files,
-    with_reading,
 )
 from pretravel.tasks.qualify import CompensatedTips
 
@@ -457,10 +456,6 @@ class CompensatedTouches(Result):
             budgets=[point_budget(self.errors)],
         )
         return replace(document, notes=tuple(notes))
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the points, with the names of the files that they come from."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pretravel.base import MICROMETRE, REFERENCE_DIAMETER, PretravelError, checked
-from pretravel.task import PAGES, Field, Progress, Result, Task, with_reading
+from pretravel.task import PAGES, Field, Progress, Result, Task
 from pretravel.tasks.qualify.several_tips import STAR
 
 if TYPE_CHECKING:
@@ -293,10 +293,6 @@ class QualifiedReferences(Result):
             warnings=[*self.readings.notes(), *self.task.statements_left_out()],
         )
         return with_laboratory(report, self.task.statements())
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the map (.json), or every term as a table (.csv)."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from pretravel.base import MICROMETRE, TIP_BALL, PretravelError, checked
-from pretravel.task import PAGES, Field, Result, Task, Vector, When, unit_vector, with_reading
+from pretravel.task import PAGES, Field, Result, Task, Vector, When, unit_vector
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -181,10 +181,6 @@ class QualifiedTips(Result):
         )  # fmt: skip
         return with_laboratory(report, self.task.statements())
 
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
-
     def write(self, output: str, path: Path) -> None:
         """Write all tips to one file."""
         del output
@@ -221,10 +217,6 @@ class CompensatedTips(Result):
         )
         note = f"Points are in the frame of the tip {self.star.names[0]}."
         return replace(document, notes=(*document.notes, note))
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the points."""

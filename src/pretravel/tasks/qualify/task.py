@@ -29,7 +29,6 @@ from pretravel.task import (
     by_name,
     length_or_none,
     output,
-    with_reading,
 )
 from pretravel.tasks.qualify.references import (
     TERM_ENDINGS,
@@ -347,12 +346,6 @@ class _MapResult(Result):
     def pretravel_map(self) -> PretravelMap:
         """The map of the probe."""
         raise NotImplementedError
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        document = self.document()
-        assert document is not None
-        return with_reading(document, self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the map."""

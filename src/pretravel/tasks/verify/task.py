@@ -24,7 +24,6 @@ from pretravel.task import (
     Ring,
     TouchFilesWithFeed,
     output,
-    with_reading,
 )
 
 if TYPE_CHECKING:
@@ -185,10 +184,6 @@ class VerifiedProbe(Result):
             entries=self.entries,
             warnings=self.readings.notes(),
         )
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
 
 @contextmanager

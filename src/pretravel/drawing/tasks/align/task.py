@@ -22,7 +22,6 @@ from pretravel.task import (
     is_probe,
     output,
     placement_files,
-    with_reading,
 )
 
 if TYPE_CHECKING:
@@ -313,10 +312,6 @@ class AlignedPart(Result):
         page = output is not None and output.suffix in PAGES
         note = f"not shown: {left} and notes (see {'the page or --verbose' if page else _MORE})"
         return replace(report, tables=report.tables[:1], sections=(), notes=(note,))
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the placement, or the points in the frame of the part."""

@@ -18,7 +18,6 @@ from pretravel.task import (
     Result,
     Task,
     output,
-    with_reading,
 )
 from pretravel.tasks.qualify import Qualify
 
@@ -217,10 +216,6 @@ class CheckedBudget(Result):
             ),
         )  # fmt: skip
         return with_laboratory(report, self.task.statements())
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the table."""

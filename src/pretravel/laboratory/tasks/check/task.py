@@ -37,7 +37,6 @@ from pretravel.task import (
     angles,
     by_name,
     output,
-    with_reading,
 )
 
 if TYPE_CHECKING:
@@ -386,10 +385,6 @@ class CheckedProbe(Result):
         """The report, with what the laboratory states, and what it does not."""
         left_out = self.task.statements_left_out()
         return self.with_warnings(self.task.touches_name, [*self._lacking(), *left_out])
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def with_warnings(self, touches_name: str = "", warnings: Sequence[str] = ()) -> Document:
         """The report with warnings of the caller."""

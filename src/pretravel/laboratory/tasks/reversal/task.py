@@ -21,7 +21,6 @@ from pretravel.task import (
     TouchFilesWithFeed,
     angles,
     output,
-    with_reading,
 )
 
 if TYPE_CHECKING:
@@ -131,10 +130,6 @@ class ReversedTouches(Result):
             ),
             warnings=tuple(self.readings.notes()),
         )
-
-    def page(self) -> Document:
-        """The report, with how the files were understood."""
-        return with_reading(self.document(), self.readings)
 
     def write(self, output: str, path: Path) -> None:
         """Write the means as touches."""
