@@ -26,18 +26,8 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray
 from pretravel.maps.observation import Places
-from pretravel.maps.spherical_harmonics import DirectionMeans, Smoothing, degrees_and_orders
+from pretravel.maps.spherical_harmonics import DirectionMeans, Smoothing
 from pretravel.uncertainty import classes_of, reduced_rows
-
-LOBE_DEGREES = (15, 24)
-"""Largest degree of zonal and three-lobed harmonics, for few and for many directions.
-
-Twenty-five directions resolve degree 15 at most. Kinks contribute 0.2 um of a 25 um map above it,
-which hundreds of directions resolve."""
-ASYMMETRY_DEGREE = 8
-"""Largest degree of all others on a sphere."""
-RING_DEGREE = 30
-"""Largest order on a ring, where all orders are resolved."""
 
 _SMALLEST_NOISE = 1e-5  # um: the last digit of a position in mm with eight decimals
 _DECAY, _DECAY_SPREAD = 2.5, 0.7  # kinks on a sphere: power 2.5
@@ -143,38 +133,6 @@ class HarmonicFit:
     lobe_azimuth: float
     smoothing: Smoothing
     amplitudes: Amplitudes
-
-
-def sphere_terms(directions: int) -> IntArray:
-    """Degrees and orders used on a sphere: without degrees 0 and 1.
-
-    Parameters
-    ----------
-    directions : int
-        Number of touched directions.
-
-    Returns
-    -------
-    (k, 2) int
-
-    >>> sphere_terms(25).max(), sphere_terms(1000).max()
-    (np.int64(15), np.int64(24))
-    """
-    lowest, highest = LOBE_DEGREES
-    terms = degrees_and_orders(min(max(12 + directions // 8, lowest), highest))
-    lobed = terms[:, 1] % 3 == 0
-    return np.asarray(terms[(terms[:, 0] > 1) & (lobed | (terms[:, 0] <= ASYMMETRY_DEGREE))])
-
-
-def ring_terms() -> IntArray:
-    """Orders used on a ring: harmonics of degree = order, from 2.
-
-    >>> ring_terms()[:2].tolist()
-    [[2, 2], [2, -2]]
-    """
-    return np.array(
-        [(m, sign * m) for m in range(2, RING_DEGREE + 1) for sign in (1, -1)], dtype=np.int64
-    )
 
 
 class _Problem:
@@ -500,22 +458,29 @@ def _posterior(
     problem: _Problem, amplitudes: Amplitudes, free: IntArray, terms: IntArray
 ) -> HarmonicFit:
     """Coefficients and covariance, averaged over the amplitudes."""
+    points, weights = amplitudes.points, amplitudes.weights
     size = len(free) + len(terms)
-    means, covariance = [], np.zeros((size, size))
+    means, covariance = np.empty((len(points), size)), np.zeros((size, size))
     gains = np.zeros((len(problem.class_count), size, size))
-    for h, weight in zip(amplitudes.points, amplitudes.weights, strict=True):
-        to_coefficients, own = _given_amplitudes(problem, h)
-        means.append(to_coefficients @ problem.y)
+    by_touches = np.array([_touches_suffice(problem, h) for h in points])
+    for place in np.flatnonzero(~by_touches):
+        h, weight = points[place], weights[place]
+        to_coefficients, own = _by_terms(problem, h)
+        means[place] = to_coefficients @ problem.y
         covariance += weight * own
         gains += (weight / problem.own_variances(h, problem.class_count))[:, None, None] * own
-    mean = amplitudes.weights @ np.array(means)
-    between = np.array(means) - mean
-    covariance += (between.T * amplitudes.weights) @ between
-    variance = amplitudes.weights @ np.exp(2.0 * amplitudes.points[:, _NOISE])
-    fixed = amplitudes.weights @ np.array([problem.fixed_variance(h) for h in amplitudes.points])
+    if by_touches.any():
+        found = _by_touches(problem, points[by_touches], weights[by_touches])
+        means[by_touches] = found[0]
+        covariance += found[1]
+        gains += found[2]
+    between = means - weights @ means
+    covariance += (between.T * weights) @ between
+    variance = weights @ np.exp(2.0 * points[:, _NOISE])
+    fixed = weights @ np.array([problem.fixed_variance(h) for h in points])
     return HarmonicFit(
         terms=np.concatenate([free, terms]),
-        coefficients=mean * MICROMETRE,
+        coefficients=weights @ means * MICROMETRE,
         covariance=0.5 * (covariance + covariance.T) * MICROMETRE**2,
         noise=math.sqrt(variance) * MICROMETRE,
         fixed_scatter=math.sqrt(fixed) * MICROMETRE,
@@ -525,14 +490,11 @@ def _posterior(
     )
 
 
-def _given_amplitudes(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Coefficients per weighted mean touch, and their covariance. [um²]"""
+def _touches_suffice(problem: _Problem, h: FloatArray) -> bool:
+    """Whether equations for the mean touches are exact enough, and fewer than those for terms."""
     own = problem.own_variances(h, problem.count)
     exact_enough = own.min() > _EXACT**2 and problem.free_is_determined
-    few_rows = len(own) < _MANY_ROWS * problem.design.shape[1]
-    found = _by_touches(problem, h, own) if exact_enough and few_rows else _by_terms(problem, h)
-    to_coefficients, covariance = (_turned_back(problem, each, h[_AZIMUTH]) for each in found)
-    return to_coefficients, _turned_back(problem, covariance.T, h[_AZIMUTH])
+    return bool(exact_enough and len(own) < _MANY_ROWS * problem.design.shape[1])
 
 
 def _turned_back(problem: _Problem, rows: FloatArray, azimuth: float) -> FloatArray:
@@ -547,22 +509,70 @@ def _turned_back(problem: _Problem, rows: FloatArray, azimuth: float) -> FloatAr
     return result
 
 
-def _by_touches(problem: _Problem, h: FloatArray, own: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Generalised least squares: as many equations as directions."""
-    prior, design = problem.prior_variances(h), problem.turned(problem.design, h[_AZIMUTH])
-    total = (design * prior) @ design.T
-    _diagonal(total)[:] += own
+def _by_touches(
+    problem: _Problem, points: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Generalised least squares at all points together: as many equations as directions.
+
+    Returns
+    -------
+    means : (p, k) float
+        Coefficients. [um]
+    covariance : (k, k) float
+        The weighted sum of their covariances. [um²]
+    gains : (c, k, k) float
+        That of their covariances over the variance of a touch, for each class of directions.
+    """
+    prior, carried, block = _priors_turned_back(problem, points)
+    free, split, size = problem.free, problem.free.shape[1], len(problem.amplitude)
+    own = np.array([problem.own_variances(h, problem.count) for h in points])
+    total = problem.design @ carried
+    total[:, np.arange(len(free)), np.arange(len(free))] += own
     inverse = np.linalg.inv(total)
-    of_free = np.linalg.inv(problem.free.T @ inverse @ problem.free)
-    free_of = of_free @ problem.free.T @ inverse
-    projected = inverse - inverse @ problem.free @ free_of
-    carried = prior[:, None] * design.T
-    mixed = -carried @ free_of.T
-    own_terms = np.diag(prior) - carried @ projected @ carried.T
-    return (
-        np.concatenate([free_of, carried @ projected]),
-        np.block([[of_free, mixed.T], [mixed, own_terms]]),
-    )
+    of_free = np.linalg.inv(free.T @ inverse @ free)
+    free_of = of_free @ free.T @ inverse
+    projected = inverse - inverse @ free @ free_of
+    mixed = -carried @ np.swapaxes(free_of, -1, -2)
+    onto = carried @ projected
+    means = np.concatenate([free_of, onto], axis=1) @ problem.y
+
+    def summed(each: FloatArray) -> FloatArray:
+        found = np.empty((split + size, split + size))
+        found[:split, :split] = np.tensordot(each, of_free, axes=1)
+        found[split:, :split] = np.tensordot(each, mixed, axes=1)
+        found[:split, split:] = found[split:, :split].T
+        weighted = np.moveaxis(each[:, None, None] * onto, 0, 1).reshape(size, -1)
+        found[split:, split:] = -weighted @ np.moveaxis(carried, 0, 1).reshape(size, -1).T
+        _diagonal(found)[split:] += each @ prior
+        for row, column in ((problem.even, problem.odd), (problem.odd, problem.even)):
+            found[split + row, split + column] += each @ block
+        return found
+
+    by_class = np.array([problem.own_variances(h, problem.class_count) for h in points])
+    gains = np.array([summed(weights / variances) for variances in by_class.T])
+    return np.asarray(means), summed(weights), gains
+
+
+def _priors_turned_back(
+    problem: _Problem, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Prior covariances of the terms at some points, for cosine and sine about +x.
+
+    Variances (p, k), the covariance matrices times the design (p, k, g), and the covariances of the
+    lobes' cosines with their sines (p, e).
+    """
+    own = np.array([problem.prior_variances(h) for h in points])
+    angle = points[:, _AZIMUTH, None] * problem.order
+    cosine, sine = np.cos(angle), np.sin(angle)
+    even, odd = own[:, problem.even], own[:, problem.odd]
+    variances = own.copy()
+    variances[:, problem.even] = cosine**2 * even + sine**2 * odd
+    variances[:, problem.odd] = sine**2 * even + cosine**2 * odd
+    block = cosine * sine * (even - odd)
+    carried = variances[:, :, None] * problem.design.T
+    carried[:, problem.even] += block[:, :, None] * problem.design.T[problem.odd]
+    carried[:, problem.odd] += block[:, :, None] * problem.design.T[problem.even]
+    return variances, carried, block
 
 
 def _by_terms(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -583,5 +593,5 @@ def _by_terms(problem: _Problem, h: FloatArray) -> tuple[FloatArray, FloatArray]
     inverse = np.linalg.inv(r)
     scale = np.concatenate([np.ones(split), np.sqrt(prior)])
     to_coefficients = scale[:, None] * (inverse @ q[:count].T) * lighter[:, 0]
-    root = math.sqrt(variance) * scale[:, None] * inverse
-    return to_coefficients, np.asarray(root @ root.T)
+    root = _turned_back(problem, math.sqrt(variance) * scale[:, None] * inverse, h[_AZIMUTH])
+    return _turned_back(problem, to_coefficients, h[_AZIMUTH]), np.asarray(root @ root.T)

@@ -18,6 +18,7 @@ from pretravel.base import (
     frozen,
     unit,
 )
+from pretravel.maps.support import DirectionSupport
 
 _MANY = 5_000  # touches from which functions are evaluated once for each direction
 _CLOSE = 1e-3  # largest distance of contact normals of one direction for that
@@ -185,6 +186,11 @@ class Observation:
         """Mean contact normal of each direction, (g, 3)."""
         total = [np.bincount(self.groups, axis) for axis in self.directions.T]
         return unit(np.stack(total, axis=1))
+
+    @cached_property
+    def support(self) -> DirectionSupport:
+        """The directions that the touches support; all kinds of map of one observation share it."""
+        return DirectionSupport(self.group_directions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -434,7 +434,7 @@ def over_support(pretravel_map: PretravelMap) -> tuple[FloatArray, FloatArray, F
     pretravel, standard_uncertainty : (n,) float each
         [mm]
     """
-    directions = pretravel_map.support.spread()
+    directions = pretravel_map.support.spread
     return directions, *pretravel_map._evaluate(directions, with_uncertainty=True)
 
 

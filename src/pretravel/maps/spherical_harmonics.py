@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from pretravel.base import FloatArray, IntArray, PretravelError, azimuth_angle, 
 from pretravel.maps.observation import Places
 
 _BLOCK = 4096  # directions at a time: 10 MB of functions
+_AT_A_TIME = 512  # so that the functions stay in the cache
 
 
 def degrees_and_orders(largest_degree: int) -> IntArray:
@@ -29,6 +31,49 @@ def degrees_and_orders(largest_degree: int) -> IntArray:
             for order in range(-degree, degree + 1)
         ],
         dtype=np.int64,
+    )
+
+
+LOBE_DEGREES = (15, 24)
+"""Largest degree of zonal and three-lobed harmonics, for few and for many directions.
+
+Twenty-five directions resolve degree 15 at most. Kinks contribute 0.2 um of a 25 um map above it,
+which hundreds of directions resolve."""
+ASYMMETRY_DEGREE = 8
+"""Largest degree of all others on a sphere."""
+RING_DEGREE = 30
+"""Largest order on a ring, where all orders are resolved."""
+
+
+def sphere_terms(directions: int) -> IntArray:
+    """Degrees and orders used on a sphere: without degrees 0 and 1.
+
+    Parameters
+    ----------
+    directions : int
+        Number of touched directions.
+
+    Returns
+    -------
+    (k, 2) int
+
+    >>> sphere_terms(25).max(), sphere_terms(1000).max()
+    (np.int64(15), np.int64(24))
+    """
+    lowest, highest = LOBE_DEGREES
+    terms = degrees_and_orders(min(max(12 + directions // 8, lowest), highest))
+    lobed = terms[:, 1] % 3 == 0
+    return np.asarray(terms[(terms[:, 0] > 1) & (lobed | (terms[:, 0] <= ASYMMETRY_DEGREE))])
+
+
+def ring_terms() -> IntArray:
+    """Orders used on a ring: harmonics of degree = order, from 2.
+
+    >>> ring_terms()[:2].tolist()
+    [[2, 2], [2, -2]]
+    """
+    return np.array(
+        [(m, sign * m) for m in range(2, RING_DEGREE + 1) for sign in (1, -1)], dtype=np.int64
     )
 
 
@@ -101,48 +146,102 @@ def real_spherical_harmonics(
     [[1.0, 1.732051, 0.0]]
     """
     d = np.asarray(directions, dtype=np.float64)
-    degree_order = np.asarray(terms, dtype=np.int64).reshape(-1, 2)
-    if len(d) > _BLOCK:
-        found = np.empty((len(d), len(degree_order)))
-        for start in range(0, len(d), _BLOCK):
-            part = slice(start, start + _BLOCK)
-            found[part] = real_spherical_harmonics(d[part], degree_order)
-        return found
-    polar, phase = polar_angle(d), azimuth_angle(d)
-    across, along = np.sin(polar), np.cos(polar)
-    rows = np.zeros((len(degree_order), len(d)))
-    orders = np.abs(degree_order[:, 1])
-    existing = orders <= degree_order[:, 0]  # others are zero
-    for order in np.unique(orders[existing]):
-        of_order = np.flatnonzero(existing & (orders == order))
-        degree = degree_order[of_order, 0]
-        legendre = _legendre(int(order), int(degree.max()), across, along)
-        around = np.cos(order * phase), np.sin(order * phase)
-        for row, own in zip(of_order, degree, strict=True):
-            rows[row] = legendre[own - order] * around[int(degree_order[row, 1] < 0)]
-    return np.asarray(rows.T)
+    given = np.asarray(terms, dtype=np.int64).reshape(-1, 2)
+    recurrence = _recurrence(given.tobytes())
+    found = np.empty((len(given), len(d)))
+    for start in range(0, len(d), _AT_A_TIME):
+        part = slice(start, start + _AT_A_TIME)
+        _evaluate(recurrence, d[part], found[:, part])
+    return np.asarray(found.T)
 
 
-def _legendre(order: int, highest: int, across: FloatArray, along: FloatArray) -> FloatArray:
-    """Legendre functions of one order, degrees from the order to the highest: (d, n).
+def _evaluate(recurrence: _Recurrence, directions: FloatArray, out: FloatArray) -> None:
+    """Harmonics at some directions, into (k, n).
 
-    By the recurrence in the degree, which loses no digits (Holmes & Featherstone 2002). Libraries
-    compute those of all orders, many times as many as a map has.
+    Legendre functions by the recurrence in the degree, which loses no digits (Holmes &
+    Featherstone 2002), of all orders together. Libraries compute those of all orders, many times
+    as many as a map has.
     """
-    found = np.empty((highest - order + 1, len(along)))
+    polar, phase = polar_angle(directions), azimuth_angle(directions)
+    across, along = np.sin(polar), np.cos(polar)
+    orders = recurrence.orders[:, None]
+    legendre = np.empty((recurrence.size + 1, len(directions)))
+    legendre[-1] = 0.0
+    count = len(orders)
+    legendre[:count] = recurrence.first * across**orders
+    before, last = slice(0, 0), slice(0, count)
+    for scale, ratio in recurrence.steps:
+        going = len(scale)
+        end = last.stop
+        now = slice(end, end + going)
+        rows = along * legendre[last.start : last.start + going]
+        if before.stop:
+            rows -= ratio * legendre[before.start : before.start + going]
+        np.multiply(scale, rows, out=legendre[now])
+        before, last = last, now
+    angle = orders * phase
+    around = np.concatenate([np.cos(angle), np.sin(angle)])
+    np.multiply(legendre[recurrence.rows], around[recurrence.around], out=out)
+
+
+class _Recurrence(NamedTuple):
+    """How the Legendre functions of some terms follow from each other.
+
+    A step goes from the functions of degree order + j to those of order + j + 1, of all orders that
+    need it: the orders that need most steps are first.
+    """
+
+    orders: IntArray
+    """The different ones, (o,)."""
+    first: FloatArray
+    """Of the functions of degree = order, without the power of the sine, (o, 1)."""
+    steps: list[tuple[FloatArray, FloatArray]]
+    """Scale, and ratio of the function before the last, each (s, 1)."""
+    size: int
+    """Number of Legendre functions; after them is one that is zero."""
+    rows: IntArray
+    """Legendre function of each term, (k,): zero where the order is above the degree."""
+    around: IntArray
+    """Cosine or sine of each term: the number of its order, cosines first."""
+
+
+@lru_cache(maxsize=64)
+def _recurrence(terms: bytes) -> _Recurrence:
+    degree, signed = np.frombuffer(terms, dtype=np.int64).reshape(-1, 2).T
+    order = np.abs(signed)
+    orders, number = np.unique(order, return_inverse=True)
+    highest = orders.copy()
+    np.maximum.at(highest, number, degree)
+    by_steps = np.argsort(orders - highest, kind="stable")
+    place = np.argsort(by_steps)[number]
+    orders, needed = orders[by_steps], (highest - orders)[by_steps]
+    size = len(orders)
+    starts, steps = [0], []
+    for step in range(1, int(needed.max(initial=0)) + 1):
+        starts.append(size)
+        m = orders[needed >= step].astype(np.float64)
+        size += len(m)
+        reached = m + step
+        scale = np.sqrt((4.0 * reached**2 - 1.0) / (reached**2 - m**2))
+        ratio = np.sqrt(((reached - 1.0) ** 2 - m**2) / (4.0 * (reached - 1.0) ** 2 - 1.0))
+        steps.append((scale[:, None], ratio[:, None]))
+    first_of_step = np.array(starts)
+    return _Recurrence(
+        orders=orders,
+        first=np.array([_first_factor(int(m)) for m in orders])[:, None],
+        steps=steps,
+        size=size,
+        rows=np.where(order > degree, size, place + first_of_step[np.maximum(degree - order, 0)]),
+        around=place + np.where(signed < 0, len(orders), 0),
+    )
+
+
+def _first_factor(order: int) -> float:
+    """Of the function whose degree is its order."""
     first = math.sqrt(2.0) if order else 1.0
     for m in range(1, order + 1):
         first *= math.sqrt((2.0 * m + 1.0) / (2.0 * m))
-    found[0] = first * across**order
-    if highest > order:
-        found[1] = math.sqrt(2.0 * order + 3.0) * along * found[0]
-    for degree in range(order + 2, highest + 1):
-        before = degree - 1
-        ratio = math.sqrt((before**2 - order**2) / (4.0 * before**2 - 1.0))
-        scale = math.sqrt((4.0 * degree**2 - 1.0) / (degree**2 - order**2))
-        row = degree - order
-        found[row] = scale * (along * found[row - 1] - ratio * found[row - 2])
-    return found
+    return first
 
 
 @dataclass(frozen=True, eq=False)

@@ -312,13 +312,14 @@ class DirectionSupport:
         """
         return self.interpolation(directions)[2]
 
+    @cached_property
     def spread(self) -> FloatArray:
         """Directions spread over all that is supported, (n, 3): nodes first, some of very many."""
         polar = float(polar_angle(self.nodes).max())
         around = from_angles(polar, np.linspace(0.0, 2.0 * np.pi, 360))
         candidates = np.concatenate([fibonacci_cap(800, polar), around])
         supported = candidates[self.supports(candidates)]
-        return np.concatenate([some_directions(self.nodes), supported])
+        return frozen(np.concatenate([some_directions(self.nodes), supported]))
 
     def supports(self, directions: npt.ArrayLike, margin: float = MARGIN) -> BoolArray:
         """Whether each direction lies among the nodes, or within a margin of them.

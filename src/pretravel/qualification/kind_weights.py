@@ -6,13 +6,11 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, PretravelError, describe, frozen
 from pretravel.maps import (
-    DirectionSupport,
     KindOfMap,
     MapFit,
     Observation,
@@ -142,10 +140,6 @@ class _Split:
     others: Observation
     hidden: Observation
 
-    @cached_property
-    def support(self) -> DirectionSupport:
-        return DirectionSupport(self.others.group_directions)
-
 
 def _left_out(
     ready: PreparedTouches, kind: KindOfMap, whole: MapFit, splits: Sequence[_Split]
@@ -169,7 +163,7 @@ def _left_out(
         variance += max(fit.fixed_scatter, effects.step_scatter) ** 2 + effects.fixed_scatter**2
         used = np.ones(len(values), dtype=bool)
         if not few:
-            used = split.support.supports(directions)
+            used = others.support.supports(directions)
         distances.append((values - design @ centered.coefficients)[used])
         variances.append(variance[used])
     return np.concatenate(distances), np.concatenate(variances)

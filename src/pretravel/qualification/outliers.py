@@ -13,7 +13,6 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray, PretravelError, describe
 from pretravel.maps import (
-    DirectionSupport,
     HarmonicKind,
     HarmonicMapFit,
     KindOfMap,
@@ -271,7 +270,7 @@ def direction_outliers(
             break
         part = observation.take(kept & ~out)
         here = observation.directions[out][:1]
-        if not DirectionSupport(part.group_directions).supports(here)[0]:
+        if not part.support.supports(here)[0]:
             break  # the others do not surround it, so they do not predict it
         kept = kept & ~out
         current = fit_harmonic(part, near=current.posterior.amplitudes)

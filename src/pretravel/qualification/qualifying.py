@@ -24,7 +24,6 @@ from pretravel.maps import (
     MOST_KEPT,
     AveragedBasis,
     CenteredFit,
-    DirectionSupport,
     HarmonicMapFit,
     KindOfMap,
     MachineTerms,
@@ -459,7 +458,7 @@ def _map(
         basis=fit.basis,
         coefficients=coefficients,
         covariance=centered.covariance,
-        support=DirectionSupport(fit.observation.group_directions),
+        support=fit.observation.support,
         tip_radius=tip_radius,
         # Both are the same in all directions.
         u_tip_radius=math.hypot(0.5 * setup.u_reference_diameter, effects.step_in_common),

@@ -21,7 +21,6 @@ from pretravel.base import (
     polar_angle,
 )
 from pretravel.maps import (
-    DirectionSupport,
     KindOfMap,
     MapBasis,
     MapFit,
@@ -473,7 +472,7 @@ def _between_touches(observation: Observation) -> FloatArray:
     if observation.ring:
         return from_angles(0.5 * np.pi, np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False))
     spread = fibonacci_cap(300, float(polar_angle(touched).max()))
-    return np.concatenate([touched, spread[DirectionSupport(touched).supports(spread)]])
+    return np.concatenate([touched, spread[observation.support.supports(spread)]])
 
 
 def _averaged(

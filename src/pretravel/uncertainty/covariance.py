@@ -211,6 +211,8 @@ def _check_matrix(matrix: FloatArray) -> None:
         raise PretravelError(f"a covariance matrix is square; this one has shape {matrix.shape}")
     if not len(matrix) or not np.all(np.isfinite(matrix)):
         return  # the constructor refuses what is not finite
+    if _is_surely_covariance(matrix):
+        return
     lowest, highest = np.linalg.eigvalsh(matrix)[[0, -1]]
     asymmetry = 1e-12 * max(highest, 0.0)
     if not np.allclose(matrix, matrix.T, atol=asymmetry) or lowest < -_ROUNDING * highest:
@@ -307,3 +309,18 @@ class SharedCovariance:
         if not self._narrow:
             return -2.0 * float(np.log(np.diag(self._whitening)).sum())
         return float(np.log(self.own).sum() + np.log1p(self._axes[1] ** 2).sum())
+
+
+def _is_surely_covariance(matrix: FloatArray) -> bool:
+    """By a Cholesky factor, which costs a fifth of the eigenvalues.
+
+    The largest eigenvalue is at least the largest variance.
+    """
+    largest = float(np.diagonal(matrix).max())
+    if largest <= 0.0 or np.abs(matrix - matrix.T).max() > 1e-12 * largest:
+        return False
+    try:
+        np.linalg.cholesky(matrix + 0.5 * _ROUNDING * largest * np.eye(len(matrix)))
+    except np.linalg.LinAlgError:
+        return False
+    return True

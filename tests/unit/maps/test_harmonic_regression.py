@@ -22,15 +22,20 @@ from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
     _averaged_over,
-    _given_amplitudes,
+    _by_terms,
+    _by_touches,
     _most_probable,
+    _posterior,
     _Problem,
     fit_harmonics,
+)
+from pretravel.maps.observation import Places
+from pretravel.maps.spherical_harmonics import (
+    degrees_and_orders,
+    real_spherical_harmonics,
     ring_terms,
     sphere_terms,
 )
-from pretravel.maps.observation import Places
-from pretravel.maps.spherical_harmonics import degrees_and_orders, real_spherical_harmonics
 
 N = sphere_pattern_25()
 TERMS = sphere_terms(25)
@@ -351,9 +356,7 @@ def test_touches_without_any_scatter_have_the_smallest_noise() -> None:
     found = _most_probable(problem, None)
     assert 1e-5 <= np.exp(found[5]) < 3e-5
     assert np.isfinite(problem.cost_and_slopes(found)[0])
-    amplitudes = Amplitudes(found, found[None], np.ones(1))
-    to_coefficients, _ = _given_amplitudes(problem, amplitudes.mode)
-    fitted = to_coefficients @ problem.y
+    fitted = 1e3 * _posterior(problem, _only(found), FREE, sphere_terms(25)).coefficients
     assert fitted[0] == pytest.approx(10.0, abs=1e-9)
     assert np.abs(fitted[1:]).max() < 1e-9
 
@@ -364,10 +367,38 @@ def test_without_noise_the_map_contains_each_touch() -> None:
     problem = _problem(values, N, np.arange(25), sphere_terms(25))
     h = H.copy()
     h[5] = np.log(1e-6)
-    to_coefficients, covariance = _given_amplitudes(problem, h)
-    rows = real_spherical_harmonics(N, np.concatenate([FREE, sphere_terms(25)]))
-    assert rows @ (to_coefficients @ problem.y) == pytest.approx(values, abs=1e-9)
-    assert np.sqrt(np.diag(rows @ covariance @ rows.T)) == pytest.approx(np.full(25, 1e-6), rel=0.1)
+    found = _posterior(problem, _only(h), FREE, sphere_terms(25))
+    rows = real_spherical_harmonics(N, found.terms)
+    assert rows @ (1e3 * found.coefficients) == pytest.approx(values, abs=1e-9)
+    u = 1e3 * np.sqrt(np.diag(rows @ found.covariance @ rows.T))
+    assert u == pytest.approx(np.full(25, 1e-6), rel=0.1)
+
+
+def test_equations_for_touches_are_those_for_terms() -> None:
+    """Both ways at two points with lobes about other azimuths, one to three touches a direction.
+
+    Terms without a prior have one of 0.1 m in the equations for terms, which moves 8 µm by 1e-9 µm.
+    """
+    groups = np.repeat(np.arange(25), np.resize([2, 1, 3], 25))
+    values = 8.0 + np.sin(np.arange(len(groups)))
+    problem = _problem(values, N, groups, sphere_terms(25))
+    points, weights = np.stack([H, H + 0.1]), np.array([0.3, 0.7])
+    means, covariance, gains = _by_touches(problem, points, weights)
+    expected = [_by_terms(problem, h) for h in points]
+    for mean, (to_coefficients, _) in zip(means, expected, strict=True):
+        assert mean == pytest.approx(to_coefficients @ problem.y, abs=1e-8)
+    own = np.array([each for _, each in expected])
+    assert covariance == pytest.approx(np.tensordot(weights, own, axes=1), abs=1e-8)
+    for number, count in enumerate(problem.class_count):
+        variance = [float(problem.own_variances(h, count)) for h in points]
+        assert gains[number] == pytest.approx(
+            np.tensordot(weights / variance, own, axes=1), abs=1e-7
+        )
+
+
+def _only(h: FloatArray) -> Amplitudes:
+    """One point of the amplitudes."""
+    return Amplitudes(h, h[None], np.ones(1))
 
 
 @pytest.mark.parametrize(("stated", "expected"), [(74.5, 14.5), (-10.0, 50.0), (59.0, 59.0)])
@@ -379,7 +410,7 @@ def test_the_azimuth_of_the_lobes_is_told_within_sixty_degrees(
     each = np.arange(25)
     fit = fit_harmonics(
         Places(N, each, each), np.sin(each), each, FREE, sphere_terms(25),
-        Amplitudes(h, h[None], np.ones(1)),
+        _only(h),
     )  # fmt: skip
     assert np.degrees(fit.lobe_azimuth) == pytest.approx(expected)
 

@@ -9,7 +9,6 @@ from scipy.special import sph_harm_y
 from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import PretravelError
 from pretravel.maps import spherical_harmonics
-from pretravel.maps.harmonic_regression import sphere_terms
 from pretravel.maps.observation import Observation, Places
 from pretravel.maps.spherical_harmonics import (
     DirectionMeans,
@@ -17,6 +16,7 @@ from pretravel.maps.spherical_harmonics import (
     checked_terms,
     degrees_and_orders,
     real_spherical_harmonics,
+    sphere_terms,
 )
 
 

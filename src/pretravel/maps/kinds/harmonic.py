@@ -15,8 +15,6 @@ from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
     fit_harmonics,
-    ring_terms,
-    sphere_terms,
 )
 from pretravel.maps.kind import (
     FEWEST_OF_SIX_SEATS,
@@ -28,8 +26,14 @@ from pretravel.maps.kind import (
 )
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import U_AXIAL_PRETRAVEL
-from pretravel.maps.spherical_harmonics import Smoothing, checked_terms, real_spherical_harmonics
-from pretravel.maps.support import MARGIN, DirectionSupport
+from pretravel.maps.spherical_harmonics import (
+    Smoothing,
+    checked_terms,
+    real_spherical_harmonics,
+    ring_terms,
+    sphere_terms,
+)
+from pretravel.maps.support import MARGIN
 from pretravel.uncertainty import Covariance
 
 _POLE = np.array([[0.0, 0.0, 1.0]])
@@ -159,7 +163,7 @@ def _with_pretravel_at_pole(
     covariance = fit.covariance.matrix
     u_pole = math.sqrt(float(at_pole @ covariance @ at_pole))
     first_zonal = (fit.basis.terms == (1, 0)).all(axis=1)
-    touched = bool(DirectionSupport(fit.observation.group_directions).supports(_POLE)[0])
+    touched = bool(fit.observation.support.supports(_POLE)[0])
     move = np.eye(len(fit.coefficients))
     if touched:
         # The map less its own value at the pole, which scatters with the touches as well. Where
