@@ -87,6 +87,10 @@ KINDS = ("touches.csv", "map.json", "probe.toml", "part.step", "results.nc", "sc
 """One file of each kind, which is dropped where it does not belong."""
 LONG = ("align", "check-budget", "hysteresis")
 """Tasks whose computations with all files take a quarter of the time of this law."""
+every_quick_screen = pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in ON_SCREENS],
+)
 SLOW = {("fem", "probe.toml"): "a mesh; tests of finite elements have it"}
 STUDY = """[study]
 name = "few"
@@ -208,7 +212,7 @@ def test_a_path_in_a_project_is_refused(name: str, dropped: dict[str, Path]) -> 
     assert not (folder / "executed").exists()
 
 
-@every_screen
+@every_quick_screen
 def test_no_other_text_of_a_project_is_a_path(name: str, dropped: dict[str, Path]) -> None:
     secret = dropped["result.report.json"]
     settings, files = _given(name, dropped)
@@ -241,10 +245,7 @@ def _run(inputs: Inputs) -> str:
     return ""
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in ON_SCREENS],
-)
+@every_quick_screen
 def test_every_task_takes_or_refuses_every_file(name: str, dropped: dict[str, Path]) -> None:
     """It runs with the files that belong there; a script is never executed."""
     settings, files = _given(name, dropped)

@@ -30,7 +30,7 @@ from tests.support.task_samples import samples
 
 MADE = """\
 pretravel qualify sphere_touches.csv --diameter 24.9987 --tip-diameter 6 --kind harmonic -o map.json
-pretravel qualify star_touches.csv --diameter 25 --tip down=4 --tip right=4@-1,0,0 --tip left=4@1,0,0 -o star.json
+pretravel qualify star_touches.csv --diameter 25 --tip down=4 --tip right=4@-1,0,0 --tip left=4@1,0,0 --kind mean -o star.json
 pretravel compensate bore_touches.csv --map map.json -o points.csv
 pretravel plan-touches --map map.json --count 9 -o few.csv
 pretravel simulate map.json --surface sphere:radius=12.49935 --targets few.csv --noise 0.2 --seed 1 -o nine.csv

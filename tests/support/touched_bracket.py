@@ -60,17 +60,21 @@ def random_targets(
     """
     points, normals, faces = np.empty((0, 3)), np.empty((0, 3)), np.empty(0, dtype=int)
     while len(points) < count:
+        tried = []
         for index in rng.permutation(on or range(len(part.faces))):
-            face = part.faces[index]
-            low, high = face.box
+            low, high = part.faces[index].box
             uv = low + rng.random((4, 2)) * (high - low)
-            uv = uv[face.inside(uv)]
-            if len(uv) == 0:
+            tried.append((index, part.faces[index].local(uv[part.faces[index].inside(uv)])))
+        centres = [local.point + tip_radius * local.normal for _, local in tried]
+        feet, first = feet_on_faces(part, np.vstack(centres)), 0
+        for index, local in tried:
+            own = slice(first, first + len(local.point))
+            first = own.stop
+            good = feet.face[own] == index
+            good &= np.abs(feet.distance[own] - tip_radius) < 1e-6
+            if not good.any():
                 continue
-            local = face.local(uv)
-            feet = feet_on_faces(part, local.point + tip_radius * local.normal)
-            good = (feet.face == index) & (np.abs(feet.distance - tip_radius) < 1e-6)
-            edges = face.derivatives(face.edge_samples(0.2))[0]
+            edges = part.faces[index].derivatives(part.faces[index].edge_samples(0.2))[0]
             away = np.linalg.norm(local.point[:, None] - edges, axis=2).min(axis=1)
             rows = np.flatnonzero(good & (away > FROM_EDGES))[:1]
             points = np.vstack([points, local.point[rows]])

@@ -98,7 +98,7 @@ def _qualified(size: int) -> Callable[[], object]:
         (_compensated, (1000, 4000, 16000)),
         (_simulated, (200, 800, 3200)),
         (_aligned, (30, 90)),
-        (_qualified, (250, 1000, 4000)),
+        (_qualified, (250, 2000)),
     ],
 )
 def test_work_is_linear(made: Callable[[int], Callable[[], object]], sizes: Sequence[int]) -> None:

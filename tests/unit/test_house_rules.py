@@ -35,10 +35,16 @@ def _modules() -> dict[str, tuple[str, ast.Module]]:
     return found
 
 
+@cache
+def _nodes(module: str) -> list[ast.AST]:
+    """All nodes of a module."""
+    return list(ast.walk(_modules()[module][1]))
+
+
 def _functions() -> Iterator[tuple[str, str, Function]]:
     """Module, source, function; methods and inner functions too."""
-    for name, (text, tree) in _modules().items():
-        for node in ast.walk(tree):
+    for name, (text, _) in _modules().items():
+        for node in _nodes(name):
             if isinstance(node, Function):
                 yield name, text, node
 
@@ -85,16 +91,15 @@ def test_functions_have_few_parameters() -> None:
 def test_no_file_imports_itself_through_others() -> None:
     """Imports inside functions and for types alone too: what a file needs lies below it."""
     needed = {
-        module: sorted(set(_imported(tree)) - {module, "__init__.py"})
-        for module, (_, tree) in _modules().items()
+        module: sorted(set(_imported(module)) - {module, "__init__.py"}) for module in _modules()
     }
     assert sum(map(len, needed.values())) > 1000
     TopologicalSorter(needed).prepare()  # a circle is a CycleError, which names its files
 
 
-def _imported(tree: ast.Module) -> Iterator[str]:
-    """Modules of the package that are imported, by their paths."""
-    for node in ast.walk(tree):
+def _imported(module: str) -> Iterator[str]:
+    """Modules of the package that a module imports, by their paths."""
+    for node in _nodes(module):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("pretravel"):
             assert node.module is not None
             for alias in node.names:
@@ -125,9 +130,9 @@ def _room(module: str) -> str:
 def test_rooms_use_each_other_through_their_doors() -> None:
     """Names of another room come from its ``__init__``, which imports them when they are used."""
     found = set()
-    for path, (_, tree) in _modules().items():
+    for path in _modules():
         here = _room("pretravel." + path.removesuffix(".py").replace("/", "."))
-        for node in ast.walk(tree):
+        for node in _nodes(path):
             module = node.module or "" if isinstance(node, ast.ImportFrom) else ""
             room = _room(module) if module.startswith("pretravel.") else here
             if room != here and path != "__init__.py" and module != f"pretravel.{room}":
@@ -216,7 +221,7 @@ def test_messages_of_the_library_name_quantities_not_options() -> None:
         parts = set(module.split("/"))
         if parts & {"cli", "screen", "screen.py", "every_task.py"}:
             continue
-        raised = [node for node in ast.walk(tree) if isinstance(node, ast.Raise)]
+        raised = [node for node in _nodes(module) if isinstance(node, ast.Raise)]
         told = raised if parts & {"task", "tasks", "demo"} else [tree]
         if any(_names_an_option(text) for part in told for text in _strings(part)):
             found.add(module)

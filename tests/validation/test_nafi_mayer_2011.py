@@ -166,7 +166,7 @@ def test_the_papers_decomposition_is_low_by_a_known_factor() -> None:
     i, j = np.divmod(np.arange(count**2), count)
     rng = np.random.default_rng(5)
     paper, ours = [], []
-    sets = 150
+    sets = 60
     for _ in range(sets):
         e = rng.standard_normal(count**2) * np.sqrt(sigma2)
         table = e.reshape(count, count)
@@ -453,12 +453,13 @@ def test_plan_reaches_what_it_promises() -> None:
     machine, probe = plan.pairs()
     rng = np.random.default_rng(4)
     errors = []
-    for _ in range(150):
+    for _ in range(60):
         noise = rng.standard_normal(len(machine)) * np.sqrt(0.5) * UM
         readings = MultiStepReadings(machine, probe, noise)
         result = separate(readings, method="least-squares", search_outliers=False)
         errors.append(result.machine_error)
-    assert np.std(errors) == pytest.approx(plan.u_error, rel=0.07)
+    # Of 60 sets with 12 errors each, of which 11 are free: 2.8 %.
+    assert np.std(errors) == pytest.approx(plan.u_error, rel=0.08)
     assert plan.u_error <= 0.25 * UM
 
 

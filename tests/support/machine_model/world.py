@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 from tests.support.machine_model.modes import Vector
@@ -74,25 +75,34 @@ class Box:
     half: Vector
     turn_deg: float = 0.0
 
+    @cached_property
+    def _turn(self) -> tuple[float, float]:
+        return math.cos(math.radians(self.turn_deg)), math.sin(math.radians(self.turn_deg))
+
     def _local(self, x: float, y: float) -> tuple[float, float]:
-        c, s = math.cos(math.radians(self.turn_deg)), math.sin(math.radians(self.turn_deg))
+        c, s = self._turn
         dx, dy = x - self.center[0], y - self.center[1]
         return c * dx + s * dy, -s * dx + c * dy
 
     def distance(self, place: Vector) -> tuple[float, Vector]:
         u, v = self._local(place[0], place[1])
-        p = (u, v, place[2] - self.center[2])
-        over = [abs(p[i]) - self.half[i] for i in range(3)]
-        outside = [max(o, 0.0) for o in over]
-        size = math.hypot(*outside)
+        w, half = place[2] - self.center[2], self.half
+        over_u, over_v, over_w = abs(u) - half[0], abs(v) - half[1], abs(w) - half[2]
+        size = max(over_u, over_v, over_w)
+        x = y = z = 0.0  # the normal, not turned
         if size > 0.0:
-            local = [math.copysign(outside[i] / size, p[i]) for i in range(3)]
+            size = math.hypot(max(over_u, 0.0), max(over_v, 0.0), max(over_w, 0.0))
+            x = math.copysign(max(over_u, 0.0) / size, u)
+            y = math.copysign(max(over_v, 0.0) / size, v)
+            z = math.copysign(max(over_w, 0.0) / size, w)
+        elif size == over_u:
+            x = math.copysign(1.0, u)
+        elif size == over_v:
+            y = math.copysign(1.0, v)
         else:
-            nearest = over.index(max(over))
-            size = over[nearest]
-            local = [math.copysign(1.0, p[i]) if i == nearest else 0.0 for i in range(3)]
-        c, s = math.cos(math.radians(self.turn_deg)), math.sin(math.radians(self.turn_deg))
-        return size, (c * local[0] - s * local[1], s * local[0] + c * local[1], local[2])
+            z = math.copysign(1.0, w)
+        c, s = self._turn
+        return size, (c * x - s * y, s * x + c * y, z)
 
     def cylinder_distance(self, foot: Vector, radius: float, height: float) -> float:
         u, v = self._local(foot[0], foot[1])

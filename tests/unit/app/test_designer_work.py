@@ -32,6 +32,7 @@ from pretravel.design.screen.work import (
 from pretravel.prediction.catalogue import description_text, load_probe
 from pretravel.prediction.trigger import predict
 from pretravel.show.document import Document
+from tests.support.coarse_models import models_by_name_are_coarse
 
 CHANGED = {"form_of": digest_of(start_text("omp40-2", None)), "design.spring.preload_N": 4.0}
 
@@ -95,6 +96,7 @@ def test_finite_elements_of_both_designs_stand_beside_the_model_analytic(
 
 
 def test_equal_designs_are_computed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    models_by_name_are_coarse(monkeypatch)
     made, said, asked = computed({}, monkeypatch)
     assert len(asked) == 1
     assert made.other is made.design

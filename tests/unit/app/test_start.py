@@ -53,7 +53,8 @@ def _started(folder: Path, host: str) -> Iterator[tuple[str, str]]:
         server.wait(_SECONDS)
 
 
-@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
+# The tests in a browser start it on this computer alone.
+@pytest.mark.parametrize("host", ["0.0.0.0", pytest.param("127.0.0.1", marks=pytest.mark.slow)])
 def test_no_process_is_given_the_token(tmp_path: Path, host: str) -> None:
     """Other users read command lines; a page of the user alone forwards the browser, and is gone
     at the end. No answer tells another page the address."""

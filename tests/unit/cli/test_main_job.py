@@ -110,7 +110,8 @@ class TestMainJob:
         upper = [lines[0], *(line for line in lines[1:] if float(line.split(",")[5]) > 0.5)]
         (tmp_path / "upper.csv").write_text("\n".join(upper))
         saved = tmp_path / "map.json"
-        run("qualify", tmp_path / "upper.csv", "--diameter", 24.9987, "-o", saved)
+        run("qualify", tmp_path / "upper.csv", "--diameter", 24.9987, "--kind", "mean", "-o",
+            saved)  # fmt: skip
         message = run("compensate", SPHERE, "--map", saved, "-o", tmp_path / "p.csv", code=2)
         assert "lie outside the map" in message
         assert not (tmp_path / "p.csv").exists()
@@ -122,7 +123,8 @@ class TestMainJob:
             text = "\n".join([f"{lines[0]},feed_mm_min", *(f"{v},{feed}" for v in lines[1:])])
             (tmp_path / name).write_text(text)
         saved, points = tmp_path / "map.json", tmp_path / "points.csv"
-        run("qualify", tmp_path / "slow.csv", "--diameter", 24.9987, "-o", saved)
+        run("qualify", tmp_path / "slow.csv", "--diameter", 24.9987, "--kind", "mean", "-o",
+            saved)  # fmt: skip
         result = CliRunner().invoke(
             main.app,
             ["compensate", str(tmp_path / "fast.csv"), "--map", str(saved), "-o", str(points)],
@@ -134,7 +136,7 @@ class TestMainJob:
 def test_pages(tmp_path: Path) -> None:
     """The page is one file that contains the numbers and a picture."""
     saved = tmp_path / "map.json"
-    options = ["--diameter", 24.9987, "--tip-diameter", 6]
+    options = ["--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic"]
     run("qualify", SPHERE, *options, "-o", saved)
     pages = {
         "q.html": (["qualify", SPHERE, *options], "repeatability"),
@@ -153,7 +155,7 @@ class TestFilesAreSafe:
         own = tmp_path / "own.csv"
         own.write_bytes(SPHERE.read_bytes())
         saved = tmp_path / "map.json"
-        run("qualify", own, "--diameter", 24.9987, "-o", saved)
+        run("qualify", own, "--diameter", 24.9987, "--kind", "mean", "-o", saved)
         for arguments in (
             ["qualify", own, "--diameter", 24.9987, "-o", own],
             ["compensate", own, "--map", saved, "-o", own],
@@ -194,7 +196,8 @@ class TestFilesAreSafe:
             )
         (tmp_path / "inches.csv").write_text("\n".join(inches))
         saved, points = tmp_path / "map.json", tmp_path / "points.csv"
-        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", saved)
+        run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "mean",
+            "-o", saved)  # fmt: skip
         arguments = ["compensate", tmp_path / "inches.csv", "--map", saved, "-o", points]
         result = CliRunner().invoke(main.app, [str(a) for a in arguments])
         assert "of the size of the tip radius" in result.stderr

@@ -15,13 +15,13 @@ from tests.support.commands import rows, run
 from tests.support.examples import EXAMPLES
 
 SPHERE = ("--diameter", 24.9987)
-TIPS = ("--tip", "a=6", "--tip", "b=6")
+TIPS = ("--tip", "a=6", "--tip", "b=6", "--kind", "harmonic")
 OFFSET = np.array([10.0, -20.0, 5.0])
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One probe twice: as tip a, and as tip b with another offset."""
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """One probe twice: as tip a, and as tip b with another offset. With what qualify said."""
     place = tmp_path_factory.mktemp("star")
     one = read_touches(EXAMPLES / "sphere_touches.csv")
     touches = Touches(
@@ -35,11 +35,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     moved = np.array([tip == "b" for tip in tips])[:, None] * OFFSET
     write_touches(place / "bore.csv", Touches(bore.positions - moved, bore.normals, tips=tips))
     write_touches(place / "one.csv", Touches(bore.positions, bore.normals))
-    run("qualify", place / "star.csv", *SPHERE, *TIPS, "-o", place / "star.json")
-    return place
+    said = run("qualify", place / "star.csv", *SPHERE, *TIPS, "-o", place / "star.json")
+    return place, said
 
 
-def test_the_tips_in_their_file(folder: Path) -> None:
+@pytest.fixture
+def folder(made: tuple[Path, str]) -> Path:
+    return made[0]
+
+
+def test_the_tips_in_their_file(made: tuple[Path, str]) -> None:
+    folder, said = made
     star = read_star(folder / "star.json")
     assert star.names == ("a", "b")
     assert np.allclose(star.offset("b"), OFFSET, atol=1e-9)
@@ -51,8 +57,7 @@ def test_the_tips_in_their_file(folder: Path) -> None:
     alone = star.tip("a").alone + star.tip("b").alone
     assert place == pytest.approx(np.diag(alone))
     assert np.all(place >= of_points)
-    out = run("qualify", folder / "star.csv", *SPHERE, *TIPS)
-    assert out.startswith("2 tips have a map each, and their offsets from a")
+    assert said.startswith("2 tips have a map each, and their offsets from a")
 
 
 def test_points_of_both_tips_are_those_of_one(folder: Path) -> None:

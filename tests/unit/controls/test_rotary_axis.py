@@ -80,17 +80,17 @@ def test_an_exact_axis_is_found(letter: str, sense: int) -> None:
 
 @pytest.mark.parametrize(
     ("sets", "noise", "wander"),
-    [(40, 5e-4, 1e-3), pytest.param(200, 5e-4, 5e-4, marks=pytest.mark.slow)],
+    [(20, 5e-4, 1e-3), pytest.param(200, 5e-4, 5e-4, marks=pytest.mark.slow)],
 )
 def test_the_interval_contains_the_axis(sets: int, noise: float, wander: float) -> None:
-    """Of 200 sets with four values each the share of 95 % is known to 0.8 %, of 40 to 1.7 %."""
+    """Of 200 sets with four values each the share of 95 % is known to 0.8 %, of 20 to 2.4 %."""
     random = np.random.default_rng(1)
     inside = []
     for _ in range(sets):
         points = touched("C", TURNS, random, noise=noise, wander=wander)
         found = rotary_axis(points, TURNS.tolist(), "C")
         inside.append(np.abs(found.values - truth(found)) < found.expanded)
-    low, high = (0.93, 0.97) if sets == 200 else (0.90, 1.0)
+    low, high = (0.93, 0.97) if sets == 200 else (0.88, 1.0)
     assert low <= np.mean(inside) <= high
 
 
@@ -117,7 +117,7 @@ class TestCommand:
     def test_one_log_with_angles_in_its_labels(self, tmp_path: Path) -> None:
         """The axis of the example, 60 mm above the height at which its place is stated."""
         run("qualify", EXAMPLES / "sphere_touches.csv", "--diameter", 24.9987, "--tip-diameter", 6,
-            "-o", tmp_path / "map.json")  # fmt: skip
+            "--kind", "harmonic", "-o", tmp_path / "map.json")  # fmt: skip
         options = ("--axis", "C", "--map", tmp_path / "map.json")
         out = run("axis", self.LOG, *options, "-o", tmp_path / "axis.csv")
         assert "against the angle" in out

@@ -46,10 +46,10 @@ def _ring_and_block(scale: float, seed: int = 4) -> Touches:
     return Touches(np.array(rows), np.repeat(FOUR, 2, axis=0).tolist() * 6, references=tuple(names))
 
 
-@pytest.mark.parametrize("shops", [8, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("shops", [4, pytest.param(300, marks=pytest.mark.slow)])
 def test_terms_lie_within_their_uncertainty(shops: int) -> None:
-    """U is that of 95.45 %. Of 8 shops with 8 terms, 64 cases, 95.45 % are within with a standard
-    deviation of 2.6 % if terms of one shop were independent; 6 % are allowed."""
+    """U is that of 95.45 %. Of 4 shops with 8 terms, 32 cases, 95.45 % are within with a standard
+    deviation of 3.7 % if terms of one shop were independent; 8 % are allowed."""
     inside = []
     for number in range(shops):
         shop, found = one_set(number)
@@ -61,7 +61,7 @@ def test_terms_lie_within_their_uncertainty(shops: int) -> None:
             for term, truth in zip(found.terms, shop.truth, strict=True)
             if term.determined
         ]
-    allowed = 0.02 if shops > 100 else 0.06
+    allowed = 0.02 if shops > 100 else 0.08
     assert np.mean(inside) == pytest.approx(0.9545, abs=allowed)
 
 

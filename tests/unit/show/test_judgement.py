@@ -70,7 +70,8 @@ def test_of_a_verification(
 ) -> None:
     """Touches of another sphere, which is larger: as if the pretravel had changed everywhere."""
     probe_map, made = tmp_path / "map.json", tmp_path / "verified.json"
-    run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "-o", probe_map)
+    run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic",
+        "-o", probe_map)  # fmt: skip
     run("verify", SPHERE, "--map", probe_map, "--diameter", 24.9987 - moved_mm, "-o", made,
         code=code)  # fmt: skip
     assert read_result(made).document.judgement == Judgement(*expected)

@@ -109,9 +109,18 @@ def across(direction: FloatArray) -> FloatArray:
     >>> (across(np.array([0.0, 0.0, 1.0])) + 0.0).tolist()
     [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]
     """
-    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    first = unit(np.cross(helper, direction))
-    return np.stack([first, np.cross(direction, first)])
+    d = direction.tolist()  # a search asks for them often, and np.cross is slow for one vector
+    smallest = int(np.argmin(np.abs(direction)))
+    second, third = (smallest + 1) % 3, (smallest + 2) % 3
+    length = math.hypot(d[second], d[third])
+    first = [0.0, 0.0, 0.0]
+    first[second], first[third] = -d[third] / length, d[second] / length
+    return np.array(
+        [
+            first,
+            [d[k - 2] * first[k - 1] - d[k - 1] * first[k - 2] for k in range(3)],
+        ]
+    )
 
 
 class OfRevolution(Protocol):
