@@ -74,6 +74,14 @@ ROWS: Mapping[str, Departure] = {
         hysteresis=MICROMETRE,
         order="shuffled passes",
     ),
+    "first_apart": Departure(
+        "first touch of a direction 2 µm apart, on the part as the others",
+        first_apart=(2.0 * MICROMETRE, 0.0),
+    ),
+    "first_apart_part": Departure(
+        "first touch of a direction 2 µm apart, on the part too",
+        first_apart=(2.0 * MICROMETRE, 2.0 * MICROMETRE),
+    ),
     "diameter": Departure("sphere diameter 1 µm wrong", diameter_error=MICROMETRE),
     "diameter_u_given": Departure(
         "sphere diameter 1 µm wrong, its u given as 1 µm",

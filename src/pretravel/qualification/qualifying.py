@@ -315,7 +315,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     modelled = values_in_blocks(fit.basis, about.directions, pretravel_map.coefficients)
     axes = rotation[:, : ready.observation.axes]
     later = rotation @ moved
-    in_common = ready.effects.step_in_common
+    in_common = ready.effects.in_common
     of_center = axes @ centered.center_covariance @ axes.T + np.outer(later, later)
     of_center = frozen(of_center + in_common**2 * np.eye(3))
     copies = copied_readings(
@@ -462,7 +462,7 @@ def _map(
         support=DirectionSupport(fit.observation.group_directions),
         tip_radius=tip_radius,
         # Both are the same in all directions.
-        u_tip_radius=math.hypot(0.5 * setup.u_reference_diameter, effects.step_in_common),
+        u_tip_radius=math.hypot(0.5 * setup.u_reference_diameter, effects.in_common),
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
         fixed_scatter=math.hypot(
