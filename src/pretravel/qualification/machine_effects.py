@@ -148,7 +148,7 @@ def machine_effects(
         )
     drift, change, said = _drift(observation, order)
     warnings += said
-    hysteresis, moments, probability = _memory(observation, change, order)
+    hysteresis, moments, probability = _memory(observation, change, order, first)
     before = previous_directions(observation.directions, predecessors(order))
     columns = hysteresis_columns(observation.directions, before)[:, :2]
     change = change + columns @ hysteresis
@@ -372,7 +372,7 @@ def _memory_warnings(probability: float, expected: FloatArray, moments: FloatArr
 
 
 def _memory(
-    observation: Observation, change: FloatArray, order: FloatArray
+    observation: Observation, change: FloatArray, order: FloatArray, first: FirstTouches | None
 ) -> tuple[FloatArray, FloatArray, float]:
     """Expected memory of the push before, (2,), its second moments, (2, 2), and its probability.
 
@@ -381,9 +381,8 @@ def _memory(
     nothing = np.zeros(2), np.zeros((2, 2)), 0.0
     if len(observation.groups) - observation.direction_count < 6:
         return nothing
-    found = estimated_hysteresis(
-        observation.values - change, observation.directions, observation.groups, order
-    )
+    values, beside = observation.values - change, None if first is None else first.first[:, None]
+    found = estimated_hysteresis(values, observation.directions, observation.groups, order, beside)
     known = np.asarray(found.determined)
     if not known.any():
         return np.zeros(2), _COMMON * _USUAL_HYSTERESIS**2 * np.eye(2), _COMMON
