@@ -372,7 +372,10 @@ def _memory_warnings(probability: float, expected: FloatArray, moments: FloatArr
 
 
 def _memory(
-    observation: Observation, change: FloatArray, order: FloatArray, first: FirstTouches | None
+    observation: Observation,
+    change: FloatArray,
+    order: FloatArray,
+    first: FirstTouches | None = None,
 ) -> tuple[FloatArray, FloatArray, float]:
     """Expected memory of the push before, (2,), its second moments, (2, 2), and its probability.
 
