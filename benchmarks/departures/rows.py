@@ -163,6 +163,7 @@ ROWS: Mapping[str, Departure] = {
     ),
     "axial_2.5": Departure("pretravel along the axis 2.5 µm", make_probe=probes.stiff_pole_assumed),
     "drift": Departure("sphere drifts 2 µm, repeats in a row", drift=2.0 * MICROMETRE),
+    "drift_6": Departure("sphere drifts 6 µm, repeats in a row", drift=6.0 * MICROMETRE),
     "drift_passes": Departure(
         "sphere drifts 2 µm, repeats in passes", drift=2.0 * MICROMETRE, order="passes"
     ),
