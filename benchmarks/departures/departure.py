@@ -32,6 +32,9 @@ class Departure:
     quantum: float = 0.0
     hysteresis: float = 0.0
     """Shift of the tip's rest position along the push of the touch before."""
+    first_apart: tuple[float, float] = (0.0, 0.0)
+    """Pretravel of a touch after one in another direction, more than of the touches after it in the
+    same direction: on the reference, and of all touches of the part."""
     squareness: float = 0.0
     scale: float = 0.0
     backlash: float = 0.0

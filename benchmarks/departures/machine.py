@@ -132,6 +132,9 @@ def latched(
         across = normals[:, 0] ** 2 + normals[:, 1] ** 2
         travel = travel + departure.stem_compliance * probe.force(normals) * across
     travel = travel + np.sum(_memory(departure, probe, normals) * normals, axis=1)
+    arrived = np.append(True, np.any(np.diff(run.approaches, axis=0) != 0.0, axis=1))
+    apart = departure.first_apart[0] * arrived if run.on_reference else departure.first_apart[1]
+    travel = travel + apart
     travel = travel / closing + departure.delay * run.feeds / 60.0
     travel = travel + _noise(departure, probe, normals, generator)
     at = run.centers + travel[:, None] * approaches

@@ -74,6 +74,14 @@ ROWS: Mapping[str, Departure] = {
         hysteresis=MICROMETRE,
         order="shuffled passes",
     ),
+    "first_apart": Departure(
+        "first touch of a direction 2 µm apart, on the part as the others",
+        first_apart=(2.0 * MICROMETRE, 0.0),
+    ),
+    "first_apart_part": Departure(
+        "first touch of a direction 2 µm apart, on the part too",
+        first_apart=(2.0 * MICROMETRE, 2.0 * MICROMETRE),
+    ),
     "diameter": Departure("sphere diameter 1 µm wrong", diameter_error=MICROMETRE),
     "diameter_u_given": Departure(
         "sphere diameter 1 µm wrong, its u given as 1 µm",
@@ -155,6 +163,7 @@ ROWS: Mapping[str, Departure] = {
     ),
     "axial_2.5": Departure("pretravel along the axis 2.5 µm", make_probe=probes.stiff_pole_assumed),
     "drift": Departure("sphere drifts 2 µm, repeats in a row", drift=2.0 * MICROMETRE),
+    "drift_6": Departure("sphere drifts 6 µm, repeats in a row", drift=6.0 * MICROMETRE),
     "drift_passes": Departure(
         "sphere drifts 2 µm, repeats in passes", drift=2.0 * MICROMETRE, order="passes"
     ),

@@ -12,6 +12,7 @@ from .grid import map_grid as map_grid
 from .kind import CenteredFit as CenteredFit
 from .kind import KindOfMap as KindOfMap
 from .kind import MapFit as MapFit
+from .kind import ReferenceDrift as ReferenceDrift
 from .kinds import AUTO as AUTO
 from .kinds import KINDS as KINDS
 from .kinds import kind_named as kind_named

@@ -100,6 +100,22 @@ class CenteredFit:
     gauge: str
 
 
+@dataclass(frozen=True, eq=False)
+class ReferenceDrift:
+    """A steady movement of the reference against the machine, from the first touch to the last.
+
+    Attributes
+    ----------
+    value : (axes,) float
+        Change of pretravel in the direction of each axis: the reference moves by the negative. [mm]
+    covariance : (axes, axes) float
+        [mm²]
+    """
+
+    value: FloatArray
+    covariance: FloatArray
+
+
 class KindOfMap(ABC):
     """A kind of map: how it is fitted to touches on a reference.
 
@@ -196,6 +212,20 @@ class KindOfMap(ABC):
         """
         del fit, repeatability
         return []
+
+    def drift_of_reference(self, fit: MapFit, times: FloatArray) -> ReferenceDrift | None:
+        """A drift that explains what the fit leaves better than another kind of probe does.
+
+        None where it does not, and for kinds that cannot tell.
+
+        Parameters
+        ----------
+        fit : MapFit
+        times : (n,) float
+            Of its touches, from -1/2 to 1/2.
+        """
+        del fit, times
+        return None
 
     def weight_in_advance(self, fit: MapFit) -> float:
         """Left-out directions that speak for this kind in an average, after its own fit.

@@ -17,11 +17,14 @@ from pretravel.base import MICROMETRE, FloatArray
 
 _SIZES_OF_ERRORS = tuple(MICROMETRE * size for size in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
 """Standard deviations that are tried in addition to none. [mm]"""
-_USUAL = 1.0 * MICROMETRE
-"""Of machines in good order: half of what ISO 3408-3 allows a screw of grade 3 within a turn, 6 µm
-from valley to peak (from memory). Larger ones are rarer, and touches outweigh this. [mm]"""
-PITCHES = (2.0, 2.5, 4.0, 5.0, 6.0, 8.0, 10.0)
-"""Of usual screws. [mm]"""
+_USUAL = 2.0 * MICROMETRE
+"""Of machines in good order: what ISO 3408-3 allows a screw of grade 3 within a turn, 6 µm from
+valley to peak (from memory). Larger ones are rarer, and touches outweigh this. [mm]"""
+PITCHES = {2.0: 1.0, 2.5: 3.0, 4.0: 1.0, 5.0: 3.0, 6.0: 1.0, 8.0: 1.0, 10.0: 3.0}
+"""Of usual screws [mm], with weights: ISO 3408-2 prefers 2.5, 5 and 10 mm (from memory)."""
+_ANY_PITCH = 1.0
+_IN_ADVANCE = 2.0
+"""Odds of such errors, before the touches are seen."""
 _REACHES = (0.4, 0.8, 1.6)
 """Ways over which an error without a pitch changes. [mm]"""
 
@@ -60,11 +63,15 @@ def hypotheses(positions: FloatArray, normals: FloatArray) -> Iterator[AxisError
     """
     apart = positions[:, None, :] - positions[None, :, :]
     both = normals[:, None, :] * normals[None, :, :]
-    kinds = [np.sum(both * np.cos(2.0 * math.pi * apart / pitch), axis=2) for pitch in PITCHES]
+    kinds = [
+        (np.sum(both * np.cos(2.0 * math.pi * apart / pitch), axis=2), weight)
+        for pitch, weight in PITCHES.items()
+    ]
     alike = np.mean([np.exp(-0.5 * (apart / reach) ** 2) for reach in _REACHES], axis=0)
-    kinds.append(np.sum(both * alike, axis=2))
-    yield AxisErrors(0.0, kinds[-1], 0.0)
-    for shared in kinds:
-        for size in _SIZES_OF_ERRORS:
-            usual = -1.5 * math.log1p((size / _USUAL) ** 2) - math.log(len(kinds))
-            yield AxisErrors(size, shared, usual)
+    kinds.append((np.sum(both * alike, axis=2), _ANY_PITCH))
+    yield AxisErrors(0.0, kinds[-1][0], 0.0)
+    usual = [1.0 / math.hypot(1.0, size / _USUAL) for size in _SIZES_OF_ERRORS]
+    share = _IN_ADVANCE / (sum(usual) * sum(weight for _, weight in kinds))
+    for shared, weight in kinds:
+        for size, own in zip(_SIZES_OF_ERRORS, usual, strict=True):
+            yield AxisErrors(size, shared, math.log(share * weight * own))

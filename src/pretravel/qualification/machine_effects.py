@@ -14,6 +14,7 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.maps import Observation, QualificationSetup
+from pretravel.qualification.first_touches import FirstTouches, first_touches
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
 from pretravel.qualification.quantisation import (
     coarse_warnings,
@@ -69,8 +70,9 @@ class MachineEffects:
         Of the latched positions; zero where none is seen. [mm]
     step_scatter : float
         Standard deviation by the step that repeats do not reduce: their noise is below it. [mm]
-    step_in_common : float
-        Standard deviation by the step that all directions can have in common. [mm]
+    in_common : float
+        Standard deviation that all directions can have in common, by the step and by first touches
+        that are apart. [mm]
     drift : (3,) float
         Movement of the reference over the run that was subtracted, probe frame. [mm]
     hysteresis : (2,) float
@@ -84,7 +86,7 @@ class MachineEffects:
 
     step: float
     step_scatter: float
-    step_in_common: float
+    in_common: float
     drift: FloatArray
     hysteresis: FloatArray
     fixed_scatter: float
@@ -120,25 +122,33 @@ def machine_effects(
     groups, count = observation.groups, len(observation.groups)
     order = np.arange(count, dtype=np.float64)
     step = step_of_touches(machine_positions, observation.values, groups)
-    noise = observation.repeats.deviation
-    variance = sphere_form**2 / 12.0  # uniform between lowest and highest
     warnings = coarse_warnings(step)
+    first = first_touches(observation.values, observation.directions, groups)
+    if first is not None:
+        warnings.append(_first_warning(first))
+        moved = observation.directions * first.change[:, None]
+        observation = replace(observation, positions=observation.positions + moved)
+    noise = observation.repeats.deviation
+    in_common = kept_by_directions(step, noise)
+    in_common = in_common if first is None else math.hypot(in_common, first.u_in_common)
+    changed = np.zeros(count) if first is None else first.change
+    variance = sphere_form**2 / 12.0  # uniform between lowest and highest
     states = _states(observation, order)
     if states is not None:
         seen = states.variance(observation.group_directions) - noise**2
         return MachineEffects(
             step=step,
             step_scatter=kept_by_repeats(step, noise),
-            step_in_common=kept_by_directions(step, noise),
+            in_common=in_common,
             drift=np.zeros(3),
             hysteresis=np.zeros(2),
             fixed_scatter=math.sqrt(variance + max(seen, 0.0)),
-            change=np.zeros(count),
+            change=changed,
             warnings=(*warnings, _states_warning(states)),
         )
     drift, change, said = _drift(observation, order)
     warnings += said
-    hysteresis, moments, probability = _memory(observation, change, order)
+    hysteresis, moments, probability = _memory(observation, change, order, first)
     before = previous_directions(observation.directions, predecessors(order))
     columns = hysteresis_columns(observation.directions, before)[:, :2]
     change = change + columns @ hysteresis
@@ -156,11 +166,11 @@ def machine_effects(
     return MachineEffects(
         step=step,
         step_scatter=kept_by_repeats(step, noise),
-        step_in_common=kept_by_directions(step, noise),
+        in_common=in_common,
         drift=drift,
         hysteresis=hysteresis,
         fixed_scatter=math.sqrt(variance),
-        change=change,
+        change=changed + change,
         warnings=tuple(warnings),
     )
 
@@ -211,6 +221,18 @@ def _states(observation: Observation, order: FloatArray) -> TwoStates | None:
         for columns in (memory[:, :0], memory, steady, both)
     ]
     return found if found.logarithm > max(others) + _STATES_BETTER else None
+
+
+def _first_warning(first: FirstTouches) -> str:
+    apart = first.apart / MICROMETRE
+    return (
+        f"the first touch of a direction has {abs(apart):.1f} µm "
+        f"{'more' if apart > 0.0 else 'less'} pretravel than the touches after it in the same "
+        "direction: this explains the repeats better than a hysteresis or a drift. Does a slide or "
+        "a seat settle after a long move? The map is half way between both, and u of the tip's "
+        "radius contains half of the difference. Discard the first touch of each place here and on "
+        "the part, or repeat in passes, where all touches are first ones"
+    )
 
 
 def _states_warning(states: TwoStates) -> str:
@@ -350,7 +372,10 @@ def _memory_warnings(probability: float, expected: FloatArray, moments: FloatArr
 
 
 def _memory(
-    observation: Observation, change: FloatArray, order: FloatArray
+    observation: Observation,
+    change: FloatArray,
+    order: FloatArray,
+    first: FirstTouches | None = None,
 ) -> tuple[FloatArray, FloatArray, float]:
     """Expected memory of the push before, (2,), its second moments, (2, 2), and its probability.
 
@@ -359,9 +384,8 @@ def _memory(
     nothing = np.zeros(2), np.zeros((2, 2)), 0.0
     if len(observation.groups) - observation.direction_count < 6:
         return nothing
-    found = estimated_hysteresis(
-        observation.values - change, observation.directions, observation.groups, order
-    )
+    values, beside = observation.values - change, None if first is None else first.first[:, None]
+    found = estimated_hysteresis(values, observation.directions, observation.groups, order, beside)
     known = np.asarray(found.determined)
     if not known.any():
         return np.zeros(2), _COMMON * _USUAL_HYSTERESIS**2 * np.eye(2), _COMMON

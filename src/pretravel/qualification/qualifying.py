@@ -56,6 +56,7 @@ from pretravel.qualification.observe import observe, observed_again
 from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
+from pretravel.qualification.slow_drift import drift_of_fits, with_drift, without_drift
 from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_several
 
 _LOG = logging.getLogger(__name__)
@@ -171,8 +172,21 @@ def qualified(
         alone = kind if isinstance(kind, KindOfMap) else None
         compared = (kind,) if isinstance(kind, KindOfMap) else kind
         fine = (each for each in compared if each.prior_weight > 1.0)
-        ready = prepare(touches, setup, alone or next(fine, None))
-        return _on_average(ready, compared) if alone is None else _mapped(ready, alone)
+        confirm = alone or next(fine, None)
+        ready = prepare(touches, setup, confirm)
+        made = _made(ready, compared)
+        fits = [(kind, each.fit) for kind, each in made if isinstance(each, Qualification)]
+        drift = drift_of_fits(ready, fits)
+        if drift is not None:
+            still = prepare(without_drift(touches, ready, drift), setup, confirm)
+            ready = with_drift(still, ready, touches, drift)
+            made = _made(ready, compared)
+        if alone is None:
+            return _on_average(ready, made)
+        found = made[0][1]
+        if isinstance(found, PretravelError):
+            raise found
+        return found
 
 
 def with_machine(
@@ -283,16 +297,27 @@ def prepare(
     )
 
 
-def _on_average(ready: PreparedTouches, compared: Collection[KindOfMap]) -> Qualification:
-    """A map of every kind, and the average of those that predict left-out directions."""
-    made: dict[str, Qualification] = {}
-    fits: dict[str, tuple[KindOfMap, MapFit | PretravelError]] = {}
+_Made = list[tuple[KindOfMap, Qualification | PretravelError]]
+
+
+def _made(ready: PreparedTouches, compared: Collection[KindOfMap]) -> _Made:
+    """A map of every kind, or why there is none."""
+    made: _Made = []
     for kind in compared:
         try:
-            made[kind.name] = _mapped(ready, kind)
-            fits[kind.name] = (kind, made[kind.name].fit)
+            made.append((kind, _mapped(ready, kind)))
         except PretravelError as error:
-            fits[kind.name] = (kind, error)
+            made.append((kind, error))
+    return made
+
+
+def _on_average(ready: PreparedTouches, every: _Made) -> Qualification:
+    """The average of the kinds that predict left-out directions."""
+    made = {kind.name: each for kind, each in every if isinstance(each, Qualification)}
+    fits: dict[str, tuple[KindOfMap, MapFit | PretravelError]] = {
+        kind.name: (kind, each.fit if isinstance(each, Qualification) else each)
+        for kind, each in every
+    }
     scores = tuple(compare_kinds(ready, fits))
     parts = [score for score in scores if score.weight > 0.0]
     if not parts:
@@ -314,7 +339,7 @@ def _mapped(ready: PreparedTouches, kind: KindOfMap) -> Qualification:
     modelled = values_in_blocks(fit.basis, about.directions, pretravel_map.coefficients)
     axes = rotation[:, : ready.observation.axes]
     later = rotation @ moved
-    in_common = ready.effects.step_in_common
+    in_common = ready.effects.in_common
     of_center = axes @ centered.center_covariance @ axes.T + np.outer(later, later)
     of_center = frozen(of_center + in_common**2 * np.eye(3))
     copies = copied_readings(
@@ -461,7 +486,7 @@ def _map(
         support=fit.observation.support,
         tip_radius=tip_radius,
         # Both are the same in all directions.
-        u_tip_radius=math.hypot(0.5 * setup.u_reference_diameter, effects.step_in_common),
+        u_tip_radius=math.hypot(0.5 * setup.u_reference_diameter, effects.in_common),
         repeatability=repeatability.deviation,
         repeatability_dof=repeatability.dof,
         fixed_scatter=math.hypot(

@@ -124,7 +124,11 @@ def hysteresis_columns(directions: npt.ArrayLike, previous: npt.ArrayLike) -> Fl
 
 
 def estimated_hysteresis(
-    values: npt.ArrayLike, directions: npt.ArrayLike, groups: npt.ArrayLike, order: npt.ArrayLike
+    values: npt.ArrayLike,
+    directions: npt.ArrayLike,
+    groups: npt.ArrayLike,
+    order: npt.ArrayLike,
+    beside: npt.ArrayLike | None = None,
 ) -> WithinDirections:
     """A lateral and an axial memory of the push before, from repeats alone.
 
@@ -138,6 +142,8 @@ def estimated_hysteresis(
         Number of the direction of each touch.
     order : (n,) float
         Times or numbers of the touches.
+    beside : (n, b) float, optional
+        Columns of other effects, estimated together with these.
 
     Returns
     -------
@@ -155,8 +161,10 @@ def estimated_hysteresis(
     """
     before = previous_directions(directions, predecessors(order))
     columns = hysteresis_columns(directions, before)[:, :2]
-    drift = drift_columns(directions, order) if drift_is_separable(groups, order) else None
-    return fit_within_directions(values, columns, groups, drift)
+    others = np.zeros((len(columns), 0)) if beside is None else np.asarray(beside)
+    if drift_is_separable(groups, order):
+        others = np.hstack([others, drift_columns(directions, order)])
+    return fit_within_directions(values, columns, groups, others if others.shape[1] else None)
 
 
 def between_predecessors(

@@ -25,11 +25,13 @@ from pretravel.maps import (
     MapBasis,
     MapFit,
     Observation,
+    ReferenceDrift,
     Scatter,
     fit_harmonic,
     real_spherical_harmonics,
     values_in_blocks,
 )
+from pretravel.six_seats.drifting_reference import drift_beside_seats
 from pretravel.six_seats.response import ResponseBasis
 from pretravel.six_seats.scale_weights import (
     LEAST_NOISE,
@@ -61,6 +63,8 @@ FEW_FOR_SIX_SEATS = 15
 """A physical map from fewer directions than this is warned about."""
 MISFIT_LEVEL = 0.01
 """Probability that a good six-seat probe is reported as not of this kind."""
+_DOUBTFUL_LEVEL = 0.05
+"""Probability of the residuals, below which a drift of the reference is looked for."""
 _WEIGHT_IF_MISFIT = 0.5
 """A probe that six seats do not explain has no more in advance for this kind than for another."""
 _ROUNDS = 4
@@ -133,6 +137,13 @@ class PhysicalKind(KindOfMap):
     def fit_near(self, fit: MapFit, observation: Observation, repeats: Scatter) -> PhysicalMapFit:
         assert isinstance(fit, PhysicalMapFit)
         return fit_physical(observation, repeats, fit.unknowns, fit.scales.scales[0])
+
+    def drift_of_reference(self, fit: MapFit, times: FloatArray) -> ReferenceDrift | None:
+        assert isinstance(fit, PhysicalMapFit)
+        few = fit.observation.direction_count <= SEARCHED
+        if not (few and fit.misfit < _DOUBTFUL_LEVEL):
+            return None
+        return drift_beside_seats(fit.observation, times, fit.unknowns, fit.scales.scales[0])
 
     def weight_in_advance(self, fit: MapFit) -> float:
         assert isinstance(fit, PhysicalMapFit)

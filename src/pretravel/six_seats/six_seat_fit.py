@@ -208,6 +208,12 @@ class SixSeatProblem:
         np.multiply(slopes, -self.rates(x)[..., None, :], out=found[..., self.extra :])
         return values + level - modelled, found
 
+    def covariance_at(self, x: FloatArray, scales: PriorScales) -> FloatArray:
+        """Of the unknowns, with the model linear about x, (u, u)."""
+        _, _, matrix = _Weighted(self, [scales]).evaluated(x[None], np.zeros(1, dtype=np.int64))
+        size = 1.0 / np.sqrt(np.diag(matrix[0]))
+        return np.asarray(np.linalg.inv(matrix[0] * np.outer(size, size)) * np.outer(size, size))
+
     def _modelled(
         self, parameters: FloatArray, directions: FloatArray
     ) -> tuple[FloatArray, FloatArray]:

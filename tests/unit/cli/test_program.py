@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 from pretravel.files.machine_file import read_machine
@@ -30,6 +31,20 @@ class TestCommands:
         assert "pretravel machine >" in run(
             "program", "sphere", tmp_path / "no.toml", "--diameter", 25, "-o", out, code=2
         )
+
+    def test_a_sphere_is_touched_in_passes_of_different_order(self, tmp_path: Path) -> None:
+        """Repeats in a row do not show a drift, and passes in one order no hysteresis."""
+        mill, out = tmp_path / "mill.toml", tmp_path / "s.ngc"
+        mill.write_text(run("machine"))
+        iso = ("--diameter", 25, "--pattern", "iso10360-5")
+        run("program", "sphere", mill, *iso, "--repeats", 3, "-o", out)
+        touched = re.findall(r"\(touch s(\d+)\.(\d)\)", out.read_text())
+        assert [number for _, number in touched] == [*"1" * 25, *"2" * 25, *"3" * 25]
+        orders = [[int(row) for row, _ in touched[first : first + 25]] for first in (0, 25, 50)]
+        assert all(sorted(order) == list(range(1, 26)) for order in orders)
+        before = [set(pairwise(order)) for order in orders]
+        assert len(before[0] & before[1]) + len(before[1] & before[2]) < 12
+        assert orders[0][-1] != orders[1][0]
 
     def test_plan_and_program_of_a_part(self, tmp_path: Path) -> None:
         mill, plan, out = (tmp_path / name for name in ("mill.toml", "plan.csv", "p.ngc"))

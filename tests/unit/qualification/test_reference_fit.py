@@ -247,19 +247,17 @@ def test_an_outlying_touch_is_named() -> None:
     assert any(warning.startswith("touch 31 is ") for warning in found.warnings)
 
 
-@pytest.mark.parametrize("amplitude", [0.0, 3e-3])
-def test_what_a_screw_repeats_is_in_u_and_said(amplitude: float) -> None:
+@pytest.mark.parametrize(("amplitude", "moved"), [(0.0, False), (3e-3, False), (3e-3, True)])
+def test_what_a_screw_repeats_is_in_u_and_said(amplitude: float, moved: bool) -> None:
     """Once for each turn of a screw of 5 mm: alike in all touches of a face, so that the scale of
-    +335 µm/m had U = 85 µm/m. Of 4 x 3 scales one may be outside."""
+    +335 µm/m had U = 85 µm/m. Of 4 x 3 scales one may be outside. Where the block stands elsewhere
+    at each turn, u is less than half as large (55 to 110 instead of 180 to 300 µm/m along y)."""
     inside = []
     for number in range(4):
         rng = np.random.default_rng([77, number])
         shop = Shop(rng)
         plan = plan_block(LENGTHS)
-        latched = shop.touches(plan).positions
-        turns = (latched + rng.uniform(-200.0, 200.0, 3)) / 5.0 + rng.uniform(0.0, 1.0, 3)
-        latched = latched + amplitude * np.sin(2.0 * np.pi * turns)
-        touches = Touches(latched, plan.normals, plan.approaches, references=tuple(plan.references))
+        touches = shop.with_screw(shop.touches(plan), amplitude, moved=moved)
         block = Reference("block", "block", LENGTHS, u_size=shop.u_length, u_temperature=0.0)
         found = fit_references(touches, [block], tip_diameter=TIP_DIAMETER)
         assert any("repeat at the same place" in one for one in found.warnings) == (amplitude > 0.0)
@@ -267,4 +265,6 @@ def test_what_a_screw_repeats_is_in_u_and_said(amplitude: float) -> None:
             abs(term.value - truth) <= term.expanded
             for term, truth in zip(found.terms[:3], shop.truth[:3], strict=True)
         ]
+        if amplitude > 0.0:
+            assert (found.terms[1].u < 120e-6) == moved
     assert np.sum(inside) >= 11

@@ -1,6 +1,9 @@
-"""A tip that rests in one of two places is named as that, not as hysteresis or drift."""
+"""What repeats alike is named by its cause: two states, first touches, hysteresis, drift."""
 
 from __future__ import annotations
+
+import math
+import re
 
 import numpy as np
 import pytest
@@ -31,6 +34,8 @@ def _said(cause: str, groups: np.ndarray, seed: int) -> str:
         travel += moved * order / len(groups)
     elif cause == "hysteresis":
         travel += hysteresis_columns(normals, before)[:, :2] @ np.array([APART, 0.0])
+    elif cause == "first touches":
+        travel += 2e-3 * np.append(True, groups[1:] != groups[:-1])
     elif cause == "heavy tails":
         travel += 1.5 * APART * NOISE / 3e-4 * (rng.random(len(groups)) < 0.05)
     positions = normals * (12.5 + 3.0 - travel)[:, None]
@@ -45,6 +50,23 @@ def test_two_states_are_named(groups: np.ndarray) -> None:
     named = [words for words in said if "one of two places" in words]
     assert len(named) >= 9
     assert not any("hysteresis of about" in words or "drifted" in words for words in named)
+
+
+def test_first_touches_that_are_apart_are_named() -> None:
+    """By 2 µm (25 first touches and 50 others: within four u); it was called a hysteresis."""
+    u = NOISE * math.sqrt(1.0 / 25.0 + 1.0 / 50.0)
+    for seed in range(6):
+        said = _said("first touches", ROW, seed)
+        found = re.match(r"the first touch of a direction has ([0-9.]+) µm more pretravel", said)
+        assert found is not None
+        assert float(found[1]) == pytest.approx(2.0, abs=4e3 * u)
+        assert not re.search("touches depend on the direction|one of two places", said)
+
+
+@pytest.mark.parametrize("cause", ["nothing", "drift", "hysteresis", "heavy tails", "two states"])
+def test_other_causes_are_not_first_touches(cause: str) -> None:
+    for seed in range(6):
+        assert "first touch of a direction" not in _said(cause, ROW, seed)
 
 
 @pytest.mark.parametrize("cause", ["nothing", "drift", "hysteresis", "heavy tails"])

@@ -52,6 +52,8 @@ def block_plan_document(plan: BlockPlan, lengths: tuple[float, ...]) -> Document
                       "either side"),
             KeyFigure("180°", "squareness to z, with the block reversed"),
             KeyFigure("plate", "next to the block; with the top of the block, the scale of z"),
+            KeyFigure("place", "at each turn some millimetres elsewhere along each axis: this "
+                      "shows errors that a screw repeats with each revolution"),
         ),
         tables=(
             Table(

@@ -174,6 +174,14 @@ class ProgramSphere(ProgramTask):
         ),
     ] = 0.0
     turn_deg: Turn = 0.0
+    repeats: Annotated[
+        int,
+        Field(
+            help="Passes over all directions, each in another order. Repeats one after the other "
+            "would not show a drift: it would look like a part of the map.",
+            range=(1, 1000),
+        ),
+    ] = 1
 
     def run(self, progress: Progress = SILENT) -> PlannedProgram:
         """Plan the touches and the moves between them.
@@ -195,7 +203,8 @@ class ProgramSphere(ProgramTask):
         known = read_machine(self.machine)
         normals = self._directions() @ probe_rotation(rotation=self.turn_deg * DEGREE).T
         middle, radius = np.array(self.center), 0.5 * self.diameter
-        labels = tuple(f"s{i + 1}" for i in range(len(normals)))
+        rows, labels = _in_passes(len(normals), self.repeats)
+        normals = normals[rows]
         x, y, z = self.center
         with progress.working("planning"):
             program = plan_program(
@@ -203,7 +212,6 @@ class ProgramSphere(ProgramTask):
                 known,
                 title=f"sphere of {self.diameter:g} mm around X{x:g} Y{y:g} Z{z:g}",
                 feeds=self.feeds or (),
-                repeats=self.repeats,
                 obstacles=[SphereObstacle(middle, radius, self.shank)],
             )
         return _planned(self, program)
@@ -331,6 +339,26 @@ class ProgramAxis(ProgramTask):
                 repeats=self.repeats,
             )
         return _planned(self, program)
+
+
+def _in_passes(count: int, passes: int) -> tuple[list[int], tuple[str, ...]]:
+    """Directions in the order of the touches, and their labels: s1.2 in the second pass.
+
+    Each pass has an order of its own, and no direction follows itself.
+    """
+    import numpy as np
+
+    if passes == 1:
+        return list(range(count)), tuple(f"s{i + 1}" for i in range(count))
+    generator = np.random.default_rng(0)
+    rows, labels = list[int](), list[str]()
+    for number in range(passes):
+        order = generator.permutation(count) if number else np.arange(count)
+        if rows and count > 1 and order[0] == rows[-1]:
+            order = np.roll(order, 1)
+        rows += order.tolist()
+        labels += [f"s{i + 1}.{number + 1}" for i in order.tolist()]
+    return rows, tuple(labels)
 
 
 def _check_shank(shank: float, diameter: float) -> None:
