@@ -10,9 +10,11 @@ import pytest
 from pretravel.base.directions import fibonacci_cap
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.compensation import apply, compensation_warnings
-from pretravel.measurement.points import Points
+from pretravel.measurement.point_errors import point_sources, total_covariance
+from pretravel.measurement.points import Points, joined_points
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.measurement.scatter_on_part import ScatterOnPart
+from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.touches import Touches
 from tests.support.example_maps import mean_map
 
@@ -94,3 +96,43 @@ def test_parts_of_a_table_show_it_together() -> None:
     for _ in range(19):
         many = many.joined(few)
     assert many.of_touch == pytest.approx(few.repeats.deviation)
+
+
+def _pairs(rng: np.random.Generator, count: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    """Normals of places that are touched twice, and errors with the scatter of the part."""
+    normals = np.repeat(fibonacci_cap(count, 1.4), 2, axis=0)
+    return normals, OF_PART * rng.standard_normal(2 * count)
+
+
+def test_the_points_carry_what_their_repeats_showed() -> None:
+    """Report, budgets and joined points use the comparison of the compensation."""
+    normals, errors = _pairs(np.random.default_rng(53))
+    touches, points = _compensated(50.0 * normals, normals, errors)
+    assert points.scatter is not None
+    seen = points.scatter.of_touch
+    own = np.sqrt(np.mean(np.diff(errors.reshape(-1, 2), axis=1) ** 2) / 2.0)
+    assert seen == pytest.approx(own, rel=0.02)  # the pretravel of inclined touches is that of all
+    summary = TouchSummary.of(touches, points, MAP)
+    assert summary.scatter.of_touch == seen
+    sources = point_sources(touches, points, MAP)
+    whole = np.diag(total_covariance(sources).matrix)
+    np.testing.assert_allclose(whole, points.standard_uncertainty**2, rtol=1e-9)
+    both = joined_points([points, points]).scatter
+    assert both is not None
+    assert both.repeats.dof == 24.0
+
+
+def test_a_separation_is_widened_by_the_repeats_of_the_part() -> None:
+    """u of the points was that of the separation, and the report said that it was larger."""
+    around = np.arange(4) * 0.5 * np.pi
+    half = np.full(4, 0.5 * OF_MAP**2)
+    separated = TouchScatter(around, half, around, half)
+    normals, errors = _pairs(np.random.default_rng(59))
+    touches, _ = _compensated(50.0 * normals, normals, errors)
+    points = apply(touches, MAP, scatter=separated)
+    assert points.scatter is not None
+    assert "same place" in _said(touches, points)
+    seen = points.scatter.of_touch
+    assert seen is not None
+    # The map and the tip radius add less than a tenth to the variance of a touch.
+    assert points.standard_uncertainty.min() == pytest.approx(seen, rel=0.05)
