@@ -259,6 +259,13 @@ class MeasuredFeature(WithPlot):
                 f"{'size or position' if lobes else 'position or direction'}. U does not contain "
                 "it. If the part may have such a form, touch at unequal steps or more places"
             )
+        if form.alike:
+            shapes = "lobes" if form.alike[0].endswith("lobes") else form.alike[0]
+            found.append(
+                f"{len(self.points)} touches do not tell {shapes} from roughness: U takes the "
+                f"residuals as roughness, and may be several times too large. Touch {form.telling} "
+                "or more places"
+            )
         if form.by_prior:
             found.append(
                 "no residual shows the form of the part; u contains a usual form of "
