@@ -146,6 +146,34 @@ class FormOfPart:
             moved[mine] += amounts @ factors
         return np.asarray(moved)
 
+    def sentences(self, touches: int) -> tuple[str, ...]:
+        """What so many touches hide, and U does not contain or has by prior alone."""
+        found = []
+        if self.hidden:
+            lobes = [text.split()[0] for text in self.hidden if text.endswith(" lobes")]
+            shapes = [text for text in self.hidden if not text.endswith(" lobes")]
+            counts = " or ".join(", ".join(lobes).rsplit(", ", 1))
+            words = [f"{counts} lobes"] if lobes else []
+            found.append(
+                f"{touches} touches at these places cannot reveal a form of "
+                f"{' or '.join([*words, *shapes])}, which would appear as an error of "
+                f"{'size or position' if lobes else 'position or direction'}. U does not contain "
+                "it. If the part may have such a form, touch at unequal steps or more places"
+            )
+        if self.alike:
+            shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
+            found.append(
+                f"{touches} touches do not tell {shape} from roughness: U takes the "
+                f"residuals as roughness, and may be several times too large. Touch {self.telling} "
+                "or more places"
+            )
+        if self.by_prior:
+            found.append(
+                "no residual shows the form of the part; u contains a usual form of "
+                f"{UNSEEN / MICROMETRE:g} µm (standard deviation over the face). Touch more places"
+            )
+        return tuple(found)
+
 
 NO_FORM = FormOfPart()
 
