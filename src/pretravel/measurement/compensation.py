@@ -34,7 +34,7 @@ from pretravel.measurement.gross_points import gross_points_sentence
 from pretravel.measurement.point_errors import USUAL_DELAY, PointErrors, errors_of_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.points_summary import FRICTION_APART, TouchSummary
-from pretravel.measurement.scatter_on_part import with_scatter_of_part
+from pretravel.measurement.scatter_on_part import scatter_of_repeats
 from pretravel.measurement.touch_scatter import TouchScatter
 from pretravel.qualification import Qualification
 from pretravel.touches import (
@@ -183,10 +183,9 @@ def apply_with_errors(
         )
         if touches.nominal_points is not None:
             deviation = np.sum((positions - touches.nominal_points) * normals, axis=1)
-    if scatter is None:
-        alone = errors.single_touch * errors.closing**2
-        own = with_scatter_of_part(pretravel_map, positions, normals, alone)
-        errors = replace(errors, pretravel_map=own, known_u_map=u_map)
+    alone, dof = errors.single_touch * errors.closing**2, pretravel_map.repeatability_dof
+    seen = scatter_of_repeats(positions, normals, alone, dof)
+    errors = replace(errors, known_u_map=u_map).scattering(seen)
     points = Points(
         positions=frozen(positions),
         normals=frozen(normals),
@@ -197,6 +196,7 @@ def apply_with_errors(
         or tuple(str(touches.numbered_from + row) for row in range(len(touches))),
         shared=errors.shared_along_normals() if shared else None,
         uncompensated=frozen(given.positions - pretravel_map.tip_radius * touches.normals),
+        scatter=seen,
     )
     return points, errors
 
@@ -408,7 +408,8 @@ def friction_note(touches: TouchSummary) -> str:
     return (
         f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
         f"reference moves inclined points by up to {touches.by_friction / MICROMETRE:.1f} µm, more "
-        "than their U, which does not contain it: give its uncertainty (u_friction)"
+        "than their U, which does not contain it: give its uncertainty (u_friction, 0.1 for another "
+        "metal)"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,6 +13,7 @@ from pretravel.base import FloatArray, IntArray, delay_travel, frozen
 from pretravel.maps import PretravelMap
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.points import FIXED_SCATTER, Points
+from pretravel.measurement.scatter_on_part import ScatterOnPart
 from pretravel.measurement.touch_scatter import MACHINE_PART, PROBE_PART, TouchScatter
 from pretravel.touches import Touches
 from pretravel.uncertainty import Correlation, Covariance
@@ -89,6 +91,22 @@ class PointErrors:
             known_u_map=self.u_map[rows],
             by_friction=self.by_friction[rows] if self.by_friction.any() else self.by_friction,
         )
+
+    def scattering(self, seen: ScatterOnPart) -> PointErrors:
+        """With the scatter of repeated places of the part, where it is larger."""
+        if seen.of_touch is None:
+            return self
+        if self.separated:
+            larger = seen.repeats.squares / seen.repeats.expected
+            by_source = {name: larger * variance for name, variance in self.separated.items()}
+            return replace(self, separated=by_source)
+        own = seen.of_touch**2 - self.pretravel_map.fixed_scatter**2
+        wider = replace(
+            self.pretravel_map,
+            repeatability=math.sqrt(max(own, self.pretravel_map.repeatability**2)),
+            repeatability_dof=seen.repeats.dof,
+        )
+        return replace(self, pretravel_map=wider)
 
     @property
     def of_touches(self) -> Mapping[str, FloatArray]:
@@ -329,7 +347,8 @@ def point_sources(
     >>> sorted(point_sources(touches, apply(touches, mean), mean))
     ['map', 'repeatability', 'tip radius']
     """
-    return errors_of_points(touches, points.normals, pretravel_map).along_normals()
+    errors = errors_of_points(touches, points.normals, pretravel_map)
+    return (errors if points.scatter is None else errors.scattering(points.scatter)).along_normals()
 
 
 def total_covariance(sources: Mapping[str, Covariance]) -> Covariance:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from pretravel.base import (
     extent,
     frozen,
 )
+from pretravel.measurement.scatter_on_part import ScatterOnPart
 from pretravel.qualification import quantisation_step
 
 FIXED_SCATTER = "fixed scatter"
@@ -55,6 +57,8 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
         that subtracts the radius alone. [mm]
     face : (n,) int or None
         Numbers of the faces of the part on which the points lie, as `pretravel faces` lists them.
+    scatter : ScatterOnPart or None
+        What touches at repeated places show of their scatter, from the compensation.
     step : float
         In which coordinates of another origin are written; zero where none is seen, and for
         compensated points, whose covariance contains the step of their touches. [mm]
@@ -75,6 +79,7 @@ class Points(ShownInNotebooks, WithPlot, WithDataFrame, WithDataset):
     uncompensated: FloatArray | None = None
     face: IntArray | None = None
     step: float = 0.0
+    scatter: ScatterOnPart | None = None
 
     def __repr__(self) -> str:
         where = "; ".join(f"{axis} {extent(self.positions[:, i])}" for i, axis in enumerate("xyz"))
@@ -189,6 +194,7 @@ def joined_points(parts: Sequence[Points]) -> Points:
         return None if any(v is None for v in values) else frozen(np.concatenate(values))
 
     faces = [part.face for part in parts if part.face is not None]
+    scatters = [part.scatter for part in parts if part.scatter is not None]
 
     causes = [None if part.shared is None else tuple(part.shared) for part in parts]
     shared = None
@@ -208,4 +214,5 @@ def joined_points(parts: Sequence[Points]) -> Points:
         shared=shared,
         uncompensated=together("uncompensated"),
         face=np.concatenate(faces) if len(faces) == len(parts) else None,
+        scatter=reduce(ScatterOnPart.joined, scatters) if scatters else None,
     )

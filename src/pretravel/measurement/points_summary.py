@@ -13,7 +13,7 @@ from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.gross_points import GrossPoint, gross_points
 from pretravel.measurement.points import Points
 from pretravel.measurement.rigid_movement import MovementSums
-from pretravel.measurement.scatter_on_part import ScatterOnPart, scatter_on_part
+from pretravel.measurement.scatter_on_part import ScatterOnPart
 from pretravel.touches import Touches
 
 FRICTION_APART = 0.2
@@ -213,11 +213,10 @@ class TouchSummary:
                 touches.where,
             ),
             touches.spindle is not None,
-            scatter_on_part(
+            (points.scatter or ScatterOnPart()).with_faces(
                 points.positions,
                 points.normals,
                 alone * touches.closing(points.normals) ** 2,
-                pretravel_map.repeatability_dof,
             ),
             _beyond_u_by_friction(touches, points, pretravel_map),
         )

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import MICROMETRE, BoolArray, FloatArray
-from pretravel.maps import PretravelMap
 from pretravel.qualification import outlier_factor
 
 _SAME_PLACE = 0.010
@@ -100,6 +99,19 @@ class ScatterOnPart:
         seen = self.repeats.exceeds(self.dof_of_map)
         return self.repeats.deviation if seen else None
 
+    def with_faces(
+        self, positions: FloatArray, normals: FloatArray, expected: FloatArray
+    ) -> ScatterOnPart:
+        """With the scatter on plane faces, compared with what the repeats show.
+
+        Parameters are those of `scatter_of_repeats`.
+        """
+        if not _comparable(expected):
+            return self
+        if self.of_touch is not None:
+            expected = expected * (self.repeats.squares / self.repeats.expected)
+        return replace(self, faces=_of_faces(positions, normals, expected))
+
     def joined(self, other: ScatterOnPart) -> ScatterOnPart:
         """Of both sets of touches."""
         return replace(
@@ -128,10 +140,10 @@ def _um(length: float) -> str:
     return f"{length / MICROMETRE:.2g}"
 
 
-def scatter_on_part(
+def scatter_of_repeats(
     positions: FloatArray, normals: FloatArray, expected: FloatArray, dof_of_map: float
 ) -> ScatterOnPart:
-    """The scatter of compensated points at repeated places and on plane faces.
+    """The scatter of compensated points at repeated places.
 
     Parameters
     ----------
@@ -150,46 +162,13 @@ def scatter_on_part(
     >>> rng, up = np.random.default_rng(1), np.tile([0.0, 0.0, 1.0], (16, 1))
     >>> places = np.repeat(rng.uniform(0.0, 40.0, (8, 3)) * [1, 1, 0], 2, axis=0)
     >>> places[:, 2] = rng.normal(0.0, 1.5e-3, 16)
-    >>> found = scatter_on_part(places, up, np.full(16, 9e-8), 50.0)
+    >>> found = scatter_of_repeats(places, up, np.full(16, 9e-8), 50.0)
     >>> found.repeats.dof, [said[:45] for said in found.sentences()]
     (8.0, ['touches at the same place scatter by 1.6 µm, '])
     """
     if not _comparable(expected):
-        return ScatterOnPart()
-    repeats = _of_repeats(positions, normals, expected)
-    found = ScatterOnPart(repeats, ScatterSums(), dof_of_map)
-    if found.of_touch is not None:  # faces are compared with what is known by then
-        expected = expected * (repeats.squares / repeats.expected)
-    return replace(found, faces=_of_faces(positions, normals, expected))
-
-
-def with_scatter_of_part(
-    pretravel_map: PretravelMap, positions: FloatArray, normals: FloatArray, expected: FloatArray
-) -> PretravelMap:
-    """A map whose repeatability is that of the touches of the part, where repeats show more.
-
-    Parameters
-    ----------
-    pretravel_map : PretravelMap
-    positions, normals, expected
-        See `scatter_on_part`.
-
-    Returns
-    -------
-    PretravelMap
-    """
-    if not _comparable(expected):
-        return pretravel_map
-    repeats = _of_repeats(positions, normals, expected)
-    found = ScatterOnPart(repeats, dof_of_map=pretravel_map.repeatability_dof)
-    if found.of_touch is None:
-        return pretravel_map
-    own = found.of_touch**2 - pretravel_map.fixed_scatter**2
-    return replace(
-        pretravel_map,
-        repeatability=math.sqrt(max(own, pretravel_map.repeatability**2)),
-        repeatability_dof=repeats.dof,
-    )
+        return ScatterOnPart(dof_of_map=dof_of_map)
+    return ScatterOnPart(_of_repeats(positions, normals, expected), dof_of_map=dof_of_map)
 
 
 def _comparable(expected: FloatArray) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import product
 
 import numpy as np
 import pytest
@@ -15,6 +16,13 @@ from pretravel.qualification.touch_order import (
     hysteresis_columns,
     predecessors,
     previous_directions,
+)
+from pretravel.qualification.two_states import (
+    TwoStates,
+    _assignments,
+    _axes_of_scatter,
+    logarithm_of_columns,
+    two_states,
 )
 
 NOISE, APART = 3e-4, 4e-3
@@ -75,3 +83,84 @@ def test_other_causes_are_not_two_states(cause: str) -> None:
     shuffled = np.concatenate([rng.permutation(25) for _ in range(3)])
     for groups in (ROW, PASSES, shuffled):
         assert not any("one of two" in _said(cause, groups, seed) for seed in range(4))
+
+
+MOVED = np.array([2.4e-3, -1.5e-3, 0.9e-3])
+
+
+def _touched(
+    share: float = 0.3, directions: int = 60, repeats: int = 4, seed: int = 3
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Touches of a tip that is in the second place with this probability, with unequal repeats."""
+    rng = np.random.default_rng(seed)
+    groups = np.repeat(np.arange(directions), repeats - np.arange(directions) % 2)
+    normals = rng.standard_normal((directions, 3))
+    normals = (normals / np.linalg.norm(normals, axis=1, keepdims=True))[groups]
+    later = rng.random(len(groups)) < share
+    travel = 0.010 + later * (normals @ MOVED) + NOISE * rng.standard_normal(len(groups))
+    return travel, normals, groups
+
+
+def test_movement_share_and_noise_are_found() -> None:
+    values, normals, groups = _touched()
+    found = two_states(values, normals, groups)
+    assert found is not None
+    # From 210 touches: the movement to NOISE/sqrt(50), the share to 0.03, the noise to 6 %.
+    assert min(np.abs(found.movement - sign * MOVED).max() for sign in (1.0, -1.0)) < 1.5e-4
+    assert found.size == pytest.approx(float(np.linalg.norm(MOVED)), abs=1.5e-4)
+    assert found.share == pytest.approx(0.3, abs=0.08)
+    assert found.noise == pytest.approx(NOISE, rel=0.15)
+    one = TwoStates(np.array([3e-3, 0.0, 0.0]), 0.25, 1e-3, 0.0)
+    # Of one direction along the movement and one across it: 1 + 0.25 x 0.75 x 9 / 2 µm².
+    assert one.variance(np.eye(3)[:2]) == pytest.approx(1.84375e-6)
+
+
+def test_the_logarithm_is_that_of_all_assignments() -> None:
+    """Summed one by one; without a movement it is that of columns without any."""
+    values, normals, groups = _touched(directions=20, repeats=3)
+    found = two_states(values, normals, groups)
+    assert found is not None
+    share = found.share
+    free, by_assignment = 0, []
+    for way in (share, 1.0 - share):  # the second state may be either
+        total = 0.0
+        free = 0
+        for group in range(20):
+            own = values[groups == group] - values[groups == group].mean()
+            along = float(normals[groups == group][0] @ found.movement)
+            terms = []
+            for states in product((0.0, 1.0), repeat=len(own)):
+                left = own - along * (np.array(states) - np.mean(states))
+                later = sum(states)
+                prior = way**later * (1.0 - way) ** (len(own) - later)
+                terms.append(prior * np.exp(-0.5 * float(left @ left) / found.noise**2))
+            total += np.log(sum(terms))
+            free += len(own) - 1
+        by_assignment.append(total - free * np.log(found.noise) - 2.0 * np.log(free))
+    assert found.logarithm == pytest.approx(max(by_assignment), abs=0.01)
+    left = np.concatenate([values[groups == g] - values[groups == g].mean() for g in range(20)])
+    alone = -0.5 * free * (np.log(float(left @ left) / free) + 1.0)
+    nothing = np.zeros((len(values), 0))
+    assert logarithm_of_columns(values, nothing, groups) == pytest.approx(alone)
+    # A column that explains a trend leaves the noise, and costs half of the logarithm.
+    trend = np.arange(len(values), dtype=float)[:, None]
+    plain = logarithm_of_columns(values, trend, groups)
+    assert logarithm_of_columns(values + 0.5 * trend[:, 0], trend, groups) == pytest.approx(plain)
+    assert logarithm_of_columns(values + 0.5 * trend[:, 0], nothing, groups) < plain - 100.0
+    assert plain < alone + 3.0
+    same = np.ones((len(values), 1))  # of no difference within a direction
+    assert logarithm_of_columns(values, same, groups) == pytest.approx(alone - 0.5 * np.log(free))
+
+
+def test_too_few_directions_and_single_touches_are_no_second_state() -> None:
+    few = _touched(directions=7)
+    assert two_states(*few) is None
+    assert two_states(*_touched(directions=8, repeats=5)) is not None
+    assert two_states(*_touched(share=0.05)) is None
+    assert two_states(*_touched(directions=9, repeats=12)) is not None  # the first 8 of each
+
+
+def test_the_search_starts_along_the_movement() -> None:
+    axes = _axes_of_scatter(_assignments(*_touched(directions=200)))
+    # The squares of 700 touches along six products of normals: 0.97 to 0.999 of 20 draws.
+    assert abs(float(axes[0] @ MOVED)) > 0.95 * float(np.linalg.norm(MOVED))

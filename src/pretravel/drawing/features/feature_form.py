@@ -185,9 +185,11 @@ def form_by_trials(
     # How large the noise is was found with few touches itself.
     scale = np.sqrt(_NOISE_DOF / generator.chisquare(_NOISE_DOF, len(drawn)))[:, None]
     ways = [scale * each for each in (drawn, opposed) if each is not None]
-    u = max(float(np.std(each @ load)) for each in ways)
-    down = float(np.quantile(alone, _RARE))
-    tried = np.concatenate([np.maximum(measured - down * _BELOW, 0.0), measured + u * _ABOVE])
+    # Not the standard deviation, to which the rare large errors of few touches add most.
+    u = max(float(np.quantile(np.abs(each @ load), EXPANDED_COVERAGE)) for each in ways)
+    u /= COVERAGE_FACTOR
+    down = min(float(np.quantile(alone, _RARE)), measured)
+    tried = np.concatenate([measured - down * _BELOW, measured + u * _ABOVE])
     # Less than errors alone make is luck, or their uncertainty is too large: it proves nothing.
     seen = max(measured, float(np.median(alone)))
     share = np.zeros(len(tried))

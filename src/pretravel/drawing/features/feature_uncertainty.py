@@ -344,7 +344,7 @@ def noise_of_features(
     check_same_causes(features)
     drawn = [
         each.own * generator.standard_normal((trials, len(each.own)))
-        + each.form.drawn(trials, generator, len(each.own))
+        + each.form.drawn_by_size(trials, generator, len(each.own))
         for each in features
     ]
     for cause, rows in features[0].shared.items():

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtri
@@ -27,6 +27,7 @@ _SIZES = 24  # of the form of a part that are tried
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
+_FAR_BEYOND = 3.0  # times the errors: residuals from which it matters what they are
 _MANY_SHAPES = 600  # of all faces together, from which the spectrum is that of each face
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _ROUGHEST = 10.0 * MICROMETRE
@@ -78,6 +79,11 @@ class FormOfPart:
         Families that the places of the touches cannot show.
     by_prior : bool
         No residual shows the form: the usual one stands for it.
+    alike : tuple of str
+        Families that these residuals do not tell from roughness, where the form is far larger than
+        the errors: of a feature that they do not move, U is too large.
+    telling : int
+        Touches from which residuals tell them.
     """
 
     rough: float = 0.0
@@ -89,6 +95,8 @@ class FormOfPart:
     family: IntArray = field(default_factory=lambda: np.zeros(1, dtype=int))
     hidden: tuple[str, ...] = ()
     by_prior: bool = False
+    alike: tuple[str, ...] = ()
+    telling: int = 0
 
     @property
     def excess(self) -> float:
@@ -118,6 +126,53 @@ class FormOfPart:
         if self.smooth.size:
             moved += generator.standard_normal((trials, len(self.smooth))) @ self.smooth
         return np.asarray(moved)
+
+    def drawn_by_size(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
+        """The same by sizes and shapes with their probabilities, (trials, n). [mm]
+
+        Few residuals leave the size uncertain: a form of the size of `excess` alone would have
+        too few large movements, as the normal law has beside Student's t.
+        """
+        if self.by_prior or not self.families:
+            return self.drawn(trials, generator, count)
+        chosen = generator.choice(len(self.weights), trials, p=self.weights / self.weights.sum())
+        moved = np.sqrt(self.rough_variances[chosen])[:, None] * generator.standard_normal(
+            (trials, count)
+        )
+        size, family = np.sqrt(self.smooth_variances[chosen]), self.family[chosen]
+        for index in np.unique(family):
+            mine, factors = np.flatnonzero(family == index), self.families[index]
+            amounts = size[mine, None] * generator.standard_normal((len(mine), len(factors)))
+            moved[mine] += amounts @ factors
+        return np.asarray(moved)
+
+    def sentences(self, touches: int) -> tuple[str, ...]:
+        """What so many touches hide, and U does not contain or has by prior alone."""
+        found = []
+        if self.hidden:
+            lobes = [text.split()[0] for text in self.hidden if text.endswith(" lobes")]
+            shapes = [text for text in self.hidden if not text.endswith(" lobes")]
+            counts = " or ".join(", ".join(lobes).rsplit(", ", 1))
+            words = [f"{counts} lobes"] if lobes else []
+            found.append(
+                f"{touches} touches at these places cannot reveal a form of "
+                f"{' or '.join([*words, *shapes])}, which would appear as an error of "
+                f"{'size or position' if lobes else 'position or direction'}. U does not contain "
+                "it. If the part may have such a form, touch at unequal steps or more places"
+            )
+        if self.alike:
+            shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
+            found.append(
+                f"{touches} touches do not tell {shape} from roughness: U takes the "
+                f"residuals as roughness, and may be several times too large. Touch {self.telling} "
+                "or more places"
+            )
+        if self.by_prior:
+            found.append(
+                "no residual shows the form of the part; u contains a usual form of "
+                f"{UNSEEN / MICROMETRE:g} µm (standard deviation over the face). Touch more places"
+            )
+        return tuple(found)
 
 
 NO_FORM = FormOfPart()
@@ -207,7 +262,12 @@ def form_of_part(
     form = FormOfPart(0.0, none, compared.factors, share, roughness, shapes, family, hidden)
     if observed <= expected * float(chdtri(dof, _RARE)) / dof:
         return form
-    return _in_uncertainty(form, observed - expected, dof, compared.spectra)
+    form = _in_uncertainty(form, observed - expected, dof, compared.spectra)
+    names = tuple(each.name for each, full in zip(tried, filling, strict=True) if full)
+    if not names or observed < _FAR_BEYOND**2 * expected:
+        return form
+    fewest = min(each.columns.shape[1] for each, full in zip(tried, filling, strict=True) if full)
+    return replace(form, alike=names, telling=k + math.ceil(fewest / _MOST_FILLED))
 
 
 def _by_prior(families: Sequence[Family]) -> FormOfPart:
@@ -351,13 +411,5 @@ def _in_uncertainty(
         for size, factors in zip(each, form.families, strict=False)
         if size > 1e-6 * max(rough, float(each.max()))
     ]
-    return FormOfPart(
-        math.sqrt(rough),
-        np.vstack(smooth) if smooth else form.smooth,
-        form.families,
-        form.weights,
-        form.rough_variances,
-        form.smooth_variances,
-        form.family,
-        form.hidden,
-    )
+    factors = np.vstack(smooth) if smooth else form.smooth
+    return replace(form, rough=math.sqrt(rough), smooth=factors)

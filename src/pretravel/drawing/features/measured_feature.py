@@ -34,7 +34,7 @@ from pretravel.drawing.features.extreme_association import (
 from pretravel.drawing.features.feature_form import FormResult, form_result
 from pretravel.drawing.features.feature_uncertainty import MACHINE, FeatureErrors, feature_errors
 from pretravel.drawing.features.form_families import families_of
-from pretravel.drawing.features.form_of_part import NO_FORM, UNSEEN
+from pretravel.drawing.features.form_of_part import NO_FORM
 from pretravel.drawing.features.largest_distance import LargestDistance, largest_distance
 from pretravel.measurement import SIZE_NAMES, Association, Points, associate
 from pretravel.uncertainty import coverage_factor
@@ -247,24 +247,7 @@ class MeasuredFeature(WithPlot):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the places of the touches hide, and U does not contain or has by prior alone."""
-        form, found = self.errors.form, []
-        if form.hidden:
-            lobes = [text.split()[0] for text in form.hidden if text.endswith(" lobes")]
-            shapes = [text for text in form.hidden if not text.endswith(" lobes")]
-            counts = " or ".join(", ".join(lobes).rsplit(", ", 1))
-            words = [f"{counts} lobes"] if lobes else []
-            found.append(
-                f"{len(self.points)} touches at these places cannot reveal a form of "
-                f"{' or '.join([*words, *shapes])}, which would appear as an error of "
-                f"{'size or position' if lobes else 'position or direction'}. U does not contain "
-                "it. If the part may have such a form, touch at unequal steps or more places"
-            )
-        if form.by_prior:
-            found.append(
-                "no residual shows the form of the part; u contains a usual form of "
-                f"{UNSEEN / MICROMETRE:g} µm (standard deviation over the face). Touch more places"
-            )
-        return tuple(found)
+        return self.errors.form.sentences(len(self.points))
 
     @property
     def carrying(self) -> tuple[str, ...]:
