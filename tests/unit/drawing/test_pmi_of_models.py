@@ -264,14 +264,80 @@ class TestDatumTargets:
         found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + away.partition("#2418=")[0])
         assert found.drawn.left_out == {2400: "the text binds it to no face"}
 
-    def test_one_that_is_not_decided_is_listed_with_its_sizes(self, bracket: Reader) -> None:
+    def test_one_point_is_a_datum_of_touched_places(self, bracket: Reader) -> None:
         found = bracket(
             "#2400=DATUM('',$,#4,.F.,'C');" + _target(2410, "1", "point", (1.0, 2.0, 20.0), 5.0)
         )
         (target,) = found.pmi.datums[0].targets
         assert (target.form, target.sizes[0].value, target.at) == ("point", 5.0, (1.0, 2.0, 20.0))
-        assert "it has 1 target; a plane by three" in found.drawn.left_out[2400]
-        assert "target C1 point" in found.text
+        (datum,) = found.drawn.drawing.feature
+        assert (datum.kind, datum.faces, datum.association) == ("surface", (3,), "tangent")
+        assert datum.targets == ((1.0, 2.0, 20.0, 0.0),)
+        assert found.pmi.unread == ()
+
+    @pytest.mark.parametrize(
+        ("axes", "ends"),
+        [
+            ("#2419,#2420", (20.0, 10.0, 20.0, 50.0, 10.0, 20.0)),  # from it, along its x axis
+            ("#2420,#2419", (20.0, 10.0, 20.0, 50.0, 10.0, 20.0)),  # along its z axis
+            ("#2419,#2421", (35.0, 10.0, 20.0, 5.0, 10.0, 20.0)),  # it is in the middle
+        ],
+    )
+    def test_a_line_lies_on_its_face(
+        self, bracket: Reader, axes: str, ends: tuple[float, ...]
+    ) -> None:
+        text = _target(2410, "1", "line", (20.0, 10.0, 20.0), 30.0).replace(
+            "#2415,$,$", f"#2415,{axes}"
+        )
+        directions = (
+            "#2419=DIRECTION('',(0.,0.,1.));#2420=DIRECTION('',(1.,0.,0.));"
+            "#2421=DIRECTION('',(-1.,0.,0.));"
+        )
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + text + directions)
+        (datum,) = found.drawn.drawing.feature
+        assert (datum.kind, datum.target_lines) == ("surface", (ends,))
+        assert "target_lines_mm = [[" in found.text
+
+    def test_other_forms_have_a_line_with_the_reason(self, bracket: Reader) -> None:
+        found = bracket(
+            "#2400=DATUM('',$,#4,.F.,'C');"
+            + _target(2410, "1", "circular curve", (10.0, 10.0, 20.0), 5.0)
+        )
+        assert "its target C1 is a circular curve; points, lines" in found.drawn.left_out[2400]
+        assert "target C1 circular curve" in found.text
+
+    def test_faces_and_edges_of_the_model_are_targets(self, bracket: Reader) -> None:
+        """Targets without a placement, as the text binds them to geometry."""
+        area = (
+            "#2400=DATUM('',$,#4,.F.,'C'); #2410=DATUM_TARGET('','area',#4,.T.,'1');"
+            "#2411=SHAPE_ASPECT_RELATIONSHIP('','',#2410,#2400);" + bound(2412, 2410, 3)
+        )
+        (datum,) = bracket(area).drawn.drawing.feature
+        assert (datum.kind, datum.faces, datum.targets) == ("plane", (3,), ())
+        line = (
+            "#2400=DATUM('',$,#4,.F.,'C'); #2401=DATUM_FEATURE('',$,#4,.T.);"
+            "#2402=SHAPE_ASPECT_RELATIONSHIP('',$,#2401,#2400);"
+            + bound(2403, 2401, 3)
+            + "#2410=DATUM_TARGET('','line',#4,.T.,'1');"
+            "#2411=SHAPE_ASPECT_RELATIONSHIP('','',#2410,#2400);"
+            "#2412=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#2410,#10,#112);"
+            "#2420=DATUM_TARGET('','point',#4,.T.,'2');"
+            "#2421=SHAPE_ASPECT_RELATIONSHIP('','',#2420,#2400);"
+            "#2422=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#2420,#10,#2423);"
+            "#2423=CARTESIAN_POINT('',(70.,25.,20.));"
+        )
+        (datum,) = bracket(line).drawn.drawing.feature
+        assert (datum.kind, datum.faces) == ("plane", (3,))
+        assert datum.target_lines == ((0.0, 0.0, 20.0, 0.0, 50.0, 20.0),)  # edge #112
+        assert datum.targets == ((70.0, 25.0, 20.0, 0.0),)
+
+    def test_a_target_without_its_datum_is_of_the_letter(self, bracket: Reader) -> None:
+        text = _target(2410, "C1", "point", (1.0, 2.0, 20.0), 0.0)
+        relation = "#2411=SHAPE_ASPECT_RELATIONSHIP('','',#2410,#2400);"
+        assert relation in text
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + text.replace(relation, ""))
+        (datum,) = found.drawn.drawing.feature
+        assert datum.targets == ((1.0, 2.0, 20.0, 0.0),)
         assert found.pmi.unread == ()
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from pretravel.drawing.pmi.measures import StatedMeasure
 
+Triple = tuple[float, float, float]
+
 
 @dataclass(frozen=True)
 class Place:
@@ -51,6 +53,10 @@ class DatumTarget:
         Its width, length or diameter.
     at : tuple of float or None
         Where it lies. [mm]
+    axes : tuple of tuple of float
+        The x and z axes of its placement.
+    ends : tuple of tuple of float
+        Of a line that is an edge of the model. [mm]
     """
 
     number: int
@@ -58,7 +64,9 @@ class DatumTarget:
     form: str
     place: Place
     sizes: tuple[StatedMeasure, ...] = ()
-    at: tuple[float, float, float] | None = None
+    at: Triple | None = None
+    axes: tuple[Triple, ...] = ()
+    ends: tuple[Triple, ...] = ()
 
 
 @dataclass(frozen=True)

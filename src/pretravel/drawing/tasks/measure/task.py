@@ -539,7 +539,7 @@ class Measure(LaboratoryReport):
                 drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
                 continue
             try:
-                if row.targets:
+                if row.targets or row.target_lines:
                     mine = points_at_targets(mine, row)
                 kept, far = without_missed(mine, kinds_of(row.name, task), task.axis)
                 drawn.found[row.name] = inspected(row.name, kept, task)
