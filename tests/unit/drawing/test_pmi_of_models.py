@@ -341,6 +341,77 @@ class TestDatumTargets:
         assert found.pmi.unread == ()
 
 
+DEGREES = """\
+#2600=(CONVERSION_BASED_UNIT('DEGREE',#2601)NAMED_UNIT(#2602)PLANE_ANGLE_UNIT());
+#2601=PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.0174532925199433),#2004);
+#2602=DIMENSIONAL_EXPONENTS(0.,0.,0.,0.,0.,0.,0.);
+"""
+
+
+def _degrees(number: int, value: float, name: str) -> str:
+    return (
+        f"#{number}=(MEASURE_REPRESENTATION_ITEM()MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE({value}),"
+        f"#2600)PLANE_ANGLE_MEASURE_WITH_UNIT()REPRESENTATION_ITEM('{name}'));"
+    )
+
+
+@pytest.mark.parametrize(
+    ("items", "nominal", "tolerance"),
+    [
+        (((25.0, "nominal value"), (24.5, "lower limit"), (25.5, "upper limit")), 25.0,
+         "24.5..25.5"),
+        # Of the material, where the normals of the slope and of the top are 25 degrees apart:
+        (((155.0, "nominal value"), (154.5, "lower limit"), (155.5, "upper limit")), 155.0,
+         "154.5..155.5"),
+        (((154.5, "lower limit"), (155.5, "upper limit")), None, "154.5..155.5"),
+        (((150.0, "lower limit"), (154.0, "upper limit")), None, ""),
+    ],
+)  # fmt: skip
+def test_an_angle_is_either_of_the_two(
+    bracket: Reader, items: tuple[Any, ...], nominal: float | None, tolerance: str
+) -> None:
+    numbers_ = range(2620, 2620 + len(items))
+    found = bracket(
+        UNITS + DEGREES + "#2610=SHAPE_ASPECT('','',#4,.T.);#2611=SHAPE_ASPECT('','',#4,.T.);"
+        "#2612=ANGULAR_LOCATION('angular distance','',#2610,#2611,.EQUAL.);"
+        + bound(2613, 2610, 7) + bound(2614, 2611, 3)
+        + "".join(_degrees(n, *item) for n, item in zip(numbers_, items, strict=True))
+        + f"#2616=SHAPE_DIMENSION_REPRESENTATION('',({','.join(f'#{n}' for n in numbers_)}),#1059);"
+        "#2617=DIMENSIONAL_CHARACTERISTIC_REPRESENTATION(#2612,#2616);"
+    )  # fmt: skip
+    if not tolerance:
+        assert "the angle 155 °, not that of the text" in found.drawn.left_out[2612]
+        return
+    (angle,) = found.drawn.drawing.between
+    assert (angle.quantity, angle.nominal, angle.tolerance) == ("angle", nominal, tolerance)
+
+
+@pytest.mark.parametrize(
+    "entity",
+    [
+        "VALUE_RANGE('',(#2511,#2510))",
+        "(COMPOUND_REPRESENTATION_ITEM(((#2510,#2511)))REPRESENTATION_ITEM('')VALUE_RANGE())",
+    ],
+)
+def test_a_range_without_names_is_the_limits(bracket: Reader, entity: str) -> None:
+    found = bracket(
+        size(2500, 12, 12.0).replace("(#2503),#1059", "(#2512),#1059"),
+        length(2510, 11.9, name=""), length(2511, 12.1, name=""), f"#2512={entity};",
+    )  # fmt: skip
+    (feature,) = found.drawn.drawing.feature
+    assert (feature.tolerance, feature.nominal) == ("11.9..12.1", None)
+
+
+def test_what_a_model_says_in_words_is_in_the_file(bracket: Reader) -> None:
+    found = bracket(
+        "#2500=PROPERTY_DEFINITION('semantic text','',#4);"
+        "#2501=PROPERTY_DEFINITION_REPRESENTATION(#2500,#2502);"
+        "#2502=REPRESENTATION('',(#2503),#1059);"
+        "#2503=DESCRIPTIVE_REPRESENTATION_ITEM('semantic text','ISO 2768-mK');"
+    )
+    assert "# In words, which nothing here decides:\n#   ISO 2768-mK\n" in found.text
+
+
 def test_an_instance_that_is_not_understood_is_listed_by_its_text(bracket: Reader) -> None:
     text = (
         "#2500=TOLERANCE_OF_TOMORROW('a','b'); #2501=DIMENSIONAL_SIZE(#9999,'diameter');"

@@ -396,20 +396,20 @@ class _Work:
             raise NotStatedError("it is between groups of several surfaces")
         first, second = (each[0] for each in groups)
         quantity = "angle" if size.unit == ANGLE_UNIT else "distance"
+        low, high = size.ends
         here = (
-            angle_between(first[0], second[0])
+            angle_between(first[0], second[0], obtuse=low > 90.0)
             if quantity == "angle"
             else distance_between(first[0], second[0])
         )
-        nominal = size.nominal
-        if here is None or nominal is None or abs(here - nominal) > SAME:
+        if here is None or not low - SAME < here < high + SAME:
             raise NotStatedError(
                 f"its faces have no such {quantity}"
                 if here is None
                 else f"its faces have the {quantity} {here:.10g} {size.unit}, not that of the text"
             )
         pair = (self.feature(first).label, self.feature(second).label)
-        relation = DrawnRelation(pair, size.limits(), quantity, nominal)
+        relation = DrawnRelation(pair, size.limits(), quantity, size.nominal)
         self.between.append(relation)
 
     def add_tolerance(self, tolerance: Tolerance) -> None:

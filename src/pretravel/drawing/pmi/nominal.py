@@ -77,11 +77,12 @@ def projected_ends(
     return round(start, 6), round(start + math.copysign(length, cosine), 6)
 
 
-def angle_between(a: ModelFace, b: ModelFace) -> float | None:
-    """The acute angle of two normals or axes. [degrees]"""
+def angle_between(a: ModelFace, b: ModelFace, *, obtuse: bool = False) -> float | None:
+    """The acute angle of two normals or axes, or what it lacks of 180°. [degrees]"""
     if a.direction is None or b.direction is None:
         return None
-    return math.degrees(math.acos(min(1.0, abs(float(a.direction @ b.direction)))))
+    acute = math.degrees(math.acos(min(1.0, abs(float(a.direction @ b.direction)))))
+    return 180.0 - acute if obtuse else acute
 
 
 def distance_between(a: ModelFace, b: ModelFace) -> float | None:

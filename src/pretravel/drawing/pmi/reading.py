@@ -86,7 +86,17 @@ def read_pmi(part21: Part21) -> Pmi:
         reading.unread(),
         _standard(part21),
         len(part21.named(*_ANNOTATIONS)),
+        _texts(part21),
     )
+
+
+def _texts(part21: Part21) -> tuple[str, ...]:
+    """What the model says in words, such as general tolerances: its semantic texts."""
+    named = [each.values("REPRESENTATION_ITEM", "DESCRIPTIVE_REPRESENTATION_ITEM")
+             for each in part21.named("DESCRIPTIVE_REPRESENTATION_ITEM")
+             if "semantic text" in each.text.lower()]  # fmt: skip
+    texts = (str(values[1]) for values in named if len(values) > 1 and values[1])
+    return tuple(dict.fromkeys(" ".join(text.split()) for text in texts))
 
 
 def _standard(part21: Part21) -> str:
@@ -389,7 +399,7 @@ class _Reading:
 
     def values_of(self, dimension: Instance) -> tuple[list[StatedMeasure], list[str]]:
         """The measures of a dimension, and words about it."""
-        measures, notes = [], []
+        measures, notes, ranges = [], [], [False]
         for each in self.part21.named("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
             own, representation = each.values()[:2]
             if own.number != dimension.number:
@@ -402,8 +412,9 @@ class _Reading:
                 if "DESCRIPTIVE_REPRESENTATION_ITEM" in item.names:
                     notes.append(str(item.values(
                         "REPRESENTATION_ITEM", "DESCRIPTIVE_REPRESENTATION_ITEM")[1]))  # fmt: skip
-                elif "COMPOUND_REPRESENTATION_ITEM" in item.names:
+                elif item.names & {"COMPOUND_REPRESENTATION_ITEM", "VALUE_RANGE"}:
                     waiting += [TextReference(number) for number in item.references]
+                    ranges += ["VALUE_RANGE" in item.names]
                 elif (measure := measure_in_context(self.part21, item, context)) is not None:
                     ends = self.qualifiers(item)
                     end = next((one for one in ends if one in ("maximum", "minimum")), "")
@@ -411,6 +422,9 @@ class _Reading:
                     notes += ends
                 else:
                     notes.append(f"#{item.number} {_short(item.text)}")
+        if any(ranges) and len(measures) == 2 and not any(each.name.strip() for each in measures):
+            low, high = sorted(measures, key=lambda each: each.value)  # a range without names
+            measures = [low._replace(name=_LOWER[0]), high._replace(name=_UPPER[0])]
         return measures, notes
 
     def qualifiers(self, item: Instance) -> list[str]:

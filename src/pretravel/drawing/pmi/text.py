@@ -142,6 +142,9 @@ def features_text(
             "# Not measured by this file; what is a tolerance has a line at its end, and in the "
             "answer:\n" + "".join(_comment(each) for each in left)
         )
+    if pmi.texts:
+        texts = "".join(f"#   {_one_line(each)}\n" for each in pmi.texts)
+        blocks.append("# In words, which nothing here decides:\n" + texts)
     if pmi.unread:
         texts = "".join(
             f"#   {_one_line(f'#{each.number} = {each.text}')}\n" for each in pmi.unread
