@@ -676,6 +676,8 @@ class MeasuredFeatures(Result):
         )
         pictures = (*self._part_picture(), *report.pictures)
         report = replace(report, pictures=pictures)
+        if task.drawing is not None and self.part is not None:
+            report = replace(report, title=f"{self.part.name}: tolerances, from {task.points.name}")
         report = replace(report, tables=(*report.tables, *self._by_trials()))
         return with_laboratory(report, statements)
 
