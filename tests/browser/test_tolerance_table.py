@@ -46,6 +46,12 @@ def test_the_model_fills_the_table(page: Any, workbench: RunningWorkbench, tmp_p
     row = page.locator(".tolerance-rows tbody tr:has(th:text-is('cylinder13'))").first
     row.locator("td.number:has-text('mm')").wait_for()  # its value stands beside what is typed
     page.screenshot(path=tmp_path / "table.png", full_page=True)
+    # The verdict of each row is seen without moving a table sideways.
+    for table in (".tolerance-rows", ".feature-rows"):
+        beyond = page.locator(f".table-frame:has({table})").evaluate(
+            "frame => frame.scrollWidth - frame.clientWidth"
+        )
+        assert beyond <= 1, table
     page.get_by_label("limits of cylinder13").fill("13.9..14.1")
     page.wait_for_selector("text=The settings have changed since this result.")
     page.get_by_role("button", name="Measure", exact=True).click()

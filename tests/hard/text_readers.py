@@ -36,7 +36,7 @@ from pretravel.prediction.catalogue import description_text, load_probe, rewritt
 from pretravel.show.page_content import picture_figures
 from pretravel.show.result_file import read_result, result_values
 from pretravel.surface.cad.iges_reader import _entity_types
-from pretravel.surface.cad.step_text import faces_in_text, with_names
+from pretravel.surface.cad.step_text import faces_in_text, with_names, without_pmi
 from pretravel.surface.shapes import Sphere
 from pretravel.tasks.history.report import history_columns, history_document
 from tests.support.control_logs import GRBL_OPTIONS, REFUSED_FILES, SAMPLES
@@ -134,7 +134,7 @@ def _shop_table(content: bytes) -> object:
 
 def _step_text(content: bytes) -> object:
     """What is done with the text of a STEP file before the kernel reads it."""
-    return faces_in_text(with_names(content)[0])
+    return faces_in_text(without_pmi(with_names(content)[0]))
 
 
 def _joined_table(content: bytes) -> object:

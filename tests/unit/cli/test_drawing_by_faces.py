@@ -15,8 +15,10 @@ import pytest
 import pretravel
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
+from pretravel.drawing.tasks.measure.picture import verdicts_view
 from pretravel.drawing.tolerances.features_file import DrawnRelation
 from pretravel.measurement.points import Points
+from pretravel.show import SpaceChart, SpaceNotes
 from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points
@@ -80,6 +82,25 @@ def test_python_gives_the_same(folder: Path, points: Points) -> None:
         EXAMPLES / "bracket_tip_centres.csv", part, pretravel.read_map(folder / "map.json")
     )
     assert np.array_equal(aligned.in_part.face, points.face)
+
+
+def test_the_picture_has_a_flag_for_what_fails(folder: Path, points: Points) -> None:
+    """Above the part, whose top is at 20 mm: a bore that was touched 14 mm below it, too."""
+    part = pretravel.read_part(MODEL)
+    drawing = pretravel.read_drawing(folder / "drawing.toml")
+    result = pretravel.measure_drawing(points, drawing, part=part, u_machine=1e-3)
+    low = [
+        replace(each, feature=replace(each.feature, points=replace(
+            each.feature.points, positions=each.feature.points.positions - [0.0, 0.0, 5.0])))
+        for each in result.features
+    ]  # fmt: skip
+    (chart,) = verdicts_view(part, low, result.lines).charts
+    assert isinstance(chart, SpaceChart)
+    notes = [mark for mark in chart.marks if isinstance(mark, SpaceNotes)]
+    heights = {word.strip(): at[2] for mark in notes
+               for word, at in zip(mark.texts, mark.positions, strict=True)}  # fmt: skip
+    for word in ("✖ cylinder13", "? cylinder12", "? cylinder14"):
+        assert heights[word] > 20.0
 
 
 def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None:

@@ -264,15 +264,152 @@ class TestDatumTargets:
         found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + away.partition("#2418=")[0])
         assert found.drawn.left_out == {2400: "the text binds it to no face"}
 
-    def test_one_that_is_not_decided_is_listed_with_its_sizes(self, bracket: Reader) -> None:
+    def test_one_point_is_a_datum_of_touched_places(self, bracket: Reader) -> None:
         found = bracket(
             "#2400=DATUM('',$,#4,.F.,'C');" + _target(2410, "1", "point", (1.0, 2.0, 20.0), 5.0)
         )
         (target,) = found.pmi.datums[0].targets
         assert (target.form, target.sizes[0].value, target.at) == ("point", 5.0, (1.0, 2.0, 20.0))
-        assert "it has 1 target; a plane by three" in found.drawn.left_out[2400]
-        assert "target C1 point" in found.text
+        (datum,) = found.drawn.drawing.feature
+        assert (datum.kind, datum.faces, datum.association) == ("surface", (3,), "tangent")
+        assert datum.targets == ((1.0, 2.0, 20.0, 0.0),)
         assert found.pmi.unread == ()
+
+    @pytest.mark.parametrize(
+        ("axes", "ends"),
+        [
+            ("#2419,#2420", (20.0, 10.0, 20.0, 50.0, 10.0, 20.0)),  # from it, along its x axis
+            ("#2420,#2419", (20.0, 10.0, 20.0, 50.0, 10.0, 20.0)),  # along its z axis
+            ("#2419,#2421", (35.0, 10.0, 20.0, 5.0, 10.0, 20.0)),  # it is in the middle
+        ],
+    )
+    def test_a_line_lies_on_its_face(
+        self, bracket: Reader, axes: str, ends: tuple[float, ...]
+    ) -> None:
+        text = _target(2410, "1", "line", (20.0, 10.0, 20.0), 30.0).replace(
+            "#2415,$,$", f"#2415,{axes}"
+        )
+        directions = (
+            "#2419=DIRECTION('',(0.,0.,1.));#2420=DIRECTION('',(1.,0.,0.));"
+            "#2421=DIRECTION('',(-1.,0.,0.));"
+        )
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + text + directions)
+        (datum,) = found.drawn.drawing.feature
+        assert (datum.kind, datum.target_lines) == ("surface", (ends,))
+        assert "target_lines_mm = [[" in found.text
+
+    def test_other_forms_have_a_line_with_the_reason(self, bracket: Reader) -> None:
+        found = bracket(
+            "#2400=DATUM('',$,#4,.F.,'C');"
+            + _target(2410, "1", "circular curve", (10.0, 10.0, 20.0), 5.0)
+        )
+        assert "its target C1 is a circular curve; points, lines" in found.drawn.left_out[2400]
+        assert "target C1 circular curve" in found.text
+
+    def test_faces_and_edges_of_the_model_are_targets(self, bracket: Reader) -> None:
+        """Targets without a placement, as the text binds them to geometry."""
+        area = (
+            "#2400=DATUM('',$,#4,.F.,'C'); #2410=DATUM_TARGET('','area',#4,.T.,'1');"
+            "#2411=SHAPE_ASPECT_RELATIONSHIP('','',#2410,#2400);" + bound(2412, 2410, 3)
+        )
+        (datum,) = bracket(area).drawn.drawing.feature
+        assert (datum.kind, datum.faces, datum.targets) == ("plane", (3,), ())
+        line = (
+            "#2400=DATUM('',$,#4,.F.,'C'); #2401=DATUM_FEATURE('',$,#4,.T.);"
+            "#2402=SHAPE_ASPECT_RELATIONSHIP('',$,#2401,#2400);"
+            + bound(2403, 2401, 3)
+            + "#2410=DATUM_TARGET('','line',#4,.T.,'1');"
+            "#2411=SHAPE_ASPECT_RELATIONSHIP('','',#2410,#2400);"
+            "#2412=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#2410,#10,#112);"
+            "#2420=DATUM_TARGET('','point',#4,.T.,'2');"
+            "#2421=SHAPE_ASPECT_RELATIONSHIP('','',#2420,#2400);"
+            "#2422=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#2420,#10,#2423);"
+            "#2423=CARTESIAN_POINT('',(70.,25.,20.));"
+        )
+        (datum,) = bracket(line).drawn.drawing.feature
+        assert (datum.kind, datum.faces) == ("plane", (3,))
+        assert datum.target_lines == ((0.0, 0.0, 20.0, 0.0, 50.0, 20.0),)  # edge #112
+        assert datum.targets == ((70.0, 25.0, 20.0, 0.0),)
+
+    def test_a_target_without_its_datum_is_of_the_letter(self, bracket: Reader) -> None:
+        text = _target(2410, "C1", "point", (1.0, 2.0, 20.0), 0.0)
+        relation = "#2411=SHAPE_ASPECT_RELATIONSHIP('','',#2410,#2400);"
+        assert relation in text
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + text.replace(relation, ""))
+        (datum,) = found.drawn.drawing.feature
+        assert datum.targets == ((1.0, 2.0, 20.0, 0.0),)
+        assert found.pmi.unread == ()
+
+
+DEGREES = """\
+#2600=(CONVERSION_BASED_UNIT('DEGREE',#2601)NAMED_UNIT(#2602)PLANE_ANGLE_UNIT());
+#2601=PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.0174532925199433),#2004);
+#2602=DIMENSIONAL_EXPONENTS(0.,0.,0.,0.,0.,0.,0.);
+"""
+
+
+def _degrees(number: int, value: float, name: str) -> str:
+    return (
+        f"#{number}=(MEASURE_REPRESENTATION_ITEM()MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE({value}),"
+        f"#2600)PLANE_ANGLE_MEASURE_WITH_UNIT()REPRESENTATION_ITEM('{name}'));"
+    )
+
+
+@pytest.mark.parametrize(
+    ("items", "nominal", "tolerance"),
+    [
+        (((25.0, "nominal value"), (24.5, "lower limit"), (25.5, "upper limit")), 25.0,
+         "24.5..25.5"),
+        # Of the material, where the normals of the slope and of the top are 25 degrees apart:
+        (((155.0, "nominal value"), (154.5, "lower limit"), (155.5, "upper limit")), 155.0,
+         "154.5..155.5"),
+        (((154.5, "lower limit"), (155.5, "upper limit")), None, "154.5..155.5"),
+        (((150.0, "lower limit"), (154.0, "upper limit")), None, ""),
+    ],
+)  # fmt: skip
+def test_an_angle_is_either_of_the_two(
+    bracket: Reader, items: tuple[Any, ...], nominal: float | None, tolerance: str
+) -> None:
+    numbers_ = range(2620, 2620 + len(items))
+    found = bracket(
+        UNITS + DEGREES + "#2610=SHAPE_ASPECT('','',#4,.T.);#2611=SHAPE_ASPECT('','',#4,.T.);"
+        "#2612=ANGULAR_LOCATION('angular distance','',#2610,#2611,.EQUAL.);"
+        + bound(2613, 2610, 7) + bound(2614, 2611, 3)
+        + "".join(_degrees(n, *item) for n, item in zip(numbers_, items, strict=True))
+        + f"#2616=SHAPE_DIMENSION_REPRESENTATION('',({','.join(f'#{n}' for n in numbers_)}),#1059);"
+        "#2617=DIMENSIONAL_CHARACTERISTIC_REPRESENTATION(#2612,#2616);"
+    )  # fmt: skip
+    if not tolerance:
+        assert "the angle 155 °, not that of the text" in found.drawn.left_out[2612]
+        return
+    (angle,) = found.drawn.drawing.between
+    assert (angle.quantity, angle.nominal, angle.tolerance) == ("angle", nominal, tolerance)
+
+
+@pytest.mark.parametrize(
+    "entity",
+    [
+        "VALUE_RANGE('',(#2511,#2510))",
+        "(COMPOUND_REPRESENTATION_ITEM(((#2510,#2511)))REPRESENTATION_ITEM('')VALUE_RANGE())",
+    ],
+)
+def test_a_range_without_names_is_the_limits(bracket: Reader, entity: str) -> None:
+    found = bracket(
+        size(2500, 12, 12.0).replace("(#2503),#1059", "(#2512),#1059"),
+        length(2510, 11.9, name=""), length(2511, 12.1, name=""), f"#2512={entity};",
+    )  # fmt: skip
+    (feature,) = found.drawn.drawing.feature
+    assert (feature.tolerance, feature.nominal) == ("11.9..12.1", None)
+
+
+def test_what_a_model_says_in_words_is_in_the_file(bracket: Reader) -> None:
+    found = bracket(
+        "#2500=PROPERTY_DEFINITION('semantic text','',#4);"
+        "#2501=PROPERTY_DEFINITION_REPRESENTATION(#2500,#2502);"
+        "#2502=REPRESENTATION('',(#2503),#1059);"
+        "#2503=DESCRIPTIVE_REPRESENTATION_ITEM('semantic text','ISO 2768-mK');"
+    )
+    assert "# In words, which nothing here decides:\n#   ISO 2768-mK\n" in found.text
 
 
 def test_an_instance_that_is_not_understood_is_listed_by_its_text(bracket: Reader) -> None:

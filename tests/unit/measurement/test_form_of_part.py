@@ -70,12 +70,17 @@ def test_of_many_faces_each_may_be_taken_by_itself(monkeypatch: pytest.MonkeyPat
     jacobian = np.column_stack([np.ones(500), rng.standard_normal((500, 2))])
     left = off - jacobian @ np.linalg.lstsq(jacobian, off, rcond=None)[0]
     mean = jacobian.T / 500.0
-    families, found = families_of_faces(face, (), places), []
-    for shapes in (10_000, 50):
-        monkeypatch.setattr("pretravel.drawing.features.form_of_part._MANY_SHAPES", shapes)
+    found = []
+    for of_form, of_families in ((10_000, 10_000), (50, 10_000), (50, 50)):
+        monkeypatch.setattr("pretravel.drawing.features.form_of_part.MANY_SHAPES", of_form)
+        monkeypatch.setattr("pretravel.drawing.features.form_families.MANY_SHAPES", of_families)
+        families = families_of_faces(face, (3,), places)
         form = form_of_part(left, jacobian, 497.0 * (0.3 * UM) ** 2, families)
-        found.append(np.diag(form.covariance(mean)))
-    assert found[1] == pytest.approx(found[0], rel=0.05)
+        found.append([*np.diag(form.covariance(mean)), form.excess, *form.variances(mean[0])[0]])
+    assert found[1][:3] == pytest.approx(found[0][:3], rel=0.05)
+    # The same numbers without their zeros: the order of the sums alone differs.
+    assert found[2] == pytest.approx(found[1], rel=1e-9)
+    assert not isinstance(families[0].columns, np.ndarray)
 
 
 def test_roughness_averages_out() -> None:

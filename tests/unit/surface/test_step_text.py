@@ -10,7 +10,7 @@ import pytest
 
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.surface.cad.step_reader import read_step_solids
-from pretravel.surface.cad.step_text import with_names
+from pretravel.surface.cad.step_text import with_names, without_pmi
 from tests.support.examples import EXAMPLES
 
 
@@ -43,6 +43,25 @@ def test_only_names_of_items_are_mended() -> None:
 )
 def test_nothing_in_a_string_or_comment_is_changed(text: bytes) -> None:
     assert with_names(text) == (text, 0)
+
+
+def test_the_kernel_reads_no_pmi(tmp_path: Path) -> None:
+    """Its reader of PMI wants a number of a datum target, and refuses the whole file for "A1"."""
+    target = (
+        "#3000=DATUM('',$,#4,.F.,'A');#3001=PLACED_DATUM_TARGET_FEATURE('','point',#4,.T.,'A1');"
+        "#3002=SHAPE_ASPECT_RELATIONSHIP('','',#3001,#3000);"
+        "#3003=(DATUM('B') SHAPE_ASPECT('DATUM(',$,#4,.F.)); /* DATUM( */\n"
+    )
+    head, end, tail = (EXAMPLES / "bracket.step").read_text().rpartition("ENDSEC;")
+    file = tmp_path / "targets.step"
+    file.write_text(head + target + end + tail)
+    assert len(read_step_part(file).faces) == 16
+    assert without_pmi(target.encode()).decode() == (
+        target.replace("=DATUM(", "=UNREAD_DATUM(").replace("(DATUM('B", "(UNREAD_DATUM('B")
+        .replace("=PLACED", "=UNREAD_PLACED")
+    )  # fmt: skip
+    for kept in (b"#1=DIMENSIONAL_EXPONENTS(1.,0.);", b"#2=TOLERANCED('_TOLERANCE(');"):
+        assert without_pmi(kept) == kept
 
 
 def test_a_file_without_names_is_read_as_with_empty_ones(tmp_path: Path) -> None:

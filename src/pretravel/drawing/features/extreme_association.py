@@ -25,7 +25,7 @@ KINDS_BY_CRITERION: dict[str, tuple[str, ...]] = {
     ),  # that of a slot is not one: its planes differ
     INSCRIBED: (*_ROUND, *_OTHERS),
     CIRCUMSCRIBED: (*_ROUND, *_OTHERS),
-    TANGENT: (*_FLAT, *_ROUND, "cone", "torus"),
+    TANGENT: (*_FLAT, *_ROUND, "cone", "torus", "surface"),
 }
 """The associations, by name, with the features that they have."""
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray
-from pretravel.drawing.features.form_of_part import Family
+from pretravel.drawing.features.form_of_part import MANY_SHAPES, Family, Shapes
 from pretravel.measurement import Association
 from pretravel.uncertainty import across
 
@@ -99,21 +99,40 @@ def families_of_faces(
     tuple of Family
         An error is common to the touches of a face, and independent between faces.
     """
-    names, number = np.unique(face, return_inverse=True)
-    of_face = (face[:, None] == names).astype(float)
-    found = [Family("faces displaced", of_face, face=face)]
+    names = np.unique(face)
+    rows = [np.flatnonzero(face == name) for name in names]
+    whole = [np.ones((len(mine), 1)) for mine in rows]
+    found = [Family("faces displaced", _of_faces(whole, rows, len(face)), face=face)]
     sized = [index for index, name in enumerate(names) if name in set(curved)]
     if sized:
-        found.append(Family("bores and bosses of another size", of_face[:, sized], face=face))
-    rows = [np.flatnonzero(number == index) for index in range(len(names))]
+        own = _of_faces([whole[k] for k in sized], [rows[k] for k in sized], len(face))
+        found.append(Family("bores and bosses of another size", own, face=face))
     for words, length in _LENGTHS.items():
         shapes = [_correlated(parameters[mine], length) for mine in rows]
-        columns, start = np.zeros((len(face), sum(each.shape[1] for each in shapes))), 0
-        for mine, own in zip(rows, shapes, strict=True):
-            columns[mine, start : start + own.shape[1]] = own
-            start += own.shape[1]
+        columns = _of_faces(shapes, rows, len(face))
         found.append(Family(f"form with a correlation length {words}", columns, face=face))
     return tuple(found)
+
+
+def _of_faces(shapes: Sequence[FloatArray], rows: Sequence[IntArray], count: int) -> Shapes:
+    """Shapes of single faces as columns for all touches, without the zeros where there are many."""
+    starts = np.cumsum([0, *(each.shape[1] for each in shapes)])
+    total = int(starts[-1])
+    if total > MANY_SHAPES:
+        from scipy.sparse import coo_array
+
+        row = [np.repeat(mine, own.shape[1]) for mine, own in zip(rows, shapes, strict=True)]
+        column = [
+            np.tile(np.arange(own.shape[1]) + start, len(own))
+            for start, own in zip(starts[:-1], shapes, strict=True)
+        ]
+        places = (np.concatenate(row), np.concatenate(column))
+        values = np.concatenate([own.ravel() for own in shapes])
+        return coo_array((values, places), shape=(count, total)).tocsr()
+    columns = np.zeros((count, total))
+    for start, mine, own in zip(starts[:-1], rows, shapes, strict=True):
+        columns[mine, start : start + own.shape[1]] = own
+    return columns
 
 
 def _correlated(places: FloatArray, length: float) -> FloatArray:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.special import chdtri
@@ -28,13 +29,17 @@ _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
 _FAR_BEYOND = 3.0  # times the errors: residuals from which it matters what they are
-_MANY_SHAPES = 600  # of all faces together, from which the spectrum is that of each face
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _ROUGHEST = 10.0 * MICROMETRE
 """Standard deviation from touch to touch, from which shapes that fill the few residuals are
 likelier than roughness: a tip ball touches the peaks of what was turned or milled. [mm]"""
+MANY_SHAPES = 600
+"""Of all faces together: more are kept as a sparse array, with a spectrum for each face."""
 _SEEN = 1e-5  # probability of a size that is kept
 _BINS = 60
+
+Shapes = Any
+"""(n, f) float; a sparse array of SciPy where many shapes are those of one face each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +59,7 @@ class Family:
     """
 
     name: str
-    columns: FloatArray
+    columns: Shapes
     share: float = 1.0
     face: IntArray | None = None
 
@@ -87,8 +92,8 @@ class FormOfPart:
     """
 
     rough: float = 0.0
-    smooth: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
-    families: tuple[FloatArray, ...] = ()
+    smooth: Shapes = field(default_factory=lambda: np.zeros((0, 0)))
+    families: tuple[Shapes, ...] = ()
     weights: FloatArray = field(default_factory=lambda: np.ones(1))
     rough_variances: FloatArray = field(default_factory=lambda: np.zeros(1))
     smooth_variances: FloatArray = field(default_factory=lambda: np.zeros(1))
@@ -101,13 +106,13 @@ class FormOfPart:
     @property
     def excess(self) -> float:
         """Root mean square of the form from touch to touch that the uncertainty contains. [mm]"""
-        common = float(np.mean(np.sum(self.smooth**2, axis=0))) if self.smooth.size else 0.0
+        common = _sum_of_squares(self.smooth) / max(self.smooth.shape[1], 1)
         return math.sqrt(self.rough**2 + common)
 
     def covariance(self, weights: FloatArray) -> FloatArray:
         """Of weighted sums of the touches' movements, (m, m) from (m, n). [mm²]"""
         found = self.rough**2 * (weights @ weights.T)
-        if self.smooth.size:
+        if self.smooth.shape[0]:
             moved = weights @ self.smooth.T
             found = found + moved @ moved.T
         return np.asarray(found)
@@ -123,8 +128,8 @@ class FormOfPart:
     def drawn(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
         """Movements of the touches by this form, (trials, n). [mm]"""
         moved = self.rough * generator.standard_normal((trials, count))
-        if self.smooth.size:
-            moved += generator.standard_normal((trials, len(self.smooth))) @ self.smooth
+        if self.smooth.shape[0]:
+            moved += generator.standard_normal((trials, self.smooth.shape[0])) @ self.smooth
         return np.asarray(moved)
 
     def drawn_by_size(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
@@ -142,7 +147,7 @@ class FormOfPart:
         size, family = np.sqrt(self.smooth_variances[chosen]), self.family[chosen]
         for index in np.unique(family):
             mine, factors = np.flatnonzero(family == index), self.families[index]
-            amounts = size[mine, None] * generator.standard_normal((len(mine), len(factors)))
+            amounts = size[mine, None] * generator.standard_normal((len(mine), factors.shape[0]))
             moved[mine] += amounts @ factors
         return np.asarray(moved)
 
@@ -176,6 +181,20 @@ class FormOfPart:
 
 
 NO_FORM = FormOfPart()
+
+
+def _sum_of_squares(columns: Shapes) -> float:
+    if isinstance(columns, np.ndarray):
+        return float(np.sum(columns**2))
+    return float(columns.multiply(columns).sum())
+
+
+def _stacked(factors: Sequence[Shapes]) -> Shapes:
+    if all(isinstance(each, np.ndarray) for each in factors):
+        return np.vstack(factors)
+    from scipy.sparse import vstack
+
+    return vstack(factors, format="csr")
 
 
 def _binned(variances: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -276,7 +295,7 @@ def _by_prior(families: Sequence[Family]) -> FormOfPart:
         return FormOfPart(rough=UNSEEN, by_prior=True)
     whole = sum(each.share for each in families)
     smooth = [UNSEEN * math.sqrt(each.share / whole) * each.columns.T for each in families]
-    return FormOfPart(smooth=np.vstack(smooth), by_prior=True)
+    return FormOfPart(smooth=_stacked(smooth), by_prior=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,9 +309,9 @@ class _Spectrum:
     @classmethod
     def of(cls, family: Family, basis: FloatArray, residuals: FloatArray) -> _Spectrum:
         columns = family.columns
-        whole = max(float(np.sum(columns**2)), 1e-300)
+        whole = max(_sum_of_squares(columns), 1e-300)
         least = 1e-6 * math.sqrt(whole)
-        if family.face is not None and columns.shape[1] > _MANY_SHAPES:
+        if family.face is not None and columns.shape[1] > MANY_SHAPES:
             return cls._of_faces(family, family.face, residuals, least)
         left = columns - basis @ (basis.T @ columns)
         u, size, _ = np.linalg.svd(left, full_matrices=False)
@@ -309,6 +328,7 @@ class _Spectrum:
         variances, squares = [], []
         for rows in np.split(order, np.flatnonzero(np.diff(face[order])) + 1):
             own = family.columns[rows]
+            own = own if isinstance(own, np.ndarray) else own.toarray()
             u, size, _ = np.linalg.svd(own[:, np.any(own != 0.0, axis=0)], full_matrices=False)
             kept = size > least
             variances.append(size[kept] ** 2)
@@ -327,7 +347,7 @@ class _Compared:
     """
 
     spectra: tuple[_Spectrum, ...]
-    factors: tuple[FloatArray, ...]
+    factors: tuple[Shapes, ...]
     shares: FloatArray
     shown: int
 
@@ -411,5 +431,5 @@ def _in_uncertainty(
         for size, factors in zip(each, form.families, strict=False)
         if size > 1e-6 * max(rough, float(each.max()))
     ]
-    factors = np.vstack(smooth) if smooth else form.smooth
+    factors = _stacked(smooth) if smooth else form.smooth
     return replace(form, rough=math.sqrt(rough), smooth=factors)

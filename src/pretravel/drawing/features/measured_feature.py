@@ -252,6 +252,8 @@ class MeasuredFeature(WithPlot):
     @property
     def carrying(self) -> tuple[str, ...]:
         """Labels of the points that move the feature: of an extreme one, those it rests on."""
+        if self.kind == BARE_SURFACE:
+            return self.points.labels
         moves = np.any(np.abs(self.association.response) > _MOVES, axis=0)
         return tuple(label for label, is_in in zip(self.points.labels, moves, strict=True) if is_in)
 
@@ -383,7 +385,7 @@ def measure_feature(
     if kind == BARE_SURFACE:
         if plain:
             raise PretravelError("the points of a surface need their normals: align writes them")
-        found = _surface(points)
+        found = _surface(points, association)
     else:
         found = associate(kind, points.positions, axis=axis, at=at)
     if plain:
@@ -395,7 +397,7 @@ def measure_feature(
     errors = feature_errors(points, found, u_machine=u_machine, families=families)
     whole, form_by, zone = found.form, GAUSSIAN, None
     of_least_squares = errors
-    if association != GAUSSIAN:
+    if association != GAUSSIAN and kind != BARE_SURFACE:
         found = associate_by(association, kind, points.positions, axis=axis, at=at, side=side)
         errors = _of_extreme(errors, found, points)
         if association == MINIMUM_ZONE:
@@ -426,7 +428,7 @@ def measure_feature(
     )
 
 
-def _surface(points: Points) -> Association:
+def _surface(points: Points, criterion: str) -> Association:
     """Points as they are: no parameter is fitted, and nothing is left of them."""
     count = len(points)
     return Association(
@@ -437,6 +439,7 @@ def _surface(points: Points) -> Association:
         point=points.positions.mean(axis=0),
         point_rows=np.zeros((3, 0)),
         located_along=np.zeros((0, 3)),
+        criterion=criterion,
     )
 
 

@@ -9,13 +9,15 @@ from functools import cached_property
 from typing import Any
 
 from pretravel.base import PretravelError
-from pretravel.drawing.pmi.items import Place
+from pretravel.drawing.pmi.items import Place, Triple
 from pretravel.drawing.pmi.model_faces import (
     FACE_ENTITIES,
     SHELL_ENTITIES,
     SOLID_ENTITIES,
     edges_of_face,
     face_values,
+    length_factor,
+    triple,
 )
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
 
@@ -35,6 +37,7 @@ _RELATIONS = re.compile(
     r"\w*SHAPE_ASPECT_(?:DERIVING_)?RELATIONSHIP|SHAPE_ASPECT_ASSOCIATIVITY|"
     r"FEATURE_FOR_DATUM_TARGET_RELATIONSHIP|FEATURE_COMPONENT_RELATIONSHIP"
 )
+TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
 _USAGES = {
     "GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE",
     "CHAIN_BASED_GEOMETRIC_ITEM_SPECIFIC_USAGE",
@@ -128,7 +131,9 @@ class BoundFaces:
         """What an aspect consists of; of a dimension what it is of; of a datum its features."""
         found = [each for each in self.below[own.number] if "DATUM" not in each.names]
         if "DATUM" in own.names:
-            found += [each for each in self.above[own.number] if "DATUM" not in each.names]
+            features = [each for each in found if not each.names & set(TARGETS)]
+            above = self.above[own.number]
+            found = features + [each for each in above if not each.names & {"DATUM", *TARGETS}]
         elif own.names & set(SIZES):
             found.append(self.part21[own.values("DIMENSIONAL_SIZE")[0]])
         elif own.names & set(LOCATIONS):
@@ -180,6 +185,21 @@ class BoundFaces:
                 return place
             found[rounds[0]] = None
         return Place(tuple(found))
+
+    def ends(self, other: str) -> tuple[Triple, ...]:
+        """Of other geometry (``#12 EDGE_CURVE``): a point, or the ends of a straight edge. [mm]"""
+        item = self.part21[int(other[1:].partition(" ")[0])]
+        if "EDGE_CURVE" in item.names:
+            curve = self.part21[item.values("EDGE", "EDGE_CURVE")[3]]
+            if any("SURFACE_CURVE" in name or "SEAM_CURVE" in name for name in curve.names):
+                curve = self.part21[curve.values("CURVE", "SURFACE_CURVE")[1]]
+            corners = item.values("EDGE", "EDGE_CURVE")[1:3] if "LINE" in curve.names else ()
+            return tuple(self._point(self.part21[each]) for each in corners)
+        return (self._point(item),) if item.names & {"VERTEX_POINT", "CARTESIAN_POINT"} else ()
+
+    def _point(self, item: Instance) -> Triple:
+        own = self.part21[item.values()[1]] if "VERTEX_POINT" in item.names else item
+        return triple(length_factor(self.part21) * value for value in own.values()[1])
 
     def _is_circle(self, number: int) -> bool:
         item = self.part21[number]

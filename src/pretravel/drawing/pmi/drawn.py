@@ -13,18 +13,20 @@ from pretravel.base import PretravelError
 from pretravel.drawing.features.extreme_association import check_criterion
 from pretravel.drawing.features.measured_feature import BARE_SURFACE
 from pretravel.drawing.pmi.frames import (
-    BY_HAND,
+    AREA,
     FORMS,
+    LINE,
     DecidedAs,
     NotStatedError,
     check_size,
     check_zone,
     decided_as,
+    determine_a_plane,
     target_place,
 )
 from pretravel.drawing.pmi.items import DatumReference, Place, Pmi, PmiDatum, Size, Tolerance
 from pretravel.drawing.pmi.measures import ANGLE_UNIT
-from pretravel.drawing.pmi.model_faces import SURFACE_KINDS, ModelFace, surfaces_of
+from pretravel.drawing.pmi.model_faces import SURFACE_KINDS, ModelFace, surfaces_of, triple
 from pretravel.drawing.pmi.nominal import (
     SAME,
     angle_between,
@@ -34,7 +36,6 @@ from pretravel.drawing.pmi.nominal import (
     nominal_place,
     opposite,
     projected_ends,
-    triple,
     two_planes,
 )
 from pretravel.drawing.tolerances.features_file import (
@@ -80,7 +81,8 @@ class FeatureInWork:
     nominal: float | None = None
     form: float | None = None
     association: str | None = None
-    targets: tuple[tuple[float, float, float, float], ...] = ()
+    targets: tuple[tuple[float, ...], ...] = ()
+    target_lines: tuple[tuple[float, ...], ...] = ()
     geometric: list[GeometricTolerance] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
@@ -100,7 +102,8 @@ class FeatureInWork:
             nominal=self.nominal,
             form_tolerance=self.form,
             geometric=tuple(self.geometric),
-            targets=self.targets,
+            targets=self.targets,  # type: ignore[arg-type]
+            target_lines=self.target_lines,  # type: ignore[arg-type]
         )
 
 
@@ -302,30 +305,33 @@ class _Work:
         ]
 
     def of_targets(self, datum: PmiDatum) -> FeatureInWork:
-        """The plane that rests on the touches at its targets, next to the feature of its face.
+        """What rests on the touches at its targets, next to the feature of its face.
+
+        A plane where they lie on one and show its direction; else the touched places themselves.
 
         Raises
         ------
         NotStatedError
-            Targets that are no points or areas of one plane, or fewer than three points.
+            A target of another form, or on no face.
         """
         faces = dict.fromkeys(datum.place.faces)
         for each in datum.targets:
             faces |= dict.fromkeys(each.place.faces)
-        groups = self.groups(Place(tuple(faces), datum.place.others))
-        if len(groups) != 1 or groups[0][0].kind != "plane":
-            kinds = " and ".join(group[0].kind for group in groups)
-            raise NotStatedError(f"its targets lie on {kinds}; those of one plane are decided")
-        places = tuple(target_place(datum.letter, each) for each in datum.targets)
-        if len(places) < 3 and not any(place[3] for place in places):
-            count = len(places)
-            raise NotStatedError(
-                f"it has {count} target{'s' * (count > 1)}; a plane by three or by areas is "
-                f"decided. {BY_HAND}"
-            )
-        own = self.feature(groups[0], label=_as_label(datum.letter), key=(-datum.number,))
-        own.targets, own.association = places, "tangent"
-        return own
+        if datum.place.others or not faces:
+            self.groups(Place(tuple(faces), datum.place.others))  # says why not
+        own = tuple(self.faces[number] for number in faces)
+        whole = [each.place.faces for each in datum.targets
+                 if each.form == "area" and each.at is None and each.place.faces]  # fmt: skip
+        if 0 < len(whole) < len(datum.targets):
+            raise NotStatedError("some of its targets are whole faces, and others are not")
+        places = [] if whole else [target_place(datum.letter, each, own) for each in datum.targets]
+        plane = own[0].kind == "plane" and len(surfaces_of(own)) == 1
+        kind = "plane" if plane and (whole or determine_a_plane(places)) else BARE_SURFACE
+        feature = self.feature(own, kind, _as_label(datum.letter), key=(-datum.number,))
+        feature.targets = tuple(each for each in places if len(each) == AREA)
+        feature.target_lines = tuple(each for each in places if len(each) == LINE)
+        feature.association = "tangent"
+        return feature
 
     def add_size(self, size: Size) -> None:
         check_size(size)
@@ -390,20 +396,20 @@ class _Work:
             raise NotStatedError("it is between groups of several surfaces")
         first, second = (each[0] for each in groups)
         quantity = "angle" if size.unit == ANGLE_UNIT else "distance"
+        low, high = size.ends
         here = (
-            angle_between(first[0], second[0])
+            angle_between(first[0], second[0], obtuse=low > 90.0)
             if quantity == "angle"
             else distance_between(first[0], second[0])
         )
-        nominal = size.nominal
-        if here is None or nominal is None or abs(here - nominal) > SAME:
+        if here is None or not low - SAME < here < high + SAME:
             raise NotStatedError(
                 f"its faces have no such {quantity}"
                 if here is None
                 else f"its faces have the {quantity} {here:.10g} {size.unit}, not that of the text"
             )
         pair = (self.feature(first).label, self.feature(second).label)
-        relation = DrawnRelation(pair, size.limits(), quantity, nominal)
+        relation = DrawnRelation(pair, size.limits(), quantity, size.nominal)
         self.between.append(relation)
 
     def add_tolerance(self, tolerance: Tolerance) -> None:

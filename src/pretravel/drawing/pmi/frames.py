@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from pretravel.drawing.pmi.items import DatumTarget, Size, Tolerance
+from pretravel.drawing.pmi.model_faces import ModelFace, triple
+from pretravel.drawing.pmi.nominal import lies_on
 from pretravel.drawing.tolerances.tolerance_frame import (
     CYLINDRICITY,
     FLATNESS,
@@ -37,6 +41,9 @@ _OTHER_SIZES = (
 """Sizes of ISO 14405-1 that are no size of the whole feature."""
 
 
+AREA, LINE = 4, 6
+"""Numbers of a target: a place and a diameter, or both ends."""
+_IN_A_ROW = 0.02  # of the extent of targets: less across it is a row
 BY_HAND = "To decide with its whole face, write this feature and the tolerances to it by hand"
 """What can be done about a datum by targets that are not decided."""
 
@@ -206,24 +213,59 @@ def check_size(size: Size) -> None:
         raise NotStatedError(f"a size as '{other[0]}' is not decided here")
 
 
-def target_place(letter: str, target: DatumTarget) -> tuple[float, float, float, float]:
-    """Place of a datum target and diameter of its area; a rectangle has that of the circle in it.
+def target_place(letter: str, target: DatumTarget, faces: Sequence[ModelFace]) -> tuple[float, ...]:
+    """Place of a datum target and diameter of its area, or both ends of its line. [mm]
+
+    A rectangle has the diameter of the circle in it. A line begins at its placement, along its x
+    or else its z axis, where both ends are on the plane then; else its placement is the middle.
 
     Raises
     ------
     NotStatedError
-        A line or an area of another form, or a target without a place.
+        A target of another form, or one without a place.
     """
     name = f"target {letter}{target.name.removeprefix(letter)}"
+    if target.ends:
+        return (*target.ends[0], *target.ends[1])
     if target.at is None:
         raise NotStatedError(f"the text gives no place of its {name}")
     sizes = [each.value for each in target.sizes]
     if target.form == "point":
         return (*target.at, 0.0)
-    if target.form not in ("circle", "rectangle", "square") or not sizes:
+    if target.form not in ("line", "circle", "rectangle", "square") or not sizes:
         raise NotStatedError(
-            f"its {name} is a {target.form}; points, circles, rectangles are decided. {BY_HAND}"
+            f"its {name} is a {target.form}; points, lines, circles, rectangles are decided. "
+            f"{BY_HAND}"
         )
     if any(each.unit != "mm" for each in target.sizes):
         raise NotStatedError(f"the size of its {name} is not in mm")
+    if target.form == "line":
+        return _ends_of_line(target, sizes[0], faces)
     return (*target.at, min(sizes))
+
+
+def _ends_of_line(
+    target: DatumTarget, length: float, faces: Sequence[ModelFace]
+) -> tuple[float, ...]:
+    tried = []
+    for start in (0.0, -0.5 * length):
+        for axis in map(np.array, target.axes):
+            first = np.array(target.at) + start * axis
+            tried.append((first, first + length * axis))
+    on = [pair for pair in tried
+          if any(lies_on(pair[0], face) and lies_on(pair[1], face) for face in faces)]  # fmt: skip
+    first, last = (on or tried)[0]
+    return (*triple(first, 6), *triple(last, 6))
+
+
+def determine_a_plane(places: Sequence[tuple[float, ...]]) -> bool:
+    """Whether targets on a plane show its direction: an area, or three places not in a row."""
+    if any(len(each) == AREA and each[3] for each in places):
+        return True
+    points = np.array([
+        each[k : k + 3] for each in places for k in ((0, 3) if len(each) == LINE else (0,))
+    ])  # fmt: skip
+    if len(points) < 3:
+        return False
+    size = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(size[1] > _IN_A_ROW * size[0])

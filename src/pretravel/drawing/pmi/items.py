@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from pretravel.drawing.pmi.measures import StatedMeasure
+
+Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,10 @@ class DatumTarget:
         Its width, length or diameter.
     at : tuple of float or None
         Where it lies. [mm]
+    axes : tuple of tuple of float
+        The x and z axes of its placement.
+    ends : tuple of tuple of float
+        Of a line that is an edge of the model. [mm]
     """
 
     number: int
@@ -58,7 +65,9 @@ class DatumTarget:
     form: str
     place: Place
     sizes: tuple[StatedMeasure, ...] = ()
-    at: tuple[float, float, float] | None = None
+    at: Triple | None = None
+    axes: tuple[Triple, ...] = ()
+    ends: tuple[Triple, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,6 +120,14 @@ class Size:
     fit: str = ""
     notes: tuple[str, ...] = ()
     unclear: str = ""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Between which the model has it: at its nominal value, else within its limits."""
+        if self.nominal is not None:
+            return self.nominal, self.nominal
+        low = -math.inf if self.lower is None else self.lower
+        return low, (math.inf if self.upper is None else self.upper)
 
     def limits(self, factor: float = 1.0) -> str:
         """As the file of features states them: ``11.98..12.02``, ``20..``."""
@@ -231,6 +248,8 @@ class Pmi:
         ASME or ISO, where the text names the standard of the drawing.
     annotations : int
         Number of drawn annotations, which people read.
+    texts : tuple of str
+        What it says in words, such as general tolerances.
     """
 
     datums: tuple[PmiDatum, ...]
@@ -239,3 +258,4 @@ class Pmi:
     unread: tuple[Unread, ...]
     standard: str = ""
     annotations: int = 0
+    texts: tuple[str, ...] = ()

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from pretravel.base import FloatArray, PretravelError
+from pretravel.drawing.pmi.items import Triple
 from pretravel.drawing.pmi.measures import LENGTH_UNIT, unit_factor
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextReference, Word
 from pretravel.surface import Part
+from pretravel.uncertainty import across
 
 FACE_ENTITIES = ("ADVANCED_FACE", "FACE_SURFACE")
 SHELL_ENTITIES = ("CLOSED_SHELL", "OPEN_SHELL")
@@ -154,6 +156,26 @@ def _placement(part21: Part21, placement: Any) -> tuple[FloatArray, FloatArray]:
         return place, np.array([0.0, 0.0, 1.0])
     direction = np.array(part21[axis].values()[1], dtype=np.float64)
     return place, direction / np.linalg.norm(direction)
+
+
+def placed_axes(part21: Part21, placement: Instance) -> tuple[Triple, tuple[Triple, Triple]]:
+    """Origin of a placement [mm], and its x and z axes."""
+    point, z = _placement(part21, TextReference(placement.number))
+    stated = placement.values()[3]
+    x = np.array([1.0, 0.0, 0.0] if stated is None else part21[stated].values()[1], dtype=float)
+    x = x - (x @ z) * z
+    if np.linalg.norm(x) < 1e-9:  # no direction, or that of z: any across it
+        x = across(z)[0]
+    return (
+        triple(length_factor(part21) * point),
+        (triple(x / np.linalg.norm(x)), triple(z)),
+    )
+
+
+def triple(values: Iterable[float], digits: int = 9) -> Triple:
+    """Three numbers without noise beyond some digits."""
+    x, y, z = (round(float(value), digits) + 0.0 for value in values)
+    return x, y, z
 
 
 def numbers_of_faces(faces: dict[int, ModelFace], part: Part) -> dict[int, int]:

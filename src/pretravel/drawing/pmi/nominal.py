@@ -10,7 +10,7 @@ import numpy as np
 
 from pretravel.base import FloatArray
 from pretravel.drawing.pmi.items import DatumTarget, Place, Pmi, Size
-from pretravel.drawing.pmi.model_faces import ModelFace
+from pretravel.drawing.pmi.model_faces import ModelFace, triple
 from pretravel.measurement import SHORTEST
 
 SAME = 1e-3
@@ -77,17 +77,12 @@ def projected_ends(
     return round(start, 6), round(start + math.copysign(length, cosine), 6)
 
 
-def triple(values: Iterable[float], digits: int = 9) -> tuple[float, float, float]:
-    """Three numbers without noise beyond some digits."""
-    x, y, z = (round(float(value), digits) + 0.0 for value in values)
-    return x, y, z
-
-
-def angle_between(a: ModelFace, b: ModelFace) -> float | None:
-    """The acute angle of two normals or axes. [degrees]"""
+def angle_between(a: ModelFace, b: ModelFace, *, obtuse: bool = False) -> float | None:
+    """The acute angle of two normals or axes, or what it lacks of 180°. [degrees]"""
     if a.direction is None or b.direction is None:
         return None
-    return math.degrees(math.acos(min(1.0, abs(float(a.direction @ b.direction)))))
+    acute = math.degrees(math.acos(min(1.0, abs(float(a.direction @ b.direction)))))
+    return 180.0 - acute if obtuse else acute
 
 
 def distance_between(a: ModelFace, b: ModelFace) -> float | None:
@@ -162,12 +157,18 @@ def targets_on_planes(pmi: Pmi, faces: Mapping[int, ModelFace]) -> Pmi:
 def _on_plane(target: DatumTarget, faces: Iterable[ModelFace]) -> DatumTarget:
     if target.place.faces or target.place.others or target.at is None:
         return target
-    here = [face.number for face in faces if _lies_on(np.array(target.at), face)]
+    here = [face.number for face in faces if lies_on(np.array(target.at), face)]
     return replace(target, place=Place(tuple(here))) if len(here) == 1 else target
 
 
-def _lies_on(at: FloatArray, face: ModelFace) -> bool:
-    """Whether a place is in a plane, and between the corners of its face."""
+def lies_on(at: FloatArray, face: ModelFace) -> bool:
+    """Whether a place is in a plane, and between the corners of its face.
+
+    Parameters
+    ----------
+    at : (3,) float
+    face : ModelFace
+    """
     if face.kind != "plane" or not len(face.corners):
         return False
     assert face.point is not None

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import Any
 
 from pretravel.base import PretravelError
-from pretravel.drawing.pmi.bound_faces import LOCATIONS, OF_PMI, SIZES, BoundFaces, numbers_in
+from pretravel.drawing.pmi.bound_faces import (
+    LOCATIONS,
+    OF_PMI,
+    SIZES,
+    TARGETS,
+    BoundFaces,
+    numbers_in,
+)
 from pretravel.drawing.pmi.iso286 import class_of_fit, limits_of_fit
 from pretravel.drawing.pmi.items import (
     DatumReference,
@@ -17,6 +25,7 @@ from pretravel.drawing.pmi.items import (
     PmiDatum,
     Size,
     Tolerance,
+    Triple,
     Unread,
 )
 from pretravel.drawing.pmi.measures import (
@@ -26,7 +35,7 @@ from pretravel.drawing.pmi.measures import (
     measure_in_context,
     measure_of,
 )
-from pretravel.drawing.pmi.model_faces import length_factor
+from pretravel.drawing.pmi.model_faces import placed_axes
 from pretravel.drawing.pmi.part21 import Instance, Part21, TextRecord, TextReference, Word
 
 TOLERANCE_ENTITIES = {
@@ -46,7 +55,6 @@ SIGNS = {
 }  # fmt: skip
 """Modifiers as on a drawing; regardless of feature size is none."""
 _NO_MODIFIER = "REGARDLESS_OF_FEATURE_SIZE"
-_TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
 _UPPER = ("upper limit", "upper bound", "upper limit value", "maximum value")
 _LOWER = ("lower limit", "lower bound", "lower limit value", "minimum value")
 _ANNOTATIONS = ("ANNOTATION_OCCURRENCE", "DRAUGHTING_ANNOTATION_OCCURRENCE", "DRAUGHTING_CALLOUT",
@@ -78,7 +86,17 @@ def read_pmi(part21: Part21) -> Pmi:
         reading.unread(),
         _standard(part21),
         len(part21.named(*_ANNOTATIONS)),
+        _texts(part21),
     )
+
+
+def _texts(part21: Part21) -> tuple[str, ...]:
+    """What the model says in words, such as general tolerances: its semantic texts."""
+    named = [each.values("REPRESENTATION_ITEM", "DESCRIPTIVE_REPRESENTATION_ITEM")
+             for each in part21.named("DESCRIPTIVE_REPRESENTATION_ITEM")
+             if "semantic text" in each.text.lower()]  # fmt: skip
+    texts = (str(values[1]) for values in named if len(values) > 1 and values[1])
+    return tuple(dict.fromkeys(" ".join(text.split()) for text in texts))
 
 
 def _standard(part21: Part21) -> str:
@@ -201,8 +219,9 @@ class _Reading:
         faces: dict[int, None] = {}
         others: dict[str, None] = {}
         targets = []
-        for each in (instance, *self.above[instance.number], *self.below[instance.number]):
-            if each.names & set(_TARGETS):
+        related = (*self.above[instance.number], *self.below[instance.number])
+        for each in (instance, *related, *self.targets_by_name(letter)):
+            if each.names & set(TARGETS):
                 targets.append(self.target(each))
                 continue
             if "DATUM" in each.names and each is not instance:
@@ -212,6 +231,16 @@ class _Reading:
             others |= dict.fromkeys(place.others)
         return PmiDatum(instance.number, letter, Place(tuple(faces), tuple(others)), tuple(targets))
 
+    def targets_by_name(self, letter: str) -> list[Instance]:
+        """Targets that nothing relates to a datum, with the letter of one: ``A1``."""
+        return [
+            each
+            for each in self.part21.named(*TARGETS)
+            if re.fullmatch(rf"{re.escape(letter)}\d+", _identification_of_target(each))
+            and not any("DATUM" in own.names for own in
+                        (*self.above[each.number], *self.below[each.number]))
+        ]  # fmt: skip
+
     def target(self, instance: Instance) -> DatumTarget:
         values = instance.values("SHAPE_ASPECT", "DATUM_TARGET", "PLACED_DATUM_TARGET_FEATURE")
         place = self.place(TextReference(instance.number))
@@ -219,23 +248,28 @@ class _Reading:
             if "DATUM" not in each.names:
                 more = self.place(TextReference(each.number))
                 place = Place((*place.faces, *more.faces), (*place.others, *more.others))
-        sizes, at = self.parameters(instance)
+        sizes, at, axes = self.parameters(instance)
+        ends = () if at is not None or len(place.others) != 1 else self.bound.ends(place.others[0])
+        if len(ends) == 1:
+            (at,), ends = ends, ()
         self.used.add(instance.number)
+        form = str(values[1] or "").strip().lower()
         return DatumTarget(
-            instance.number, str(values[4]), str(values[1] or ""), place, tuple(sizes), at
+            instance.number, str(values[4]), form, place, tuple(sizes), at, axes, ends
         )
 
     def parameters(
         self, target: Instance
-    ) -> tuple[list[StatedMeasure], tuple[float, float, float] | None]:
-        """The sizes of a target and its place: of the representations of its properties."""
+    ) -> tuple[list[StatedMeasure], Triple | None, tuple[Triple, ...]]:
+        """The sizes of a target, its place and axes: of the representations of its properties."""
         own = {
             each.number
             for each in self.part21.named("PROPERTY_DEFINITION")
             if target.number in numbers_in(each.values("PROPERTY_DEFINITION")[2:3])
         }
         sizes: list[StatedMeasure] = []
-        at = None
+        at: Triple | None = None
+        axes: tuple[Triple, ...] = ()
         for each in self.part21.named("PROPERTY_DEFINITION_REPRESENTATION",
                                       "SHAPE_DEFINITION_REPRESENTATION"):  # fmt: skip
             definition, representation = each.values("PROPERTY_DEFINITION_REPRESENTATION")[:2]
@@ -244,13 +278,10 @@ class _Reading:
             for item in self.part21[representation].values("REPRESENTATION")[1]:
                 instance = self.part21[item]
                 if instance.names == {"AXIS2_PLACEMENT_3D"}:
-                    point = self.part21[instance.values()[1]].values()[1]
-                    factor = length_factor(self.part21)
-                    x, y, z = (round(factor * value, 9) for value in point)
-                    at = (x, y, z)
+                    at, axes = placed_axes(self.part21, instance)
                 elif (measure := measure_of(self.part21, instance)) is not None:
                     sizes.append(measure)
-        return sizes, at
+        return sizes, at, axes
 
     def datum_references(self, systems: Any) -> tuple[tuple[DatumReference, ...], list[str]]:
         """The compartments of a datum system, and further systems in words.
@@ -368,7 +399,7 @@ class _Reading:
 
     def values_of(self, dimension: Instance) -> tuple[list[StatedMeasure], list[str]]:
         """The measures of a dimension, and words about it."""
-        measures, notes = [], []
+        measures, notes, ranges = [], [], [False]
         for each in self.part21.named("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
             own, representation = each.values()[:2]
             if own.number != dimension.number:
@@ -381,8 +412,9 @@ class _Reading:
                 if "DESCRIPTIVE_REPRESENTATION_ITEM" in item.names:
                     notes.append(str(item.values(
                         "REPRESENTATION_ITEM", "DESCRIPTIVE_REPRESENTATION_ITEM")[1]))  # fmt: skip
-                elif "COMPOUND_REPRESENTATION_ITEM" in item.names:
+                elif item.names & {"COMPOUND_REPRESENTATION_ITEM", "VALUE_RANGE"}:
                     waiting += [TextReference(number) for number in item.references]
+                    ranges += ["VALUE_RANGE" in item.names]
                 elif (measure := measure_in_context(self.part21, item, context)) is not None:
                     ends = self.qualifiers(item)
                     end = next((one for one in ends if one in ("maximum", "minimum")), "")
@@ -390,6 +422,9 @@ class _Reading:
                     notes += ends
                 else:
                     notes.append(f"#{item.number} {_short(item.text)}")
+        if any(ranges) and len(measures) == 2 and not any(each.name.strip() for each in measures):
+            low, high = sorted(measures, key=lambda each: each.value)  # a range without names
+            measures = [low._replace(name=_LOWER[0]), high._replace(name=_UPPER[0])]
         return measures, notes
 
     def qualifiers(self, item: Instance) -> list[str]:
@@ -512,6 +547,11 @@ _KNOWN = {"GEOMETRIC_TOLERANCE", "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE"}
 
 def _identification(datum: Instance) -> str:
     return str(datum.values("SHAPE_ASPECT", "DATUM", "COMMON_DATUM")[4]).strip()
+
+
+def _identification_of_target(target: Instance) -> str:
+    values = target.values("SHAPE_ASPECT", "DATUM_TARGET", "PLACED_DATUM_TARGET_FEATURE")
+    return str(values[4]) if len(values) > 4 else ""
 
 
 def _named(measures: Iterable[StatedMeasure], *names: str) -> StatedMeasure | None:

@@ -142,6 +142,9 @@ def features_text(
             "# Not measured by this file; what is a tolerance has a line at its end, and in the "
             "answer:\n" + "".join(_comment(each) for each in left)
         )
+    if pmi.texts:
+        texts = "".join(f"#   {_one_line(each)}\n" for each in pmi.texts)
+        blocks.append("# In words, which nothing here decides:\n" + texts)
     if pmi.unread:
         texts = "".join(
             f"#   {_one_line(f'#{each.number} = {each.text}')}\n" for each in pmi.unread
@@ -197,6 +200,8 @@ def _feature_text(own: FeatureInWork, numbers: dict[int, int]) -> str:
     lines.append(f"faces = {list(drawn.faces)}" if drawn.faces else by_label)
     if drawn.targets:
         lines.append(f"targets_mm = [{', '.join(map(_vector, drawn.targets))}]")
+    if drawn.target_lines:
+        lines.append(f"target_lines_mm = [{', '.join(map(_vector, drawn.target_lines))}]")
     lines += [] if drawn.association is None else [f"association = {_text(drawn.association)}"]
     lines += [] if drawn.at is None else [f"at_mm = {_vector(drawn.at)}"]
     lines += [] if drawn.axis is None else [f"axis = {_vector(drawn.axis)}"]

@@ -32,7 +32,7 @@ from pretravel.app import (
     warning,
 )
 from pretravel.base import MICROMETRE
-from pretravel.drawing.screen.tolerance_table import rows_in, tolerance_table
+from pretravel.drawing.screen.tolerance_table import in_one_line, rows_in, tolerance_table
 from pretravel.drawing.screen.work import (
     FEATURE_FORM,
     FEATURES,
@@ -199,7 +199,7 @@ def _line(line: ToleranceLine) -> None:
         for heading, words in (
             ("value", line.value_text), ("U", line.u_text), ("k", line.k_text),
         ):  # fmt: skip
-            text("td", words, "number").props(f'data-label="{heading}"')
+            text("td", in_one_line(words), "number").props(f'data-label="{heading}"')
         cell = ui.element("td").classes("row-verdict")
         with cell, ui.element("span").classes(f"row-judgement {line.level}"):
             sign_and_word(Judgement(line.level, line.words), "span")

@@ -121,7 +121,8 @@ class ToleranceRow:
 
 
 _OF_FRAME = ("offset", "between", "instead_of", "remark", "tangent")
-_STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association", "targets")
+_STATED = ("kind", "select", "association", "axis", "at", "nominal", "form_association", "targets",
+           "target_lines")  # fmt: skip
 
 
 def rows_of(drawing: Drawing) -> list[ToleranceRow]:

@@ -25,6 +25,16 @@ _HEADINGS = ("feature", "characteristic", "limits", "datums", "value", "U", "k",
 _WORDS = {"": "datum alone", "size": "size (diameter, width)", "form": "form (flatness, …)"}
 
 
+def in_one_line(number: str) -> str:
+    r"""A number that keeps its unit in its line: words before it may stand above.
+
+    >>> in_one_line("at most 0.002 mm")
+    'at most 0.002\xa0mm'
+    """
+    words, _, unit = number.rpartition(" ")
+    return f"{words}\xa0{unit}" if words else number
+
+
 def rows_in(state: ScreenState) -> list[ToleranceRow]:
     """The rows that the project has."""
     return restored(str(state.settings.get(TOLERANCES) or ""))
@@ -169,7 +179,7 @@ class _Line:
         """Show the newest result."""
         words = ("", "", "") if line is None else (line.value_text, line.u_text, line.k_text)
         for cell, content in zip(self._numbers, words, strict=True):
-            cell.text = content
+            cell.text = in_one_line(content)
         rebuild(self._verdict, lambda: self._judge(line))
 
     @staticmethod

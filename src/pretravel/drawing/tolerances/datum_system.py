@@ -14,7 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import ConvergenceError, FloatArray, Placement, PretravelError, frozen
-from pretravel.drawing.features.measured_feature import MeasuredFeature
+from pretravel.drawing.alignment.alignment_fit import touching
+from pretravel.drawing.features.extreme_association import TANGENT
+from pretravel.drawing.features.measured_feature import BARE_SURFACE, MeasuredFeature
 from pretravel.measurement import Association
 from pretravel.uncertainty import across
 
@@ -32,9 +34,11 @@ class DatumFeature:
     ----------
     feature : MeasuredFeature
     point : (3,) float
-        Nominal: a point of the plane or axis, or the centre. [mm]
+        Nominal: a point of the plane or axis, or the centre; of a surface the place beneath each
+        touch, (n, 3). [mm]
     direction : (3,) float or None
-        Nominal: outward normal of a plane, axis. None for a sphere.
+        Nominal: outward normal of a plane, axis. None for a sphere. Of a surface the outward
+        normal at each touch, (n, 3).
     """
 
     feature: MeasuredFeature
@@ -45,6 +49,8 @@ class DatumFeature:
     def as_measured(cls, feature: MeasuredFeature) -> DatumFeature:
         """A datum whose nominal place is where it is."""
         found = feature.association
+        if feature.kind == BARE_SURFACE:
+            raise PretravelError(f"datum {feature.label} is touched places, no axis and no plane")
         return cls(feature, found.point, found.direction)
 
 
@@ -120,7 +126,8 @@ def datum_system(datums: Datums) -> DatumSystem:
     ----------
     ISO 5459: the order of datums. The first is associated as it was measured: by least squares, or
     as the drawing's file states. A later one has the orientation that those before it leave, and
-    the place in which the squares of its points' distances are least.
+    the place in which the squares of its points' distances are least. A datum of touched places
+    (by targets) that is tangent rests on them from outside the material.
 
     >>> datum_system(()).free.shape
     (6, 6)
@@ -150,7 +157,7 @@ def _refuse_no_datum(datum: DatumFeature) -> None:
     kind, found = datum.feature.kind, datum.feature.association
     if kind == "line":
         raise PretravelError("a line is no datum here; measure a plane, a slot or an axis")
-    if datum.direction is not None and found.direction is not None:
+    if kind != BARE_SURFACE and datum.direction is not None and found.direction is not None:
         cosine = abs(float(datum.direction @ found.direction))
         if cosine < math.cos(0.5):
             raise PretravelError(
@@ -181,7 +188,7 @@ def _staged(
     middle = np.zeros(3)
     places = [each.point for group in datums for each in group]
     if places:
-        middle = placement.points(np.array(places)).mean(axis=0)
+        middle = placement.points(np.vstack(places)).mean(axis=0)
     to_origin = np.eye(6)
     # A turn w about the middle shifts the origin by -w x middle.
     to_origin[:3, 3:] = np.cross(np.eye(3), middle)
@@ -195,10 +202,15 @@ def _staged(
         _, size, v = np.linalg.svd(matrix @ left, full_matrices=True)
         rank = int(np.sum(size > _DETERMINED))
         taken = left @ v[:rank].T
-        weight = block_diag(*(_weight(each, one[2]) for each, one in
-                              zip(group, wanted, strict=True)))  # fmt: skip
-        inverse = taken @ np.linalg.pinv(weight @ matrix @ taken) @ weight
-        motion = motion + inverse @ (off - matrix @ motion)
+        if rank < len(off) and all(_rests(each) for each in group):
+            away, face = off - matrix @ motion, np.zeros(len(off), dtype=np.int64)
+            amounts, by_distance = touching(away, -matrix @ taken, face, sizes_are_free=False)
+            motion, inverse = motion + taken @ amounts, taken @ by_distance
+        else:
+            weight = block_diag(*(_weight(each, one[2]) for each, one in
+                                  zip(group, wanted, strict=True)))  # fmt: skip
+            inverse = taken @ np.linalg.pinv(weight @ matrix @ taken) @ weight
+            motion = motion + inverse @ (off - matrix @ motion)
         rows = [row - inverse @ (matrix @ row) for row in rows]
         start = 0
         for _, own, change in wanted:
@@ -214,6 +226,11 @@ def _staged(
         [from_origin(row) for row in rows],
         from_origin(left),
     )
+
+
+def _rests(datum: DatumFeature) -> bool:
+    """Whether it is touched places from outside the material."""
+    return datum.feature.kind == BARE_SURFACE and datum.feature.association.criterion == TANGENT
 
 
 def _weight(datum: DatumFeature, change: FloatArray) -> FloatArray:
@@ -236,6 +253,14 @@ def _equations(
     Directions are multiplied by the lever, so that all are in mm.
     """
     found: Association = datum.feature.association
+    if datum.feature.kind == BARE_SURFACE:
+        assert datum.direction is not None
+        places, normals = placement.points(datum.point), placement.vectors(datum.direction)
+        return (
+            moved_by_frame(places - middle, normals),
+            np.sum(normals * (found.points - places), axis=1),
+            np.diag(np.sum(normals * found.outward, axis=1)),
+        )
     matrix, off, change = [], [], []
     here = placement.points(datum.point[None])[0]
     if found.direction is not None and found.direction_rows is not None:

@@ -57,6 +57,8 @@ class DrawnFeature:
     targets : tuple of (4,) float
         Of a datum: place (x, y, z) of each target and diameter of its area, 0 of a point. Only the
         touches there are those of the datum (ISO 5459). [mm]
+    target_lines : tuple of (6,) float
+        The same of lines: both ends of each. [mm]
     """
 
     kind: str = ""
@@ -73,6 +75,7 @@ class DrawnFeature:
     form_association: str | None = None
     faces: tuple[int, ...] = ()
     targets: tuple[tuple[float, float, float, float], ...] = ()
+    target_lines: tuple[tuple[float, float, float, float, float, float], ...] = ()
 
     @property
     def name(self) -> str:
@@ -259,6 +262,7 @@ _STRUCTURE.table(
     position_tolerance="position_tolerance_mm",
     form_tolerance="form_tolerance_mm",
     targets="targets_mm",
+    target_lines="target_lines_mm",
 )
 _STRUCTURE.table(GeometricTolerance, zone="tolerance_mm", offset="offset_mm", between="between_mm")
 _STRUCTURE.table(DrawnPattern, position_tolerance="position_tolerance_mm", between="between_mm")

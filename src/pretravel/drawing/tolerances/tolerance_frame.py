@@ -8,15 +8,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pretravel.base import COORDINATE, DISTANCE, FloatArray, Placement, PretravelError, checked
+from pretravel.base import (
+    COORDINATE,
+    DISTANCE,
+    FloatArray,
+    IntArray,
+    Placement,
+    PretravelError,
+    checked,
+)
 from pretravel.drawing.features.conformity import Conformity, ConformityVerdict
-from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
+from pretravel.drawing.features.form_of_part import NO_FORM
+from pretravel.drawing.features.measured_feature import BARE_SURFACE, MeasuredFeature, Quantity
 from pretravel.drawing.tolerances.datum_system import (
     DatumFeature,
     DatumSystem,
     datum_system,
 )
-from pretravel.surface import Part
+from pretravel.surface import Part, feet_on_faces
 
 POSITION, PROFILE = "position", "profile"
 COAXIALITY, CONCENTRICITY, SYMMETRY = "coaxiality", "concentricity", "symmetry"
@@ -261,7 +270,9 @@ def frame_of(
     if tolerance.kind in FORM_KINDS:
         return _frame_of_form(placed, tolerance)
     if tolerance.kind in ORIENTATION and len(groups) == 1 and len(groups[0].features) == 1:
-        return _frame_of_direction(placed, tolerance, groups[0].features[0])
+        (datum,) = groups[0].features
+        if datum.feature.kind != BARE_SURFACE:
+            return _frame_of_direction(placed, tolerance, datum)
     system = datum_system([[_nominal(one) for one in group.features] for group in groups])
     place = system.placement
     kind = tolerance.kind
@@ -280,7 +291,42 @@ def frame_of(
     return Frame(system, place.points(point[None])[0], turned)
 
 
+def own_faces(placed: PlacedFeature) -> IntArray | None:
+    """The faces of the points, as indices of the part's, where the points state them."""
+    numbers, part = placed.feature.points.face, placed.part
+    if numbers is None or part is None:
+        return None
+    index = {face.number: i for i, face in enumerate(part.faces)}
+    if any(int(number) not in index for number in numbers):
+        return None
+    return np.array([index[int(number)] for number in numbers])
+
+
+def _touched_places(placed: PlacedFeature) -> DatumFeature:
+    """A surface as a datum: each touch is a parameter, which moves along the normal beneath it."""
+    feature, points = placed.feature, placed.feature.points
+    if placed.part is not None:
+        local = feet_on_faces(placed.part, points.positions, own_faces(placed)).local
+        nominal, normals = local.point, local.normal
+    elif points.deviation is not None:
+        normals = points.normals
+        nominal = points.positions - points.deviation[:, None] * normals
+    else:
+        raise PretravelError(
+            f"datum {placed.label} is touched places: give the part with its faces, or points that "
+            "align has written"
+        )
+    count = len(points)
+    found = replace(feature.association, jacobian=-np.eye(count), point_rows=np.zeros((3, count)))
+    errors = replace(feature.errors, association=found)
+    if points.state_uncertainty:  # the touched places are the datum: their form is no error of it
+        errors = replace(errors, form=NO_FORM)
+    return DatumFeature(replace(feature, association=found, errors=errors), nominal, normals)
+
+
 def _nominal(placed: PlacedFeature) -> DatumFeature:
+    if placed.feature.kind == BARE_SURFACE:
+        return _touched_places(placed)
     found = placed.feature.association
     direction = placed.direction
     if direction is None and found.direction_rows is not None:

@@ -47,6 +47,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     PlacedFeature,
     frame_of,
     independent_columns,
+    own_faces,
 )
 from pretravel.surface import feet_on_faces
 from pretravel.uncertainty import about_axis, across
@@ -181,7 +182,7 @@ def _distances(
         return value - value.mean(), normals, of_section
     if placed.part is not None and tolerance.kind == PROFILE:
         place = frame.system.placement
-        feet = feet_on_faces(placed.part, place.inverse.points(points), _own_faces(placed))
+        feet = feet_on_faces(placed.part, place.inverse.points(points), own_faces(placed))
         return feet.distance, place.vectors(feet.local.normal), None
     if kind in ("plane", "line"):
         assert direction is not None
@@ -201,17 +202,6 @@ def _distances(
         _, distance, outward = about_axis(points, frame.point, direction)
         return distance - nominal, outward, None
     raise PretravelError(f"the profile of a {kind} needs the part, with whose faces it is compared")
-
-
-def _own_faces(placed: PlacedFeature) -> IntArray | None:
-    """The faces of the points, as indices of the part's, where the points state them."""
-    numbers, part = placed.feature.points.face, placed.part
-    if numbers is None or part is None:
-        return None
-    index = {face.number: i for i, face in enumerate(part.faces)}
-    if any(int(number) not in index for number in numbers):
-        return None
-    return np.array([index[int(number)] for number in numbers])
 
 
 def _sections(placed: PlacedFeature, place: FloatArray, kind: str) -> IntArray:

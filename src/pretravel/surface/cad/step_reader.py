@@ -16,7 +16,7 @@ from pretravel.surface.cad.kernel_process import (
     kernel_message,
     run_kernel,
 )
-from pretravel.surface.cad.step_text import faces_in_text, with_names
+from pretravel.surface.cad.step_text import faces_in_text, with_names, without_pmi
 
 _logger = logging.getLogger("pretravel")
 
@@ -115,7 +115,7 @@ def _convert(path: Path, folder: Path) -> None:
     # The kernel recognizes a format by its ending, and only in lower case.
     copy = folder / "part.step"
     text, nameless = with_names(path.read_bytes())
-    copy.write_bytes(text)
+    copy.write_bytes(without_pmi(text))
     kernel = run_kernel(copy, folder)
     if kernel.returncode != 0:
         raise InputError(

@@ -51,6 +51,14 @@ _FACES = re.compile(
     rb"|(?P<face>=" + _SPACE + rb"(?:ADVANCED_FACE|FACE_SURFACE)" + _SPACE + rb"\()",
     re.DOTALL,
 )
+_WORDS_OF_PMI = (b"DATUM", b"_TOLERANCE", b"DIMENSIONAL_SIZE", b"DIMENSIONAL_LOCATION",
+                 b"ANGULAR_SIZE", b"ANGULAR_LOCATION")  # fmt: skip
+_PMI = re.compile(
+    rb"'[^']*(?:'|\Z)|/\*.*?(?:\*/|\Z)"
+    rb"|(?P<pmi>\b[A-Z_]*(?:DATUM|_TOLERANCE|DIMENSIONAL_SIZE|DIMENSIONAL_LOCATION|ANGULAR_SIZE"
+    rb"|ANGULAR_LOCATION)[A-Z_]*(?=" + _SPACE + rb"\())",
+    re.DOTALL,
+)
 _ASIDE = re.compile(rb"'[^']*(?:'|\Z)|/\*.*?(?:\*/|\Z)", re.DOTALL)
 """Strings and comments."""
 
@@ -89,6 +97,32 @@ def with_names(text: bytes) -> tuple[bytes, int]:
         return token.group()[:-1] + b"''"
 
     return _TOKENS.sub(mended, text[:end]) + text[end:], count
+
+
+def without_pmi(text: bytes) -> bytes:
+    """The text of a STEP file in which datums, dimensions and tolerances have unknown names.
+
+    Parameters
+    ----------
+    text : bytes
+
+    Returns
+    -------
+    bytes
+        For the CAD kernel, which reads the geometry: its reader of PMI stops at what it does not
+        expect, such as a datum target ``A1`` (it wants a number), and the whole file with it.
+
+    >>> without_pmi(b"#1=DATUM_TARGET('DATUM(','',#4,.F.,'A1');")
+    b"#1=UNREAD_DATUM_TARGET('DATUM(','',#4,.F.,'A1');"
+    """
+    if not any(word in text for word in _WORDS_OF_PMI):
+        return text
+    end = _begin_of_open_comment(text)
+
+    def renamed(token: re.Match[bytes]) -> bytes:
+        return token.group() if token.group("pmi") is None else b"UNREAD_" + token.group()
+
+    return _PMI.sub(renamed, text[:end]) + text[end:]
 
 
 def faces_in_text(text: bytes) -> int:

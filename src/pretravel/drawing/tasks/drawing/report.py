@@ -23,6 +23,7 @@ def drawing_document(model: ModelDrawing) -> Document:
             f"{len(features)} of its features can carry a size",
             tables=(_skeleton_table(model),) if features else (),
             pictures=pictures,
+            warnings=_texts(model),
         )
     pmi, lines = model.pmi, model.lines
     left = [each for each in lines if each.left_out]
@@ -57,8 +58,16 @@ def drawing_document(model: ModelDrawing) -> Document:
         ),
         sections=sections if left else (),
         pictures=pictures,
-        warnings=tuple(f"not understood: #{each.number} = {each.text}" for each in pmi.unread),
+        warnings=(
+            *_texts(model),
+            *(f"not understood: #{each.number} = {each.text}" for each in pmi.unread),
+        ),
     )
+
+
+def _texts(model: ModelDrawing) -> tuple[str, ...]:
+    return tuple(f"the model says in words, which nothing here decides: {each}"
+                 for each in model.pmi.texts)  # fmt: skip
 
 
 def _evaluated(items: int, left_out: int) -> str:

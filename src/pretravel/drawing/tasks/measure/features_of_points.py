@@ -20,7 +20,8 @@ from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_fe
 from pretravel.measurement import Points, named_feature, normals_of_feature, points_at
 
 _AT_POINT = 1.0
-"""Of a target that is a point: a touch that is farther away is another place. [mm]"""
+"""Of a target that is a point or a line: a touch farther away is another place. [mm]"""
+_FEWEST_ON_LINE = 2
 _SMALLEST_TIP = 0.5
 """A diameter of surface points is closer to its nominal. [mm]"""
 
@@ -89,12 +90,12 @@ def inspected(label: str, points: Points, task: StatedSettings) -> InspectedFeat
 
 
 def points_at_targets(points: Points, row: DrawnFeature) -> Points:
-    """The touches of a datum at its targets: in the areas, and the one nearest to each point.
+    """The touches of a datum at its targets: in areas, along lines, the one nearest to each point.
 
     Raises
     ------
     PretravelError
-        A target without a touch.
+        A target without a touch, a line with one alone.
     """
     chosen: set[int] = set()
     for number, (x, y, z, diameter) in enumerate(row.targets, start=1):
@@ -105,6 +106,18 @@ def points_at_targets(points: Points, row: DrawnFeature) -> Points:
             raise PretravelError(
                 f"no touch is at its target {number}, within {within:g} mm of x {x:g}, y {y:g}, "
                 f"z {z:g}: the nearest is {float(away.min()):.3g} mm away"
+            )
+        chosen |= set(map(int, here))
+    for number, (x, y, z, *end) in enumerate(row.target_lines, start=1):
+        along = np.array(end) - [x, y, z]
+        share = np.clip((points.positions - [x, y, z]) @ along / max(along @ along, 1e-12), 0, 1)
+        away = np.linalg.norm(points.positions - [x, y, z] - share[:, None] * along, axis=1)
+        here = np.flatnonzero(away <= _AT_POINT)
+        if len(here) < _FEWEST_ON_LINE:
+            raise PretravelError(
+                f"{len(here)} touches are on its target line {number}, within {_AT_POINT:g} mm, "
+                f"from x {x:g}, y {y:g}, z {z:g}: a line needs two, the nearest touch is "
+                f"{float(away.min()):.3g} mm away"
             )
         chosen |= set(map(int, here))
     return points_at(points, sorted(chosen))

@@ -66,6 +66,7 @@ def features_view(features: Sequence[InspectedFeature], title: str = "") -> View
 _ELEVATION, _AZIMUTH = 35.0, -55.0
 _POLE = 0.12  # height of a flag, of the size of the part
 _SIDEWAYS = 0.2  # largest mean of the normals of a feature that is seen from all sides
+_ROUND = ("circle", "bore", "boss", "cylinder", "cone", "torus")
 _NEAREST = 3
 """Touches of a face that give the colour of a place on it."""
 
@@ -148,12 +149,11 @@ def _flags(
     found: dict[Colour, list[tuple[FloatArray, FloatArray, str]]] = {}
     for each in features:
         feature = each.feature
-        normal = feature.association.outward.mean(axis=0)
-        if np.linalg.norm(normal) > _SIDEWAYS and normal @ eye < 0.0:
-            continue
         own = [line for line in lines if feature.label in line.feature.split(", ")]
-        foot = feature.points.positions.mean(axis=0)
-        direction = np.array([0.0, 0.0, 1.0]) if np.linalg.norm(normal) <= _SIDEWAYS else normal
+        direction = _towards(feature, eye)
+        if direction @ eye < 0.0 and not (own and own[0].level in _ALWAYS):
+            continue
+        foot = _foot(part, feature, direction)
         tip = foot + _POLE * part.size * direction
         sign = f"{VERDICT_SIGNS[own[0].level]} " if own else ""
         colour: Colour = _FLAGS[own[0].level] if own else "ink"
@@ -168,8 +168,34 @@ def _flags(
     return marks
 
 
+def _towards(feature: MeasuredFeature, eye: FloatArray) -> FloatArray:
+    """Where the flag of a feature goes: out of a face, along the axis of what is round."""
+    axis, normals = feature.association.direction, feature.points.normals
+    if feature.kind in _ROUND and axis is not None:
+        return axis if axis @ eye > 0.0 else -axis
+    mean = normals.mean(axis=0)
+    size = float(np.linalg.norm(mean))
+    return np.array([0.0, 0.0, 1.0]) if size <= _SIDEWAYS else mean / size
+
+
+def _foot(part: Part, feature: MeasuredFeature, direction: FloatArray) -> FloatArray:
+    """In the middle of its touches; of what is round at the end of its faces that is seen."""
+    middle = feature.points.positions.mean(axis=0)
+    own = feature.points.face
+    if feature.kind not in _ROUND or own is None:
+        return np.asarray(middle)
+    shown = [
+        face_triangles(face, faces=len(part.faces)).points
+        for face in part.faces if face.number in own
+    ]  # fmt: skip
+    above = max((float(((points - middle) @ direction).max()) for points in shown), default=0.0)
+    return np.asarray(middle + above * direction)
+
+
 _MOST_FLAGS = 8
 """Flags that have room on a part; of more, those that conform have none."""
+_ALWAYS = ("bad", "caution")
+"""What fails has its flag on faces that are not seen, too."""
 _FLAGS: Mapping[str, Colour] = {"bad": "limit", "caution": "series2", "good": "ink"}
 
 

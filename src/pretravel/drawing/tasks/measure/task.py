@@ -539,7 +539,7 @@ class Measure(LaboratoryReport):
                 drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
                 continue
             try:
-                if row.targets:
+                if row.targets or row.target_lines:
                     mine = points_at_targets(mine, row)
                 kept, far = without_missed(mine, kinds_of(row.name, task), task.axis)
                 drawn.found[row.name] = inspected(row.name, kept, task)
@@ -676,6 +676,8 @@ class MeasuredFeatures(Result):
         )
         pictures = (*self._part_picture(), *report.pictures)
         report = replace(report, pictures=pictures)
+        if task.drawing is not None and self.part is not None:
+            report = replace(report, title=f"{self.part.name}: tolerances, from {task.points.name}")
         report = replace(report, tables=(*report.tables, *self._by_trials()))
         return with_laboratory(report, statements)
 

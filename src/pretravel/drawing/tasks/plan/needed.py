@@ -157,7 +157,7 @@ def needed_touches(
         part_of_u = _PARTS.get(row.kind, _PART)
         few = _FEWEST.get(row.kind, _FEWEST["cylinder"])
         wanted = few if math.isnan(width) else _count(width, part_of_u * u_touch, few)
-        if row.targets:
+        if row.targets or row.target_lines:
             seen, hidden = _at_targets(row, part, stylus)
             wanted = few = (0 if seen is None else len(seen)) + hidden
         else:
@@ -342,20 +342,25 @@ def _count(width: float, u: float, few: int) -> int:
 
 _OF_AREA = 0.7
 """Of the radius of a target's area: a touch there is within it, whatever the placement."""
+_ON_LINE = (0.05, 0.5, 0.95)
 
 
 def _at_targets(
     row: DrawnFeature, part: Part, stylus: ReachingStylus | ProbeOfMachine
 ) -> tuple[InspectionPlan | None, int]:
-    """A touch in the middle of each target of a datum, as `_touches_of`.
+    """A touch in the middle of each target of a datum, three along a line, as `_touches_of`.
 
     Of fewer than three targets, areas have three each, which determine the plane.
     """
     faces = [k for k, face in enumerate(part.faces) if face.number in row.faces]
-    places = np.array(row.targets)[:, :3]
-    if len(places) < 3:
-        normal = feet_on_faces(part, places[:1], np.array(faces[:1])).local.normal[0]
-        places = np.vstack([_within_area(target, normal) for target in row.targets])
+    lines = np.array(row.target_lines).reshape(-1, 2, 3)
+    places = np.array(row.targets).reshape(-1, 4)[:, :3]
+    if len(places) + len(lines) < 3:
+        normal = feet_on_faces(part, places[:1], np.array(faces[:1])).local.normal
+        of_areas = [_within_area(target, normal[0]) for target in row.targets]
+        places = np.vstack([np.zeros((0, 3)), *of_areas])
+    on_lines = [one[0] + share * (one[1] - one[0]) for one in lines for share in _ON_LINE]
+    places = np.vstack([places, *on_lines])
     each = [feet_on_faces(part, places, np.full(len(places), k)) for k in faces]
     nearest = np.argmin([np.abs(feet.distance) + 1e9 * ~feet.inside for feet in each], axis=0)
     chosen = [(each[k], target) for target, k in enumerate(nearest.tolist())]
