@@ -1,7 +1,7 @@
 // What a picture needs in a place of some pixels: its words in lines that the place has room for, margins for these
 // lines, and in space a camera whose picture fills the place.
 "use strict";
-const fitted = (figure, width, height) => {
+const fitted = (figure, width, height, turned) => {
   const LETTER = 0.56; // mean width of a letter, in heights
   const LINE = 1.3;
   const BAR = 84; // a bar of colours with its numbers and its title
@@ -103,12 +103,14 @@ const fitted = (figure, width, height) => {
   for (const bar of bars) Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
   for (const bar of bars) withTitle(bar, height - margin.t - margin.b - 24, 13);
   const camera = layout.scene?.camera;
+  let whole;
   if (camera) {
     const place = [width - margin.l - right - beside, height - margin.t - margin.b];
-    layout.scene.camera = seen(layout.scene, camera, ...place);
+    whole = seen(layout.scene, camera, ...place);
+    layout.scene.camera = turned ? fitted.turnedAs(whole, turned) : whole;
     layout.scene.annotations = fitted.notes(layout.scene, layout.scene.camera, ...place, data);
   }
-  return { ...figure, layout };
+  return { ...figure, layout, whole };
 
   // The margin that numbers beside bars need: those of the longest bars go beyond the axis.
   function besideBars(xaxis, yaxis) {
@@ -271,4 +273,49 @@ fitted.notes = (scene, camera, width, height, data) => {
     taken.push([one.across + ax, one.down + ay, one.half]);
   }
   return notes.map(({ note }) => note);
+};
+
+// Draws a figure in its place. What the reader has turned stays turned: Plotly keeps it in the layout of the first
+// drawing, which it does not look at again.
+fitted.drawn = (place, plotly, figure, config) => {
+  const { data, layout, whole } = fitted(figure, place.clientWidth, place.clientHeight, place.turned);
+  place.whole = whole;
+  return plotly.react(place, data, layout, config);
+};
+
+// The camera as the reader has turned it, as near as the one that shows the whole scene in a place of another size.
+fitted.turnedAs = (whole, { camera, whole: before }) => {
+  const far = ({ eye, center }) => Math.hypot(...["x", "y", "z"].map((axis) => eye[axis] - center[axis]));
+  const scale = before ? far(whole) / far(before) : 1;
+  const eye = Object.fromEntries(["x", "y", "z"].map((axis) =>
+    [axis, camera.center[axis] + scale * (camera.eye[axis] - camera.center[axis])]));
+  return { ...camera, eye };
+};
+
+// While a scene turns, its words would pass over each other: they are gone until it rests, and then stand apart.
+fitted.turnable = (place, plotly) => {
+  let turning = null;
+  const rest = () => {
+    const { camera, domain: { x } } = place._fullLayout.scene;
+    turning = null;
+    place.classList.remove("turning");
+    place.turned = structuredClone({ camera, whole: place.whole });
+    const { scene } = place.layout;
+    scene.camera = place.turned.camera;
+    if (!scene.annotations?.length) return;
+    const { _size } = place._fullLayout;
+    const notes = fitted.notes(scene, scene.camera, _size.w * (x[1] - x[0]), _size.h, place.data);
+    plotly.relayout(place, { "scene.annotations": notes });
+  };
+  // Released beside the picture there is no plotly_relayout.
+  const released = () => setTimeout(() => turning && plotly.relayout(place, { "scene.camera": turning }), 50);
+  place.on("plotly_relayouting", (event) => {
+    if (!event?.["scene.camera"]) return;
+    if (!turning) for (const end of ["mouseup", "touchend"]) window.addEventListener(end, released, { once: true });
+    turning = event["scene.camera"];
+    place.classList.add("turning");
+  });
+  place.on("plotly_relayout", (event) => {
+    if (Object.keys(event ?? {}).some((key) => key.startsWith("scene.camera"))) rest();
+  });
 };
