@@ -63,12 +63,25 @@ def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
     for size in WIDTHS:
         seen_at(filled, size)
         assert cut_or_covered(filled) == [], size
+        for low, high, numbers, title in filled.evaluate(_AXES_IN_SPACE):
+            inner = 0.05 * (high - low)  # those of two edges would meet at a corner
+            assert numbers, size
+            assert low + inner < min(numbers), size
+            assert max(numbers) < high - inner, size
+            assert size[0] > 390 or " / " not in title  # its unit stands above
         plots = [one.bounding_box() for one in filled.locator(".screen-picture .plot").all()]
         if size[0] >= 1200 and len(plots) > 1:
             assert plots[0]["y"] == pytest.approx(plots[1]["y"], abs=1.0)
             assert plots[1]["x"] > plots[0]["x"]
         elif size[0] < 1000:
             assert {round(plot["x"]) for plot in plots} == {round(plots[0]["x"])}
+
+
+_AXES_IN_SPACE = """() => [...document.querySelectorAll('.js-plotly-plot')]
+  .filter((plot) => plot.layout?.scene)
+  .flatMap(({ layout: { scene } }) => ['x', 'y', 'z'].map((name) => scene[`${name}axis`]))
+  .filter((axis) => axis.visible !== false)
+  .map((axis) => [...axis.range, axis.tickvals, axis.title.text])"""
 
 
 @pytest.mark.parametrize("words", ["predict omp40-2", "slide omp40-2 plane:polar=40 0.5,0.5"])

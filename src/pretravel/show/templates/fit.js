@@ -37,12 +37,16 @@ const fitted = (figure, width, height, turned) => {
 
   // Beside a bar with its title a scene in a narrow place would be small: the title stands above.
   const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
-  const slim = layout.scene && bars.length === 1 && width < 460;
+  const narrow = layout.scene && width < 460;
+  const slim = narrow && bars.length === 1;
   // A frame or a note stands beside the title where there is room.
   const [heading, ...more] = layout.title.text.split("<br>");
-  if (slim) {
-    more.push(`<span style='font-size:12px'>Colours: ${bars[0].title.text}</span>`);
-    Object.assign(bars[0], { title: { text: "" }, thickness: 10, tickfont: { size: 11 } });
+  const notes = slim ? [`colours: ${bars[0].title.text}`] : [];
+  if (slim) Object.assign(bars[0], { title: { text: "" }, thickness: 10, tickfont: { size: 11 } });
+  if (layout.scene) inSmall(layout.scene);
+  if (notes.length) {
+    const said = notes.join(", ");
+    more.push(`<span style='font-size:12px'>${said[0].toUpperCase()}${said.slice(1)}</span>`);
   }
   const joined = more.reduce((text, line) => {
     const last = text.slice(text.lastIndexOf("<br>") + 1);
@@ -90,6 +94,11 @@ const fitted = (figure, width, height, turned) => {
     // Numbers that would be turned for want of room: every second one is enough.
     while (xaxis?.tickvals?.length > 3 && !xaxis.ticktext && xaxis.tickvals.length * 32 > wide)
       xaxis.tickvals = xaxis.tickvals.filter((_, n) => n % 2 === 0);
+    // Numbers are never turned: there are as many as there is room for.
+    if (xaxis && !xaxis.tickvals && !xaxis.ticktext && xaxis.type !== "log") {
+      const names = yaxis?.ticktext ? Math.min(0.4 * width, Math.max(...yaxis.ticktext.map(long)) * LETTER * 13) : 0;
+      Object.assign(xaxis, { tickangle: 0, nticks: Math.max(3, Math.floor((wide - names) / 52)) });
+    }
     const more = xaxis?.ticktext ? 12 * LINE * (linesBelow(xaxis, wide) - 1) : 0;
     const below = xaxis?.visible === false ? 0 : 26 + more + 13 * LINE * withTitle(xaxis, wide);
     margin = { ...margin, r: right, b: below + 12 + legend + (layout.sliders ? 64 : 0) };
@@ -108,9 +117,46 @@ const fitted = (figure, width, height, turned) => {
     const place = [width - margin.l - right - beside, height - margin.t - margin.b];
     whole = seen(layout.scene, camera, ...place);
     layout.scene.camera = turned ? fitted.turnedAs(whole, turned) : whole;
+    numbered(layout.scene, whole, place[1]);
     layout.scene.annotations = fitted.notes(layout.scene, layout.scene.camera, ...place, data);
   }
   return { ...figure, layout, whole };
+
+  // Numbers of the axes of a scene: as many as their edges have room for as they are seen, and none at the corners, where
+  // those of two edges meet.
+  function numbered(scene, { eye, center }, high) {
+    const axes = ["x", "y", "z"], sight = axes.map((axis) => eye[axis] - center[axis]);
+    const far = Math.hypot(...sight);
+    axes.forEach((name, n) => {
+      const axis = scene[`${name}axis`];
+      if (!axis?.range || axis.visible === false) return;
+      const [low, top] = axis.range, long = top - low;
+      const across = Math.sqrt(Math.max(0, 1 - (sight[n] / far) ** 2)); // the share that is seen from aside
+      const pixels = (scene.aspectratio[name] * across * high) / 2 / Math.tan(Math.PI / 8) / far;
+      const least = long / Math.max(1, Math.min(6, pixels / 22)), ten = 10 ** Math.floor(Math.log10(least));
+      const step = ten * [1, 2, 5, 10].find((each) => each * ten >= least);
+      const inner = Math.min(0.25, 8 / pixels) * long;
+      const every = Array.from({ length: Math.floor(top / step) - Math.ceil(low / step) + 1 }, (_, k) => (Math.ceil(low / step) + k) * step);
+      const apart = every.filter((value) => value > low + inner && value < top - inner);
+      const middle = (low + top) / 2;
+      axis.tickvals = apart.length ? apart : every.sort((a, b) => Math.abs(a - middle) - Math.abs(b - middle)).slice(0, 1);
+      axis.ticktext = axis.tickvals.map((value) => `${+value.toPrecision(10)}`.replace("-", "−"));
+    });
+  }
+
+  // In a small picture points would cover each other and the body. In a narrow one the unit of the axes stands above.
+  function inSmall(scene) {
+    const share = Math.min(1, Math.max(0.5, Math.min(width, height) / 560));
+    for (const { type, marker } of data) if (type === "scatter3d" && marker?.size) marker.size *= share;
+    for (const name of ["xaxis", "yaxis", "zaxis"]) {
+      const axis = scene[name];
+      if (!axis || axis.visible === false) continue;
+      const [letter, unit] = (axis.title?.text ?? "").split(" / ");
+      if (!narrow || !unit) continue;
+      axis.title = { ...axis.title, text: letter };
+      if (name === "xaxis") notes.push(`axes in ${unit}`);
+    }
+  }
 
   // The margin that numbers beside bars need: those of the longest bars go beyond the axis.
   function besideBars(xaxis, yaxis) {
@@ -192,7 +238,7 @@ const fitted = (figure, width, height, turned) => {
   // Plotly's angle of view is 45° over the height.
   function seen(scene, camera, w, h) {
     const bare = scene.xaxis?.visible === false;
-    const [aside, above] = bare ? [beside ? 36 : 24, 18] : [Math.min(86, 0.25 * w), Math.min(34, 0.14 * h)];
+    const [aside, above] = bare ? [beside ? 36 : 24, 18] : [Math.min(86, (narrow ? 0.2 : 0.25) * w), Math.min(34, 0.14 * h)];
     const size = Math.hypot(...["x", "y", "z"].map((axis) => camera.eye[axis]));
     const [x, y, z] = ["x", "y", "z"].map((axis) => camera.eye[axis] / size);
     const flat = Math.hypot(x, y) || 1e-9;
