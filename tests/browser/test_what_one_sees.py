@@ -63,12 +63,25 @@ def test_pictures_stand_in_two_columns_with_whole_words(filled: Any) -> None:
     for size in WIDTHS:
         seen_at(filled, size)
         assert cut_or_covered(filled) == [], size
+        for low, high, numbers, title in filled.evaluate(_AXES_IN_SPACE):
+            inner = 0.05 * (high - low)  # those of two edges would meet at a corner
+            assert numbers, size
+            assert low + inner < min(numbers), size
+            assert max(numbers) < high - inner, size
+            assert size[0] > 390 or " / " not in title  # its unit stands above
         plots = [one.bounding_box() for one in filled.locator(".screen-picture .plot").all()]
         if size[0] >= 1200 and len(plots) > 1:
             assert plots[0]["y"] == pytest.approx(plots[1]["y"], abs=1.0)
             assert plots[1]["x"] > plots[0]["x"]
         elif size[0] < 1000:
             assert {round(plot["x"]) for plot in plots} == {round(plots[0]["x"])}
+
+
+_AXES_IN_SPACE = """() => [...document.querySelectorAll('.js-plotly-plot')]
+  .filter((plot) => plot.layout?.scene)
+  .flatMap(({ layout: { scene } }) => ['x', 'y', 'z'].map((name) => scene[`${name}axis`]))
+  .filter((axis) => axis.visible !== false)
+  .map((axis) => [...axis.range, axis.tickvals, axis.title.text])"""
 
 
 @pytest.mark.parametrize("words", ["predict omp40-2", "slide omp40-2 plane:polar=40 0.5,0.5"])
@@ -101,18 +114,42 @@ def test_words_in_a_scene_stand_apart_and_none_of_a_hidden_face(
     page.wait_for_selector(".screen-picture .main-svg")
     for size in WIDTHS:
         seen_at(page, size)
-        notes = page.evaluate(_NOTES_IN_SPACE)
-        shown = {note["text"] for note in notes}
+        shown = _words_apart(page)
         assert {"2", "6", "13", "16"} <= shown  # in front, at the side, on top
         assert not {"1", "5"} & shown  # behind and below
-        for row, one in enumerate(notes):
-            assert 0 < one["x"] < one["width"], (size, one)
-            assert 0 < one["y"] < one["height"], (size, one)
-            for other in notes[:row]:
-                wide = 3.5 * (len(one["text"]) + len(other["text"])) + 4
-                apart = abs(one["x"] - other["x"]) > wide or abs(one["y"] - other["y"]) > 16
-                assert apart, (size, one["text"], other["text"])
+    # Turned, released beside the picture, and then drawn again in another place.
+    page.evaluate(_HALF_A_TURN)
+    page.wait_for_selector(".js-plotly-plot.turning")
+    page.evaluate("dispatchEvent(new MouseEvent('mouseup'))")
+    page.wait_for_selector(".js-plotly-plot.turning", state="detached")
+    turned = _words_apart(page)
+    assert "1" in turned
+    assert "2" not in turned
+    seen_at(page, (900, 900))
+    turned = _words_apart(page)
+    assert "1" in turned
+    assert "2" not in turned
 
+
+def _words_apart(page: Any) -> set[str]:
+    """The words that are seen in the scene; fails where some cover others or are cut off."""
+    notes = page.evaluate(_NOTES_IN_SPACE)
+    for row, one in enumerate(notes):
+        assert 0 < one["x"] < one["width"], one
+        assert 0 < one["y"] < one["height"], one
+        for other in notes[:row]:
+            wide = 3.5 * (len(one["text"]) + len(other["text"])) + 4
+            apart = abs(one["x"] - other["x"]) > wide or abs(one["y"] - other["y"]) > 16
+            assert apart, (one["text"], other["text"])
+    return {note["text"] for note in notes}
+
+
+_HALF_A_TURN = """() => {
+  const plot = [...document.querySelectorAll('.js-plotly-plot')].find((one) => one.layout?.scene);
+  const camera = structuredClone(plot.layout.scene.camera), { eye, center } = camera;
+  for (const axis of ['x', 'y']) eye[axis] = 2 * center[axis] - eye[axis];
+  plot.emit('plotly_relayouting', { 'scene.camera': camera });
+}"""
 
 _NOTES_IN_SPACE = """() => {
   const plot = [...document.querySelectorAll('.js-plotly-plot')].find((one) => one.layout?.scene);

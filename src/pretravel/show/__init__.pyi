@@ -34,6 +34,7 @@ from .colours import DARK as DARK
 from .colours import LIGHT as LIGHT
 from .colours import SERIES as SERIES
 from .colours import Colour as Colour
+from .colours import scale_colours as scale_colours
 from .colours import series as series
 from .direction_charts import angles_deg as angles_deg
 from .direction_charts import around_marks as around_marks

@@ -35,7 +35,7 @@ from pretravel.show.chart_marks import (
     Note,
     Rule,
 )
-from pretravel.show.colours import DARK, LIGHT, transparent
+from pretravel.show.colours import DARK, LIGHT, scale_colours, transparent
 from pretravel.show.plotly_directions import polar_figure, top_view_figure
 from pretravel.show.plotly_parts import (
     COLOUR_SCALES,
@@ -124,7 +124,8 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
 def colour_names(*, dark: bool = False) -> dict[str, str]:
     """The colours behind the names with @; a name with ~18 at the end has an opacity of 18 %."""
     colours = DARK if dark else LIGHT
-    return {f"@{name}": value for name, value in colours.items()} | {
+    whole = {**colours, **scale_colours(dark=dark)}
+    return {f"@{name}": value for name, value in whole.items()} | {
         f"@{name}~{percent}": transparent(value, percent / 100.0)
         for name, value in colours.items()
         for percent in range(5, 65)

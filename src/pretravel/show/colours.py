@@ -40,6 +40,37 @@ DARK = MappingProxyType(
 SEQUENTIAL, SIGNED = "viridis", "RdBu_r"
 """Scales of colours, as matplotlib names them: from low to high; about zero, which is white."""
 
+_SEQUENTIAL_LIGHT = (
+    "#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c",
+    "#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725",
+)  # fmt: skip
+_SEQUENTIAL_DARK = (
+    "#355f8d", "#2e6f8e", "#297b8e", "#238a8d", "#1f958b", "#20a386",
+    "#32b67a", "#54c568", "#86d549", "#bddf26", "#fde725",
+)  # fmt: skip
+_SIGNED_LIGHT = (
+    "#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7",
+    "#fddbc7", "#f4a582", "#d6604d", "#b2182b", "#67001f",
+)  # fmt: skip
+_SIGNED_DARK = (
+    "#9ccff5", "#6fb4ea", "#4a95d3", "#3874a8", "#3a5a76", "#46505a",
+    "#6f5049", "#a65a4b", "#d4715c", "#f08f78", "#ffb199",
+)  # fmt: skip
+
+
+def scale_colours(*, dark: bool = False) -> dict[str, str]:
+    """The colours of both scales by name: `low0` … `low10` and `signed0` … `signed10`.
+
+    On light they are those of files. On dark large values are light, and low ones are not black:
+    the ends of RdBu and the beginning of viridis would not be seen there.
+    """
+    both = (_SEQUENTIAL_DARK, _SIGNED_DARK) if dark else (_SEQUENTIAL_LIGHT, _SIGNED_LIGHT)
+    return {
+        f"{name}{place}": colour
+        for name, scale in zip(("low", "signed"), both, strict=True)
+        for place, colour in enumerate(scale)
+    }
+
 
 def series(index: int) -> Colour:
     """The colour of the n-th of several alike things; it repeats after eight.

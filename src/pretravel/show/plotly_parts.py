@@ -26,17 +26,11 @@ PlotlyFigure: TypeAlias = dict[str, Any]
 _SYMBOLS = {"dot": "circle", "ring": "circle-open", "cross": "x", "diamond": "diamond"}
 
 
-_SIGNED = (
-    "#053061", "#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7",
-    "#fddbc7", "#f4a582", "#d6604d", "#b2182b", "#67001f",
-)  # fmt: skip
-"""RdBu of ColorBrewer from blue to red, as in files: Plotly's own scale of that name is another."""
-
-
 COLOUR_SCALES = {
-    False: "Viridis",
-    True: [[place / 10.0, colour] for place, colour in enumerate(_SIGNED)],
+    signed: [[place / 10.0, f"@{name}{place}"] for place in range(11)]
+    for signed, name in ((False, "low"), (True, "signed"))
 }
+"""Names of `scale_colours`."""
 
 
 SMALL = ("<span style='font-size:12px'>", "</span>")

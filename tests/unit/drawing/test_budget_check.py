@@ -19,8 +19,10 @@ from pretravel.drawing.tasks.check_budget.budget_check import (
     Coverage,
     check_budget,
 )
+from pretravel.drawing.tasks.check_budget.task import coverage_view
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
+from pretravel.show import Dots
 from pretravel.touches import Touches
 from tests.support.commands import run
 
@@ -129,6 +131,15 @@ def test_values_of_a_set_that_go_together_count_once() -> None:
     one = Coverage("size", together[:, :1], np.full((50, 1), 0.25), np.full((50, 1), 0.5))
     assert many.share == one.share == 0.9
     np.testing.assert_allclose(many.interval, one.interval, atol=1e-3)
+
+
+def test_the_picture_has_the_share_not_the_middle_of_its_interval() -> None:
+    """Of 20 bores within U the share is 100 %, at the upper end of its interval."""
+    found = _checked(ActingErrors(0.0), sets=20)
+    shares = coverage_view(found).charts[0]
+    dots = next(mark for mark in shares.marks if isinstance(mark, Dots))
+    np.testing.assert_allclose(dots.y, [100.0 * each.share for each in found.coverages])
+    assert dots.y.max() == 100.0
 
 
 def test_what_is_not_simulated_is_refused() -> None:

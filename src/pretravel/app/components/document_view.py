@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -237,8 +238,22 @@ def key_figures(figures: Iterable[KeyFigure]) -> None:
             with ui.element("div").classes("words" if len(value) > _LONG_VALUE else ""):
                 text("dt", figure.name)
                 with ui.element("dd"):
-                    text("span", value, "value")
+                    with ui.element("span").classes("value"):
+                        for part in _whole_parts(value, figure.unit):
+                            text("span", part, "whole")
                     text("span", addition_text(figure).removeprefix(", "), "addition")
+
+
+def _whole_parts(value: str, unit: str) -> list[str]:
+    """A value in parts that are not broken: a number with its unit, the numbers of a list.
+
+    >>> _whole_parts("0.8 to 1.2 N", "N"), _whole_parts("12.5,-3.0,0.1", "")
+    (['0.8 to ', '1.2 N'], ['12.5,', '-3.0,', '0.1'])
+    """
+    if unit and value.count(" ") > 1 and value.endswith(f" {unit}"):
+        place = value.removesuffix(f" {unit}").rfind(" ") + 1
+        return [value[:place], value[place:]]
+    return re.findall(r"[^,]+,?", value) if "," in value and " " not in value else [value]
 
 
 class DataTable(Element, component="data_table.js"):

@@ -12,7 +12,8 @@ export default {
     this.Plotly = Plotly;
     await this.draw();
     this.$el.on("plotly_relayouting", (event) => this.turnOthers(event));
-    this.$el.on("plotly_relayout", (event) => this.turnOthers(event) || this.placeNotes(event));
+    this.$el.on("plotly_relayout", (event) => this.turnOthers(event));
+    fitted.turnable(this.$el, Plotly);
     for (const name of EVENTS) this.$el.on(name, (event) => this.$emit(name, this.plain(event)));
     this.$watch(() => this.$q.dark.isActive, () => this.draw());
     // What is folded, or taken from the page at this moment, has no size: Plotly would refuse.
@@ -33,12 +34,12 @@ export default {
     },
     draw() {
       const { config, ...figure } = this.coloured(this.options);
-      const { data, layout } = fitted(figure, this.$el.clientWidth, this.$el.clientHeight);
-      return this.Plotly.react(this.$el, data, layout, config);
+      return fitted.drawn(this.$el, this.Plotly, figure, config);
     },
     coloured(value) {
       if (typeof value === "string") return value.startsWith("@") ? this.colour(value) : value;
-      if (Array.isArray(value)) return typeof value[0] === "number" ? value.slice() : value.map(this.coloured);
+      // Numbers alone have no colours; a step of a scale is a number with a colour.
+      if (Array.isArray(value)) return value.length !== 2 && typeof value[0] === "number" ? value.slice() : value.map(this.coloured);
       if (value === null || typeof value !== "object") return value;
       return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, this.coloured(part)]));
     },
@@ -58,15 +59,6 @@ export default {
         if (other === this.$el || JSON.stringify(other.layout?.scene?.camera) === seen) continue;
         this.Plotly.relayout(other, { "scene.camera": camera });
       }
-    },
-    // Words in a scene that was turned: none covers another one.
-    placeNotes(event) {
-      const camera = event?.["scene.camera"];
-      const { scene } = this.$el.layout;
-      if (!camera || !scene?.annotations?.length) return;
-      const { _size, scene: { domain: { x } } } = this.$el._fullLayout;
-      const notes = fitted.notes(scene, camera, _size.w * (x[1] - x[0]), _size.h, this.$el.data);
-      this.Plotly.relayout(this.$el, { "scene.annotations": notes });
     },
     // What the server needs of an event: elements of the page cannot be sent.
     plain(event) {

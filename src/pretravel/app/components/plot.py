@@ -7,7 +7,7 @@ from typing import Any
 from nicegui import ui
 from nicegui.element import Element
 
-from pretravel.show import DARK, LIGHT
+from pretravel.show import DARK, LIGHT, scale_colours
 
 # plot.js alone draws again for a new size: Plotly would first stretch the old words and camera.
 _CONFIG = {"config": {"displaylogo": False, "responsive": False, "scrollZoom": False}}
@@ -22,7 +22,10 @@ class ColouredPlot(ui.plotly, component="plot.js"):
 
     def __init__(self, figure: dict[str, Any]) -> None:
         super().__init__(_CONFIG | figure)
-        self._props["colours"] = {"light": dict(LIGHT), "dark": dict(DARK)}
+        self._props["colours"] = {
+            "light": dict(LIGHT) | scale_colours(),
+            "dark": dict(DARK) | scale_colours(dark=True),
+        }
 
     def update(self) -> None:
         """Send the figure; it is replaced as a whole, never changed in place.

@@ -1,7 +1,7 @@
 // What a picture needs in a place of some pixels: its words in lines that the place has room for, margins for these
 // lines, and in space a camera whose picture fills the place.
 "use strict";
-const fitted = (figure, width, height) => {
+const fitted = (figure, width, height, turned) => {
   const LETTER = 0.56; // mean width of a letter, in heights
   const LINE = 1.3;
   const BAR = 84; // a bar of colours with its numbers and its title
@@ -37,12 +37,16 @@ const fitted = (figure, width, height) => {
 
   // Beside a bar with its title a scene in a narrow place would be small: the title stands above.
   const bars = data.map((trace) => trace.marker?.colorbar ?? trace.colorbar).filter(Boolean);
-  const slim = layout.scene && bars.length === 1 && width < 460;
+  const narrow = layout.scene && width < 460;
+  const slim = narrow && bars.length === 1;
   // A frame or a note stands beside the title where there is room.
   const [heading, ...more] = layout.title.text.split("<br>");
-  if (slim) {
-    more.push(`<span style='font-size:12px'>Colours: ${bars[0].title.text}</span>`);
-    Object.assign(bars[0], { title: { text: "" }, thickness: 10, tickfont: { size: 11 } });
+  const notes = slim ? [`colours: ${bars[0].title.text}`] : [];
+  if (slim) Object.assign(bars[0], { title: { text: "" }, thickness: 10, tickfont: { size: 11 } });
+  if (layout.scene) inSmall(layout.scene);
+  if (notes.length) {
+    const said = notes.join(", ");
+    more.push(`<span style='font-size:12px'>${said[0].toUpperCase()}${said.slice(1)}</span>`);
   }
   const joined = more.reduce((text, line) => {
     const last = text.slice(text.lastIndexOf("<br>") + 1);
@@ -90,6 +94,11 @@ const fitted = (figure, width, height) => {
     // Numbers that would be turned for want of room: every second one is enough.
     while (xaxis?.tickvals?.length > 3 && !xaxis.ticktext && xaxis.tickvals.length * 32 > wide)
       xaxis.tickvals = xaxis.tickvals.filter((_, n) => n % 2 === 0);
+    // Numbers are never turned: there are as many as there is room for.
+    if (xaxis && !xaxis.tickvals && !xaxis.ticktext && xaxis.type !== "log") {
+      const names = yaxis?.ticktext ? Math.min(0.4 * width, Math.max(...yaxis.ticktext.map(long)) * LETTER * 13) : 0;
+      Object.assign(xaxis, { tickangle: 0, nticks: Math.max(3, Math.floor((wide - names) / 52)) });
+    }
     const more = xaxis?.ticktext ? 12 * LINE * (linesBelow(xaxis, wide) - 1) : 0;
     const below = xaxis?.visible === false ? 0 : 26 + more + 13 * LINE * withTitle(xaxis, wide);
     margin = { ...margin, r: right, b: below + 12 + legend + (layout.sliders ? 64 : 0) };
@@ -103,12 +112,51 @@ const fitted = (figure, width, height) => {
   for (const bar of bars) Object.assign(bar, { xref: "container", x: 1, xanchor: "right", xpad: 4 });
   for (const bar of bars) withTitle(bar, height - margin.t - margin.b - 24, 13);
   const camera = layout.scene?.camera;
+  let whole;
   if (camera) {
     const place = [width - margin.l - right - beside, height - margin.t - margin.b];
-    layout.scene.camera = seen(layout.scene, camera, ...place);
+    whole = seen(layout.scene, camera, ...place);
+    layout.scene.camera = turned ? fitted.turnedAs(whole, turned) : whole;
+    numbered(layout.scene, whole, place[1]);
     layout.scene.annotations = fitted.notes(layout.scene, layout.scene.camera, ...place, data);
   }
-  return { ...figure, layout };
+  return { ...figure, layout, whole };
+
+  // Numbers of the axes of a scene: as many as their edges have room for as they are seen, and none at the corners, where
+  // those of two edges meet.
+  function numbered(scene, { eye, center }, high) {
+    const axes = ["x", "y", "z"], sight = axes.map((axis) => eye[axis] - center[axis]);
+    const far = Math.hypot(...sight);
+    axes.forEach((name, n) => {
+      const axis = scene[`${name}axis`];
+      if (!axis?.range || axis.visible === false) return;
+      const [low, top] = axis.range, long = top - low;
+      const across = Math.sqrt(Math.max(0, 1 - (sight[n] / far) ** 2)); // the share that is seen from aside
+      const pixels = (scene.aspectratio[name] * across * high) / 2 / Math.tan(Math.PI / 8) / far;
+      const least = long / Math.max(1, Math.min(6, pixels / 22)), ten = 10 ** Math.floor(Math.log10(least));
+      const step = ten * [1, 2, 5, 10].find((each) => each * ten >= least);
+      const inner = Math.min(0.25, 8 / pixels) * long;
+      const every = Array.from({ length: Math.floor(top / step) - Math.ceil(low / step) + 1 }, (_, k) => (Math.ceil(low / step) + k) * step);
+      const apart = every.filter((value) => value > low + inner && value < top - inner);
+      const middle = (low + top) / 2;
+      axis.tickvals = apart.length ? apart : every.sort((a, b) => Math.abs(a - middle) - Math.abs(b - middle)).slice(0, 1);
+      axis.ticktext = axis.tickvals.map((value) => `${+value.toPrecision(10)}`.replace("-", "−"));
+    });
+  }
+
+  // In a small picture points would cover each other and the body. In a narrow one the unit of the axes stands above.
+  function inSmall(scene) {
+    const share = Math.min(1, Math.max(0.5, Math.min(width, height) / 560));
+    for (const { type, marker } of data) if (type === "scatter3d" && marker?.size) marker.size *= share;
+    for (const name of ["xaxis", "yaxis", "zaxis"]) {
+      const axis = scene[name];
+      if (!axis || axis.visible === false) continue;
+      const [letter, unit] = (axis.title?.text ?? "").split(" / ");
+      if (!narrow || !unit) continue;
+      axis.title = { ...axis.title, text: letter };
+      if (name === "xaxis") notes.push(`axes in ${unit}`);
+    }
+  }
 
   // The margin that numbers beside bars need: those of the longest bars go beyond the axis.
   function besideBars(xaxis, yaxis) {
@@ -190,7 +238,7 @@ const fitted = (figure, width, height) => {
   // Plotly's angle of view is 45° over the height.
   function seen(scene, camera, w, h) {
     const bare = scene.xaxis?.visible === false;
-    const [aside, above] = bare ? [beside ? 36 : 24, 18] : [Math.min(86, 0.25 * w), Math.min(34, 0.14 * h)];
+    const [aside, above] = bare ? [beside ? 36 : 24, 18] : [Math.min(86, (narrow ? 0.2 : 0.25) * w), Math.min(34, 0.14 * h)];
     const size = Math.hypot(...["x", "y", "z"].map((axis) => camera.eye[axis]));
     const [x, y, z] = ["x", "y", "z"].map((axis) => camera.eye[axis] / size);
     const flat = Math.hypot(x, y) || 1e-9;
@@ -271,4 +319,49 @@ fitted.notes = (scene, camera, width, height, data) => {
     taken.push([one.across + ax, one.down + ay, one.half]);
   }
   return notes.map(({ note }) => note);
+};
+
+// Draws a figure in its place. What the reader has turned stays turned: Plotly keeps it in the layout of the first
+// drawing, which it does not look at again.
+fitted.drawn = (place, plotly, figure, config) => {
+  const { data, layout, whole } = fitted(figure, place.clientWidth, place.clientHeight, place.turned);
+  place.whole = whole;
+  return plotly.react(place, data, layout, config);
+};
+
+// The camera as the reader has turned it, as near as the one that shows the whole scene in a place of another size.
+fitted.turnedAs = (whole, { camera, whole: before }) => {
+  const far = ({ eye, center }) => Math.hypot(...["x", "y", "z"].map((axis) => eye[axis] - center[axis]));
+  const scale = before ? far(whole) / far(before) : 1;
+  const eye = Object.fromEntries(["x", "y", "z"].map((axis) =>
+    [axis, camera.center[axis] + scale * (camera.eye[axis] - camera.center[axis])]));
+  return { ...camera, eye };
+};
+
+// While a scene turns, its words would pass over each other: they are gone until it rests, and then stand apart.
+fitted.turnable = (place, plotly) => {
+  let turning = null;
+  const rest = () => {
+    const { camera, domain: { x } } = place._fullLayout.scene;
+    turning = null;
+    place.classList.remove("turning");
+    place.turned = structuredClone({ camera, whole: place.whole });
+    const { scene } = place.layout;
+    scene.camera = place.turned.camera;
+    if (!scene.annotations?.length) return;
+    const { _size } = place._fullLayout;
+    const notes = fitted.notes(scene, scene.camera, _size.w * (x[1] - x[0]), _size.h, place.data);
+    plotly.relayout(place, { "scene.annotations": notes });
+  };
+  // Released beside the picture there is no plotly_relayout.
+  const released = () => setTimeout(() => turning && plotly.relayout(place, { "scene.camera": turning }), 50);
+  place.on("plotly_relayouting", (event) => {
+    if (!event?.["scene.camera"]) return;
+    if (!turning) for (const end of ["mouseup", "touchend"]) window.addEventListener(end, released, { once: true });
+    turning = event["scene.camera"];
+    place.classList.add("turning");
+  });
+  place.on("plotly_relayout", (event) => {
+    if (Object.keys(event ?? {}).some((key) => key.startsWith("scene.camera"))) rest();
+  });
 };

@@ -142,15 +142,15 @@
   };
   const coloured = (value) => {
     if (typeof value === "string") return charts[dark() ? "dark" : "light"][value] ?? value;
-    if (Array.isArray(value)) return typeof value[0] === "number" ? value : value.map(coloured);
+    // Numbers alone have no colours; a step of a scale is a number with a colour.
+    if (Array.isArray(value)) return value.length !== 2 && typeof value[0] === "number" ? value : value.map(coloured);
     if (value === null || typeof value !== "object") return value;
     return Object.fromEntries(Object.entries(value).map(([key, part]) => [key, coloured(part)]));
   };
   const settings = { displaylogo: false, responsive: false, scrollZoom: false };
   const fill = (picture) => {
     picture.plots.forEach((place, index) => {
-      const figure = fitted(coloured(picture.figures[index]), place.clientWidth, place.clientHeight);
-      window.Plotly.react(place, figure.data, figure.layout, settings);
+      fitted.drawn(place, window.Plotly, coloured(picture.figures[index]), settings);
     });
   };
   let resized = 0;
@@ -178,6 +178,7 @@
     image.after(box);
     element.classList.add("turned");
     fill(picture);
+    for (const place of plots) fitted.turnable(place, window.Plotly);
     const inSpace = drawn.filter((other) => other.figures.some((one) => one.layout.scene));
     if (inSpace.length > most) release(inSpace[0]);
   };

@@ -1,4 +1,4 @@
-"""A map in one sentence for a machinist: size of its lobes, and what corrections leave of them."""
+"""A map in three numbers for a machinist: size of its lobes, and what corrections leave of them."""
 
 from __future__ import annotations
 
@@ -27,40 +27,28 @@ def lobe_size(pretravel_map: PretravelMap) -> float:
     return float(np.ptp(values))
 
 
-def lobes_sentence(pretravel_map: PretravelMap, comparison: Comparison) -> str:
-    """What the probe does on the equator, and what corrections leave there.
+def lobes_sentence(comparison: Comparison) -> str:
+    """What the figures of `lobes_figures` hold for, and what stands in none of them.
 
     Parameters
     ----------
-    pretravel_map : PretravelMap
     comparison : Comparison
-        Of this map.
-
-    Returns
-    -------
-    str
-        The errors are the largest ones; that of the full map is its expanded uncertainty (k = 2).
     """
     left = {row.method: row.largest for row in comparison.rows if row.where == "equator"}
     anywhere = {row.method: row.largest for row in comparison.rows if row.where == "all"}
     beyond = (
-        ". In all directions the error of one radius is up to "
-        f"{_micrometres(anywhere['mean radius'])}"
+        f". In all directions one radius leaves up to {_micrometres(anywhere['mean radius'])}"
         if "mean radius" in anywhere
         else ""
     )
-    expanded = COVERAGE_FACTOR * comparison.u_map
     return (
-        f"On vertical walls the pretravel changes by {_micrometres(lobe_size(pretravel_map))} "
-        "around the probe (lobes). With one radius in the control, errors are up to "
-        f"{_micrometres(left['mean radius'])}, eight radii up to "
-        f"{_micrometres(left['eight sectors'])}, the map {_micrometres(expanded)} "
-        f"(U, k = 2){beyond}"
+        "On vertical walls, where eight radii in the control leave up to "
+        f"{_micrometres(left['eight sectors'])}{beyond}"
     )
 
 
 def lobes_figures(pretravel_map: PretravelMap, comparison: Comparison) -> tuple[KeyFigure, ...]:
-    """The three numbers of `lobes_sentence` that a machinist looks for, on vertical walls.
+    """The three numbers that a machinist looks for, on vertical walls.
 
     Parameters
     ----------

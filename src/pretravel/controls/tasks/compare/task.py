@@ -219,13 +219,13 @@ class ComparedMap(Result):
         write_csv_table(path, comparison_columns(self.comparison))
 
     def sentence(self) -> str:
-        """The result for a machinist: size of the lobes, and what corrections leave of them."""
+        """What the numbers of `headline` hold for, and what stands in none of them."""
         from pretravel.controls.tasks.compare.lobes_report import lobes_sentence
 
-        return lobes_sentence(self.pretravel_map, self.comparison)
+        return lobes_sentence(self.comparison)
 
     def headline(self) -> tuple[KeyFigure, ...]:
-        """The numbers of the sentence that a machinist looks for first."""
+        """The size of the lobes, and what corrections leave of them."""
         from pretravel.controls.tasks.compare.lobes_report import lobes_figures
 
         return lobes_figures(self.pretravel_map, self.comparison)

@@ -196,7 +196,7 @@ class CheckedBudget(Result):
                 KeyFigure("simulated qualifications", found.sets, "", decimals(0)),
             ),
             tables=(_table(found),),
-            pictures=(Picture("Shares of errors within U", lambda: _view(found)),),
+            pictures=(Picture("Shares of errors within U", lambda: coverage_view(found)),),
             notes=(
                 (
                     f"Simulated errors: noise {acting.noise / MICROMETRE:.2f} µm, diameter of "
@@ -299,10 +299,11 @@ def _table(found: BudgetCheck) -> Table:
     )
 
 
-def _view(found: BudgetCheck) -> View:
+def coverage_view(found: BudgetCheck) -> View:
+    """Shares of the errors within U, and the errors of single points over their u."""
     import numpy as np
 
-    from pretravel.show import Axis, Dots, LineMark, PlaneChart, Rule, View
+    from pretravel.show import Axis, Dots, LineMark, PlaneChart, Rule, View, interval_lines
     from pretravel.uncertainty import EXPANDED_COVERAGE
 
     each = found.coverages
@@ -311,10 +312,11 @@ def _view(found: BudgetCheck) -> View:
     shares = PlaneChart(
         "Share of errors within U",
         Axis("", categories=tuple(one.name for one in each)),
-        Axis("share, with 95 % interval", "%"),
+        Axis("share", "%"),
         (
             Rule(100.0 * EXPANDED_COVERAGE, "stated"),
-            Dots(place, 0.5 * (low + high), "attained", "series1", u=0.5 * (high - low)),
+            interval_lines(place, low, high, "interval of 95 %"),
+            Dots(place, np.array([100.0 * one.share for one in each]), "attained"),
         ),
     )
     points = each[0]
