@@ -363,10 +363,12 @@ def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list
     list of str
         Empty where both are stated, or do not matter.
     """
-    turned = ""
+    fed, turned = feed_note(touches, pretravel_map), ""
     if pretravel_map.provenance.origin is Origin.QUALIFIED:
         turned = orientation_note(pretravel_map, stated=touches.states_spindle)
-    notes = feed_note(touches, pretravel_map), turned, friction_note(touches)
+    if fed and turned:  # one note, as they have one cause
+        fed, turned = f"{fed}. {turned[0].upper()}{turned[1:]}", ""
+    notes = fed, turned, friction_note(touches)
     return [note for note in notes if note]
 
 
@@ -387,8 +389,8 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
     if stated or not _delay_is_unknown(pretravel_map):
         return ""
     return (
-        "neither the map nor the touches have a feed (column feed_mm_min). If the feeds differ by "
-        "100 mm/min, points are wrong by 3.3 µm for a signal delay of 2 ms. U does not contain this"
+        "neither the map nor the touches have a feed (column feed_mm_min): feeds that differ by "
+        "100 mm/min cause errors of 3.3 µm (signal delay of 2 ms) that are not in U"
     )
 
 

@@ -49,6 +49,7 @@ MEASURED_RANGE = "measured range"
 
 With a comma and the association: from an extreme feature; without, from that of least squares.
 """
+_MANY_LOBES = 10  # more than chucks, drills and reamers leave: a note, not a warning
 _MOVES = 1e-9  # smallest change of a parameter by a point, in mm or rad for 1 mm
 _TANGENTIAL = 0.1  # smallest cosine of a point's normal, or of an axis, with what it determines
 
@@ -247,24 +248,34 @@ class MeasuredFeature(WithPlot):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the places of the touches hide, and U does not contain or has by prior alone."""
-        form, found = self.errors.form, []
-        if form.hidden:
-            lobes = [text.split()[0] for text in form.hidden if text.endswith(" lobes")]
-            shapes = [text for text in form.hidden if not text.endswith(" lobes")]
-            counts = " or ".join(", ".join(lobes).rsplit(", ", 1))
-            words = [f"{counts} lobes"] if lobes else []
-            found.append(
-                f"{len(self.points)} touches at these places cannot reveal a form of "
-                f"{' or '.join([*words, *shapes])}, which would appear as an error of "
-                f"{'size or position' if lobes else 'position or direction'}. U does not contain "
-                "it. If the part may have such a form, touch at unequal steps or more places"
-            )
-        if form.by_prior:
+        rare = min(self._hidden_lobes, default=0) >= _MANY_LOBES
+        found = [self.hidden_form] if self.hidden_form and not rare else []
+        if self.errors.form.by_prior:
             found.append(
                 "no residual shows the form of the part; u contains a usual form of "
                 f"{UNSEEN / MICROMETRE:g} µm (standard deviation over the face). Touch more places"
             )
         return tuple(found)
+
+    @property
+    def hidden_form(self) -> str:
+        """Which form of the part no touch at these places reveals; empty if there is none."""
+        hidden, lobes = self.errors.form.hidden, self._hidden_lobes
+        if not hidden:
+            return ""
+        counts = " or ".join(", ".join(map(str, lobes)).rsplit(", ", 1))
+        words = [f"{counts} lobes"] if lobes else []
+        words += [text for text in hidden if not text.endswith(" lobes")]
+        return (
+            f"{len(self.points)} touches at these places cannot reveal a form of "
+            f"{' or '.join(words)}, which would appear as an error of "
+            f"{'size or position' if lobes else 'position or direction'}. U does not contain "
+            "this error. If the part may have such a form, touch at unequal steps or more places"
+        )
+
+    @property
+    def _hidden_lobes(self) -> list[int]:
+        return [int(t.split()[0]) for t in self.errors.form.hidden if t.endswith(" lobes")]
 
     @property
     def carrying(self) -> tuple[str, ...]:

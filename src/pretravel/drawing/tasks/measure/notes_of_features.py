@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from pretravel.base import DEGREE, MICROMETRE
 from pretravel.drawing.features.conformity import (
@@ -67,6 +67,7 @@ def notes_of(
             f"{FORM_OF_PART}, or touches scatter more than those on the reference. Its effect on "
             "size and position is in u, with the correlation of the shapes that the residuals show"
         )
+    notes += _of_features(features, lambda f: {f.hidden_form} - {"", *f.warnings})
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
@@ -188,9 +189,16 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
         for feature in features
         if feature.association.dof < 1
     )
+    warnings.extend(_of_features(features, lambda feature: feature.warnings))
+    return warnings
+
+
+def _of_features(
+    features: Sequence[MeasuredFeature], texts: Callable[[MeasuredFeature], Iterable[str]]
+) -> list[str]:
+    """The texts on features; one that several features have is one line with their names."""
     alike: dict[str, list[str]] = {}
     for feature in features:
-        for text in feature.warnings:
+        for text in texts(feature):
             alike.setdefault(text, []).append(shown_name(feature))
-    warnings.extend(f"{', '.join(names)}: {text}" for text, names in alike.items())
-    return warnings
+    return [f"{', '.join(names)}: {text}" for text, names in alike.items()]
