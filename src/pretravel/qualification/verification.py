@@ -327,8 +327,8 @@ def _refuse_rate(false_alarm_rate: float) -> None:
     checked(false_alarm_rate, "the false-alarm rate", PROBABILITY, inputs=("false_alarms",))
     if not 0.0 < false_alarm_rate < 0.5:
         raise PretravelError(
-            f"the false-alarm rate is {false_alarm_rate:g}; it lies between 0 and 0.5 (0.01 is "
-            "usual)",
+            f"the false-alarm rate is {false_alarm_rate:g}; it must lie between 0 and 0.5 (0.01 "
+            "is usual)",
             inputs=("false_alarm_rate", "false_alarms"),
         )
 

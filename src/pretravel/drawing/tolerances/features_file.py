@@ -169,7 +169,9 @@ class DrawnRelation:
 
     def __post_init__(self) -> None:
         if self.quantity not in ("distance", "angle"):
-            raise PretravelError(f"between features is a distance or an angle, no {self.quantity}")
+            raise PretravelError(
+                f"features have a distance or an angle between them, not a {self.quantity}"
+            )
 
 
 @dataclass(frozen=True)

@@ -106,14 +106,16 @@ class GeometricTolerance:
             )
         checked(self.offset, "the offset of the zone", COORDINATE)
         if self.offset and self.kind != PROFILE:
-            raise PretravelError(f"the zone of a {self.kind} has no offset; that of a profile has")
+            raise PretravelError(
+                f"the zone of a {self.kind} has no offset; only the zone of a profile has one"
+            )
         if self.between is not None and (
             self.kind not in (POSITION, *ORIENTATION) or self.between[0] == self.between[1]
         ):
             raise PretravelError(
-                "a projected zone is that of a position or an orientation, between two places on "
-                f"the axis, not between {self.between[0]:g} and {self.between[1]:g} mm of a "
-                f"{self.kind}"
+                "only a position or an orientation has a projected zone, between two places on "
+                f"the axis; this one is a {self.kind} between {self.between[0]:g} and "
+                f"{self.between[1]:g} mm"
             )
 
     @property
@@ -171,7 +173,7 @@ class PlacedFeature:
             key = "at_mm" if what == "point" else "axis"
             raise PretravelError(
                 f"{self.label}: the tolerance needs its nominal {what}: give {key}, or the part "
-                "with whose faces the points agree"
+                "on whose faces the points lie"
             )
         return value
 

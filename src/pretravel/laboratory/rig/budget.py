@@ -197,8 +197,8 @@ def constant_and_slope(components: Sequence[LengthComponent]) -> tuple[float, fl
     """
     if any(c.constant and c.per_length for c in components):
         raise PretravelError(
-            "a source has a constant part and a part per length; then the uncertainty does not "
-            "have the form of a constant and a slope"
+            "a source has both a constant part and a part per length, which cannot be combined "
+            "into one constant and one slope: give each part as a source"
         )
     return (
         math.sqrt(math.fsum(c.constant**2 for c in components)),

@@ -279,7 +279,7 @@ def refuse_turned_spindle(touches: Touches) -> None:
         shown = ", ".join(f"{angle:g}°" for angle in found[:8]) + (" …" if found[8:] else "")
         raise PretravelError(
             f"the touches were made at {len(found)} orientations of the spindle ({shown}); this "
-            "test needs touches at one. The test of the stylus-tip offset is that of several"
+            "test needs touches at one. Only the test of the stylus-tip offset uses several"
         )
 
 

@@ -196,8 +196,8 @@ class Compensate(
         readings = self.read_with(asked, progress)
         if self.feature == _SURFACE and not readings.normals_taken:
             raise PretravelError(
-                "the touches give their normals: those of neighbouring touches are not taken; "
-                "leave the feature out",
+                "the touches have normals, so none are computed from neighbouring touches; leave "
+                "the feature out",
                 inputs=("feature",),
             )
         return readings
@@ -336,8 +336,8 @@ class Compensate(
         if np.median(apart) > _OTHER_SURFACE:
             raise PretravelError(
                 f"the normals of the fitted {self.feature} are {np.median(apart):.0f}° (median) "
-                "off those that the file gives: the touches are of another surface. Leave it "
-                "out, or choose the touches of the feature",
+                "off those that the file gives: the touches are of another surface. Leave the "
+                "feature out, or choose the touches of the feature",
                 inputs=("feature",),
             )
         said = (
