@@ -253,7 +253,7 @@ def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
     if feed is None:
         raise PretravelError(
             "this map is that of a resting probe, and gives the signal delay separately: "
-            f"{1e3 * pretravel_map.delay:.3f} ms. A table holds for one feed: give the measuring "
+            f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: give the measuring "
             "feed",
             inputs=("feed",),
         )
