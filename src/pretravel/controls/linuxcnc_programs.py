@@ -36,7 +36,7 @@ def linuxcnc_program(
     by_hand: bool = False,
     written: str = "",
 ) -> str:
-    """G-code that makes the touches of a program and logs each of them.
+    """Write the G-code that makes the touches of a program and logs each of them.
 
     All moves stop at a contact. The program stops with a message, which
     contains the label of the touch, where a touch makes no contact, where the contact comes too
@@ -66,8 +66,8 @@ def linuxcnc_program(
     Raises
     ------
     PretravelError
-        The log's name is none that the control can read back; a line is too
-        long for the control; the map belongs to another tip or another feed.
+        The control cannot read back a log of this name; a line is too long for the control; the map
+        belongs to another tip or another feed.
 
     >>> from pretravel.files.machine import Machine
     >>> from pretravel.controls.program import plan_program

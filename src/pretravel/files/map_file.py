@@ -61,7 +61,7 @@ def write_map(
 
 
 def read_map(path: str | Path, *, tip_diameter: float | None = None) -> PretravelMap:
-    """A map from disk.
+    """Read a map.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ class CenteredFit:
 class KindOfMap(ABC):
     """A kind of map: how it is fitted to touches on a reference.
 
-    A kind is a value; settings that it has of its own are its fields.
+    A kind is immutable; its settings are its fields.
     """
 
     name: ClassVar[str]

@@ -444,7 +444,7 @@ def embed(
     feeds: npt.ArrayLike | None = None,
     extrapolate: bool = False,
 ) -> Touches:
-    """The touches that a probe with this map would report at given surface points.
+    """Compute the touches that a probe with this map would report at given surface points.
 
     The inverse of `apply`.
 

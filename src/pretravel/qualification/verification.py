@@ -121,12 +121,12 @@ def verify(
     ring: bool = False,
     false_alarm_rate: float = 0.01,
 ) -> Verification:
-    """Test whether a probe is still that of its map.
+    """Test whether a probe has changed since its map was made.
 
     Parameters
     ----------
     touches : Touches, str, Path or (n, 6) float
-        New ones on the reference, wherever it stands now.
+        New touches on the reference, which may stand anywhere.
     pretravel_map : PretravelMap, Qualification, str or Path
         Qualified, of the same tip, at the same feed (or with its signal delay separated).
     diameter : float

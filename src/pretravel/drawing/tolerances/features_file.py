@@ -212,7 +212,7 @@ class NotDecided:
 
 @dataclass(frozen=True)
 class Drawing:
-    """All that is measured in one run.
+    """The features, patterns and relations of a drawing.
 
     Attributes
     ----------

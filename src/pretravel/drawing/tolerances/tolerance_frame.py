@@ -65,13 +65,13 @@ class GeometricTolerance:
     between : pair of float or None
         Of a projected zone: its ends on the axis from the nominal point. [mm]
     instead_of : str
-        What the drawing asks in words, where this tolerance is stricter: what fails the stricter
-        one may still conform, and is not decided.
+        Requirement of the drawing in words, if this tolerance is stricter. A feature that fails the
+        stricter tolerance may still conform, so that nothing is decided.
     remark : str
-        What the drawing states of the measurement, such as the free state; in the answer.
+        Conditions of the measurement on the drawing, such as the free state; reports repeat them.
     tangent : bool
-        Whether the orientation is that of the tangent plane, outside the material (T of ISO 1101
-        and ASME Y14.5): the form of the surface does not count.
+        The tolerance applies to the tangent plane outside the material (T of ISO 1101 and ASME
+        Y14.5): the form of the surface does not count.
     """
 
     kind: str

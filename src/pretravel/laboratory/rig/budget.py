@@ -61,7 +61,7 @@ REN_BUDGET: tuple[LengthComponent, ...] = (
 
 
 def abbe_error(offset: float, tilt: float) -> float:
-    """Error of a length whose scale is not in line with it.
+    """Compute the Abbe error of a length: the scale is not in line with it.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
 def thermal_components(
     *, expansion: float, deviation: float, u_expansion: float, u_temperature: float
 ) -> tuple[LengthComponent, LengthComponent]:
-    """The lines of a budget for temperature and thermal expansion of the scale.
+    """Make the lines of a budget for temperature and thermal expansion of the scale.
 
     Parameters
     ----------

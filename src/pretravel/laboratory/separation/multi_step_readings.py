@@ -31,8 +31,8 @@ class MultiStepReadings:
     errors : (n,) float
         Machine error less probe error, with noise. [mm]
     circles : (n, k) float
-        What was fitted to the readings before, by its derivatives: the circle of each setup, of
-        which no reading tells machine or probe. No columns where nothing was.
+        Derivatives of what was fitted to the readings before, the circle of each setup: the
+        readings do not show whether machine or probe contains it. No columns if nothing was fitted.
     first_azimuth : float
         Of the directions with index 1; nan where they are not known. [rad]
     directions : int
