@@ -219,7 +219,7 @@ def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
         name = re.sub(kinds, word, name)
     if whole:
         return name, text
-    default = re.search(r"default: ([^;\]]+?)\.?(?: +\[|;|\]|$)", text)
+    default = re.search(r"default: ([^;\]]+?)(?:\.0)?\.?(?:\. [A-Z]| +\[|;|\]|$)", text)
     first = parameter.help or text
     if parameter.rich_help_panel != OUTPUT:  # of an output all formats are named
         first = _SENTENCE.split(first, maxsplit=1)[0]

@@ -60,7 +60,7 @@ _ONE_EACH = {
     ),
     "orientation": (
         "orientations of the probe",
-        "a map is that of one orientation: choose one of them",
+        "a map holds for one orientation: choose one of them",
         ("series",),
     ),
 }

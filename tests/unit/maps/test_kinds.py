@@ -512,7 +512,7 @@ class TestHarmonicCentre:
         ("name", "said"),
         [
             ("pole", ""), ("near", ""), ("beside", "the pole was not touched, its value is inter"),
-            ("far", "no touch is near the pole, whose value is extrapolated"),
+            ("far", "no touch is near the pole, so that the pretravel there is extrapolated"),
         ],
     )  # fmt: skip
     def test_pretravel_at_the_pole(self, name: str, said: str, axial: float) -> None:

@@ -104,7 +104,7 @@ class Compensate(
     machine: Annotated[
         Path | None,
         Field(
-            help="Errors of this machine and the probe by direction, from pretravel separate: "
+            help="Errors of machine and probe by direction, from pretravel separate: "
             ".json or .csv. The variances in the direction of each touch replace the repeatability "
             "of the map.",
             label="Separation of machine and probe",
@@ -377,8 +377,8 @@ def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]
     most = 2.0 * float(along.max()) / MICROMETRE
     said = (
         f"deviations also contain the error of the placement, U up to {most:.2g} µm at these "
-        "points; u is that of the points in the machine. The points that align writes are in the "
-        "frame of the part, and share it"
+        "points. u of a point holds in the machine, without this error; points of align are in "
+        "the frame of the part, and contain the error"
     )
     return (said,)
 

@@ -161,7 +161,7 @@ def cause_text(cause: LikelyCause) -> str:
             f"dirt or a chip on the reference at {describe(np.array(cause.direction))}: "
             f"{amount(MICROMETRE, 'µm', 1)}"
         ),
-        STEADIER: lambda: "steadier touches than those of the map; no fault of the probe",
+        STEADIER: lambda: "less noise than in the touches of the map; not a fault of the probe",
         UNKNOWN_CAUSE: lambda: "unknown: no known cause has this pattern",
         CHANCE: lambda: "chance: a false alarm",
     }

@@ -115,10 +115,11 @@ def notes_on_datums(
         notes += [f"{name}: {remark}" for remark in each.remarks]
     notes += [f"{each.name}: {remark}" for each in together for remark in each.remarks]
     notes.append(
-        "tolerances to datums: each datum feature is associated as its line says, and takes the "
-        "motions that those before it left (ISO 5459); what they leave free is fitted, with the "
-        "least largest distance. The errors of the datums are in U. A zone of a surface contains "
-        "its touched points, that of an axis its ends within the touched length"
+        "tolerances to datums: each datum feature is associated as its line says, and fixes the "
+        "motions that earlier datums left free (ISO 5459). Motions that remain free are fitted, "
+        "so that the largest distance is as small as possible. The errors of the datums are in "
+        "U. A zone of a surface contains its touched points, that of an axis its ends within the "
+        "touched length"
     )
     return notes
 
@@ -178,8 +179,8 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
     warnings.extend(
         f"{shown_name(feature)}: the normals of the points are "
         f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
-        "from an expected centre that is not the true one: the tip touched next to these points. "
-        "Compensate again with --feature, or with touches without normals"
+        "happens with a wrong expected centre: the tip touched next to these points. Compensate "
+        "again with --feature, or with touches without normals"
         for feature in features
         if normals_off(feature) > NORMALS_OFF
     )
