@@ -306,13 +306,13 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
     if touches.outside:
         warnings.append(
             f"{touches.outside} of {touches.count} normals lie outside the map: pretravel is "
-            "extrapolated there, and u does not contain the error of that"
+            "extrapolated there, and u does not contain the error of this"
         )
     if not pretravel_map.states_uncertainty:
         warnings.append(
-            "this map is a prediction without an uncertainty: u_um contains only the tip "
-            "radius (and a given repeatability) alone, not the difference between the described "
-            "probe and yours"
+            "this map is a prediction without an uncertainty: u_um contains only the tip radius "
+            "(and a given repeatability), not the difference between the described probe and "
+            "yours"
         )
     made_at = pretravel_map.feed if pretravel_map.delay is None else None
     if made_at is not None and touches.feeds is not None:
