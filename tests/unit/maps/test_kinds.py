@@ -527,7 +527,7 @@ class TestHarmonicCentre:
         assert at_pole @ found.coefficients == pytest.approx(axial, abs=1e-15)
         own = math.sqrt(at_pole @ fit.covariance.matrix @ at_pole)
         if said:
-            assert f"(u {1e3 * own:.1f} µm" in found.gauge
+            assert f"(u = {1e3 * own:.1f} µm" in found.gauge
         n = fibonacci_cap(50, 1.5)
         values = fit.basis.design(n) @ found.coefficients + n @ (
             fit.observation.center - found.center

@@ -202,7 +202,8 @@ class StandardCheck:
         reasons = []
         if any(figure.status == UNCHECKED for figure in self.figures):
             reasons.append(
-                "its definitions were written without its text and have not been checked against it"
+                "the definitions were written without the text of the standard and have not been "
+                "checked against it"
             )
         if any(f.limit is not None and f.u_test is None for f in self.figures):
             reasons.append("the uncertainty of the reference is not given")

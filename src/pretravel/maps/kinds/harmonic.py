@@ -196,7 +196,7 @@ def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touche
     if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
         return gauge + (
             "; the pole was not touched, its value is interpolated "
-            f"(u {u_pole / MICROMETRE:.1f} µm)"
+            f"(u = {u_pole / MICROMETRE:.1f} µm)"
         )
     return gauge
 
