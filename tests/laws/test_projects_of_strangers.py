@@ -1,4 +1,4 @@
-"""A project names no file of this computer, and nothing of it is executed: laws of all tasks.
+"""A project cannot use files of this computer, and nothing of it is executed: laws of all tasks.
 
 What a stranger's project states is typed text and dropped files. Every text is tried as a path,
 every file of the screens in every place that takes one.
@@ -207,7 +207,7 @@ def test_a_path_in_a_project_is_refused(name: str, dropped: dict[str, Path]) -> 
             for typed in texts if setting.field.word is not None else texts[:1]:
                 with _not_opened(path), pytest.raises(PretravelError) as refused:
                     run_task(Inputs({"task": name, setting.name: typed}, {}))
-                assert "names no file of this computer" in str(refused.value)
+                assert "cannot use files of this computer" in str(refused.value)
                 assert refused.value.inputs == (setting.name,)
     assert not (folder / "executed").exists()
 
@@ -298,5 +298,5 @@ def test_a_script_beside_a_dropped_part_is_not_executed(
     shutil.copy(dropped["part.step"], part)
     settings, files = _given("plan", dropped)
     refused = _run(Inputs(settings, {**files, "surface": (part, tmp_path / "script.py")}))
-    assert "cannot be used here, by its name" in refused
+    assert "cannot be used here: its name does not fit" in refused
     assert not (dropped["script.py"].parent / "executed").exists()

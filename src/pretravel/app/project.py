@@ -182,8 +182,8 @@ def _plain(name: str, value: SettingValue) -> SettingValue:
     plain = json.loads(text)[name]
     if _is_deeper(plain, _DEEPEST):
         raise PretravelError(
-            f"the setting {name[:60]!r} cannot be stored: it has more than {_DEEPEST} lists within "
-            "each other"
+            f"the setting {name[:60]!r} cannot be stored: it has more than {_DEEPEST} levels of "
+            "nested lists"
         )
     return plain
 

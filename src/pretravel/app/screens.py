@@ -55,8 +55,8 @@ SCREENS = (
         "engineer",
         "Qualify",
         "Qualify a probe",
-        "Touches on a reference sphere in; the probe's lobes, a verdict, and values or programs "
-        "for your control out.",
+        "From touches on a reference sphere: the probe's lobes, a verdict, and values or "
+        "programs for your control.",
         "radar",
         "pretravel.controls.screen.engineer:show",
         ("pretravel.controls.screen:FIT", "pretravel.controls.screen:EXPORT"),
@@ -66,8 +66,8 @@ SCREENS = (
         "daily",
         "Daily",
         "Daily check",
-        "Today's touches on the reference in; whether the probe has changed, all days, and the "
-        "date to qualify again out.",
+        "From today's touches on the reference: whether the probe has changed, the chart of all "
+        "days, and the date to qualify again.",
         "today",
         "pretravel.tasks.verify.screen:show",
         ("pretravel.tasks.verify:DAILY",),
@@ -76,8 +76,8 @@ SCREENS = (
         "metrologist",
         "Standard",
         "Check against a standard",
-        "Touches on a calibrated sphere or ring and your limits in; the standard's figures, the "
-        "budget and a certificate out.",
+        "From touches on a calibrated sphere or ring: the values that a standard defines, with "
+        "your limits, the budget and a certificate.",
         "verified",
         "pretravel.laboratory.tasks.check.screen:show",
     ),
@@ -85,8 +85,8 @@ SCREENS = (
         "laboratory",
         "Rig",
         "Calibration rig and separation",
-        "Traces of a calibration rig or reversal readings in; pretravel, hysteresis and a "
-        "certificate, or machine and probe apart, out.",
+        "From traces of a calibration rig: pretravel, hysteresis and a certificate. From "
+        "reversal readings: the errors of machine and probe.",
         "science",
         "pretravel.laboratory.tasks.rig.screen:show",
     ),
@@ -94,8 +94,8 @@ SCREENS = (
         "designer",
         "Design",
         "Design a probe",
-        "Stylus, preload, materials and seats in; force, pretravel and stress over all "
-        "directions out, two designs next to each other.",
+        "From stylus, preload, materials and seats: force, pretravel and stress over all "
+        "directions, of two designs next to each other.",
         "architecture",
         "pretravel.design.screen.designer:show",
     ),
@@ -103,8 +103,8 @@ SCREENS = (
         "part",
         "Part",
         "Measure a part",
-        "A part (STEP) and touches on it in; compensated points, deviations and features with "
-        "uncertainty out.",
+        "From a part (STEP) and touches on it: compensated points, deviations, and features with "
+        "their uncertainty.",
         "view_in_ar",
         "pretravel.drawing.screen.part:show",
         next_step="pretravel.drawing.screen.next_of_part:next_of_part",

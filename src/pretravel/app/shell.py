@@ -234,10 +234,13 @@ HELP = {
     "A screen": "Choose a job on the left. Drop your files, or choose them with the keyboard (Tab, "
     "then Enter), and fill in the fields. Results follow at once; long work shows its progress and "
     "can be cancelled.",
-    "The project": "Everything that you drop or type is one project. It is saved automatically: a "
-    "reload or a new start shows it again. Which project a tab shows stands in its address: "
-    "another tab or browser can show another one, and tabs of one project share it. A new project "
-    "takes the name of its first file, and the one before stays in the list.",
+    "The project": (
+        "Everything that you drop or type is one project. It is saved automatically: a "
+        "reload or a new start shows it again. The address of a tab names its project: "
+        "another tab or browser can show another project, and tabs with one address "
+        "share theirs. A new project takes the name of its first file, and the one "
+        "before stays in the list."
+    ),
     "Without a connection": "The header says so. What you type is kept in the browser, and sent "
     "when the connection is back.",
     "Privacy": "Your files stay on {place}, on which the workbench runs. The page loads nothing "

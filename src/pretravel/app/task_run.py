@@ -117,7 +117,7 @@ def given_file(setting: Setting, files: tuple[Path, ...], typed: str) -> Any:
         reads = setting.field.reads
         if callable(reads) and not setting.several and list(reads(values[0])) != [files[0]]:
             raise PretravelError(
-                f"{setting.label}: {files[0].name} cannot be used here, by its name. "
+                f"{setting.label}: {files[0].name} cannot be used here: its name does not fit. "
                 f"{setting.help}",
                 inputs=(setting.name,),
             )
@@ -127,8 +127,8 @@ def given_file(setting: Setting, files: tuple[Path, ...], typed: str) -> Any:
     if setting.field.word is None or not setting.field.word(typed):
         word = "" if setting.field.word is None else ", or give a word that the help names"
         raise PretravelError(
-            f"{setting.label}: '{typed[:80]}' is not taken from a project, which names no file of "
-            f"this computer: drop the file{word}",
+            f"{setting.label}: the project contains the path '{typed[:80]}', and a project cannot "
+            f"use files of this computer: drop the file{word}",
             inputs=(setting.name,),
         )
     return typed

@@ -162,7 +162,10 @@ class PlacementErrors:
         checked_values(self.undetermined, "the motions of a placement", NUMBER)
         shapes = np.shape(self.covariance), np.shape(self.about), np.shape(self.undetermined)[:1]
         if shapes != ((6, 6), (3,), (6,)):
-            raise PretravelError("the uncertainty of a placement is that of six motions")
+            raise PretravelError(
+                "the uncertainty of a placement needs a covariance (6, 6) of the shifts and "
+                "rotations, a centre (3,) and a row for each of the six motions"
+            )
 
     def factors(self, points: FloatArray) -> FloatArray:
         """Independent movements of points of the machine with the part, (k, n, 3). [mm]

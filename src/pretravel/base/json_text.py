@@ -53,4 +53,4 @@ def parsed_json(content: bytes, **hooks: Any) -> Any:
     try:
         return json.loads(content.decode("utf-8-sig"), **hooks)
     except RecursionError:
-        raise PretravelError("its values are too deep within each other") from None
+        raise PretravelError("its values are nested too deeply") from None

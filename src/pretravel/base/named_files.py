@@ -50,6 +50,6 @@ def refuse_named_file(what: str, name: object) -> None:
     """
     if _alone.get():
         raise PretravelError(
-            f"{what} names the file {name}; a project contains its files, and names none of this "
-            "computer: use the command line for it"
+            f"{what} names the file {name}; a project contains its files and cannot use others of "
+            "this computer: use the command line for this"
         )

@@ -264,14 +264,14 @@ def as_numbers(values: npt.ArrayLike, what: str) -> FloatArray:
     >>> as_numbers([10**400], "the positions")
     Traceback (most recent call last):
     ...
-    pretravel.base.errors.PretravelError: the positions must be numbers of a usual size
+    pretravel.base.errors.PretravelError: the positions must be numbers, none of them too large
     """
     import numpy as np
 
     try:
         return np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise PretravelError(f"{what} must be numbers of a usual size") from None
+        raise PretravelError(f"{what} must be numbers, none of them too large") from None
 
 
 def limits(quantity: QuantityRange, unit: float = 1.0) -> dict[str, Any]:

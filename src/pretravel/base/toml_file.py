@@ -126,7 +126,7 @@ def parse_toml(text: str, path: str | Path = "") -> TomlDocument:
         digits = re.compile(r"[0-9_]{1000,}")
         place = next((n for n, row in enumerate(text.split("\n"), 1) if digits.search(row)), None)
         raise InputError(
-            "a number has thousands of digits; it is none that this file needs",
+            "a number has thousands of digits; write it with fewer",
             path=path,
             line=place,
         ) from None

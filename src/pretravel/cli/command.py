@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from difflib import get_close_matches
 from itertools import pairwise
 from typing import Any
 
@@ -14,7 +15,7 @@ from typer.core import TyperCommand, TyperOption
 from pretravel.base import PretravelError
 from pretravel.cli.typed_values import HelpUnread
 from pretravel.task import ANSWER as ANSWER
-from pretravel.task import Setting
+from pretravel.task import PLACES, Setting, settings_of, task_named
 
 FAULT = 2
 """Exit code of a fault of any kind: of the options, a file, the disk, pretravel itself."""
@@ -23,6 +24,10 @@ INTERRUPTED = 130
 TYPED = "pretravel.typed"
 """Where the context keeps the arguments as they were typed."""
 
+USAGE_ERROR: Any = typer.BadParameter.__base__
+"""What typer raises for words that it cannot read; it has no public name."""
+_ALIKE = 0.73
+"""Least similarity of an option that may be meant; with one letter less of eight it is 0.93."""
 _RENAMED = {("measure", "--features"): "--drawing"}
 """Options by their command and their former name, and their names of today."""
 
@@ -76,6 +81,10 @@ class Command(HelpUnread, TyperCommand):
             if not error.message or error.param is None:  # an option is missing: typer's message
                 raise
             raise PretravelError(f"{typed_name(error.param)} {error.message}") from error
+        except USAGE_ERROR as error:
+            if hasattr(error, "option_name"):
+                self._advise(error)
+            raise
         for parameter in self.params:
             value = ctx.params.get(parameter.name)
             numbers = value if isinstance(value, tuple) else (value,)
@@ -131,6 +140,15 @@ class Command(HelpUnread, TyperCommand):
             title = getattr(each, "rich_help_panel", None) or OPTIONS if is_option else "Arguments"
             parts.setdefault(title, []).append(each)
         return {title: found for title, found in parts.items() if found}
+
+    def _advise(self, error: Any) -> None:
+        """Say of an option that does not exist which options are spelled alike, or who has it."""
+        known = [option.lstrip("-") for each in self.params for option in each.opts]
+        alike = get_close_matches(error.option_name.lstrip("-"), known, cutoff=_ALIKE)
+        error.possibilities = [f"--{name}" for name in alike] or None
+        others = [] if alike else _commands_with(error.option_name)
+        if others:
+            error.message += f". It is an option of {', '.join(others)}"
 
     def _renamed(self, word: str) -> str:
         """The option that replaces a deprecated one, which is said on stderr."""
@@ -201,7 +219,7 @@ def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
         name = re.sub(kinds, word, name)
     if whole:
         return name, text
-    default = re.search(r"default: ([^;\]]+?)\.?(?: +\[|;|\]|$)", text)
+    default = re.search(r"default: ([^;\]]+?)(?:\.0)?\.?(?:\. [A-Z]| +\[|;|\]|$)", text)
     first = parameter.help or text
     if parameter.rich_help_panel != OUTPUT:  # of an output all formats are named
         first = _SENTENCE.split(first, maxsplit=1)[0]
@@ -211,6 +229,12 @@ def _help_row(parameter: Any, ctx: Any, whole: bool) -> tuple[str, str]:
     if parameter.required and name.startswith("-"):
         return name, f"{first}. [required]"
     return name, f"{first}. [{default[1]}]" if default else f"{first}."
+
+
+def _commands_with(option: str) -> list[str]:
+    """The commands that have an option."""
+    tasks = [task_named(name) for name in PLACES]
+    return [t.name for t in tasks if option in {each.option for each in settings_of(t)}]
 
 
 def typed_name(parameter: Any) -> str:

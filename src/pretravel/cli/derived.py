@@ -139,7 +139,8 @@ def _section(task: type[Task], setting: Setting) -> str:
 
 def _information(setting: Setting, section: str) -> Any:
     field = setting.field
-    common: dict[str, Any] = {"metavar": field.metavar or None, "rich_help_panel": section}
+    metavar = field.metavar or ("FOLDER" if field.writes == FOLDER else None)
+    common: dict[str, Any] = {"metavar": metavar, "rich_help_panel": section}
     if field.parse is not None or field.names is not None:
         common["parser"] = str  # what its words say is read in typed_values
     elif setting.kind in (float, int) and field.range is not None:

@@ -58,8 +58,8 @@ def correction_on_control(
     form = CONTROLS[to].files(pretravel_map, settings).form
     if form is None:
         raise PretravelError(
-            f"the files for {to} contain radii, not a map: the errors after them are in the rows "
-            "of two axis radii and of eight radii",
+            f"the files for {to} contain radii, not a map. The errors that the radii leave are in "
+            "the rows 'two axis radii' and 'eight radii'",
             inputs=("for",),
         )
 
@@ -102,7 +102,7 @@ def table_travel(pretravel_map: PretravelMap, feed: float | None) -> float:
         return 0.0
     if feed is None:
         raise PretravelError(
-            f"this map is that of the probe at rest, with a signal delay of "
+            "this map is that of a resting probe, and gives the signal delay separately: "
             f"{1e3 * pretravel_map.delay:.3f} ms; a table holds for one feed: give the measuring "
             "feed",
             inputs=("feed",),

@@ -154,7 +154,9 @@ def _names(line: str) -> set[str]:
         if name not in _ROW_NAMES | _TITLE_NAMES:
             raise ValueError(f"{{{name}}} is not known")
         if conversion or not _FORM.fullmatch(form or ""):
-            raise ValueError(f"the form of {{{name}}} is not one such as +.5f")
+            raise ValueError(
+                f"the number format of {{{name}}} cannot be used; write one such as +.5f"
+            )
         found.add(name)
     return found
 

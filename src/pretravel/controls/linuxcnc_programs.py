@@ -36,7 +36,7 @@ def linuxcnc_program(
     by_hand: bool = False,
     written: str = "",
 ) -> str:
-    """G-code that makes the touches of a program and logs each of them.
+    """Write the G-code that makes the touches of a program and logs each of them.
 
     All moves stop at a contact. The program stops with a message, which
     contains the label of the touch, where a touch makes no contact, where the contact comes too
@@ -66,8 +66,8 @@ def linuxcnc_program(
     Raises
     ------
     PretravelError
-        The log's name is none that the control can read back; a line is too
-        long for the control; the map belongs to another tip or another feed.
+        The control cannot read back a log of this name; a line is too long for the control; the map
+        belongs to another tip or another feed.
 
     >>> from pretravel.files.machine import Machine
     >>> from pretravel.controls.program import plan_program
@@ -118,10 +118,10 @@ def _check_log(log: str) -> None:
     stem = log.removesuffix(LOG_ENDING)
     if stem == log or not all(c in _LOG_SIGNS for c in stem):
         raise PretravelError(
-            f"log file '{log}': its name has small letters, digits and - or _, and ends with "
-            f"{LOG_ENDING}. The control does not report a log that it cannot write; it can read a "
-            "file of such a name back, and the program stops where the touches are not in it. The "
-            "log has no folder, it is written next to the INI file",
+            f"log file '{log}': give a name of small letters, digits, - and _ that ends with "
+            f"{LOG_ENDING}, without a folder (the log is written next to the INI file). The "
+            "control does not report that it cannot write a log. The program therefore reads the "
+            "log back, which only works with such a name, and stops if touches are missing",
             inputs=("log",),
         )
 

@@ -128,7 +128,7 @@ def plan_program(
     obstacles: Sequence[Obstacle] = (),
     leave_out: bool = False,
 ) -> ProbingProgram:
-    """Plan free ways to touch targets, each target at every feed and with repeats.
+    """Plan collision-free paths to targets, for each target at every feed and with repeats.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def plan_program(
     obstacles : sequence of Obstacle
         All objects that the moves must not meet.
     leave_out : bool
-        Leave out targets that the probe cannot get to, instead of refusing them.
+        Leave out targets that the probe cannot reach, instead of refusing them.
 
     Returns
     -------

@@ -74,8 +74,8 @@ def check_height(touches: TouchMoves, surroundings: Surroundings) -> None:
     )
     if machine.safe_height < highest:
         raise PretravelError(
-            f"safe_height_mm = {machine.safe_height:g}: the tip's centre must be at "
-            f"{highest:.3f} mm at least to travel over what is there (work coordinates)"
+            f"safe_height_mm = {machine.safe_height:g}: the tip's centre must be at {highest:.3f} "
+            "mm at least to travel over the obstacles (work coordinates)"
         )
 
 

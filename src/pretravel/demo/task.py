@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -70,9 +70,9 @@ class Demo(Task):
         refuse_other_kinds(self.output / name for name in DEMONSTRATION_FILES)
         record = progress.record()
         with progress.working("qualifying, compensating, drawing"):
-            return Demonstration(self, self._written(record))
+            return Demonstration(self, self._written(record, progress.say))
 
-    def _written(self, record: WorkRecord | None) -> Document:
+    def _written(self, record: WorkRecord | None, say: Callable[[str], None]) -> Document:
         """Write the page and its files; return what is printed."""
         from pretravel.demo.demonstration import (
             compare_kinds_of_map,
@@ -93,16 +93,19 @@ class Demo(Task):
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise PretravelError(f"cannot make the folder {folder}: {error.strerror}") from error
+        say("1 of 4: qualifying the probe, measuring two bores, compensating a part")
         job = do_main_job(touches)
+        say("2 of 4: drawing their pictures")
         pictures = main_job_pictures(job)
         _write_pictures(pictures, folder)
         write_points(folder / "points.csv", job.points)
         write_map(folder / "map.json", job.qualification.pretravel_map)
-        _LOG.info("comparing kinds of map")
+        say("3 of 4: comparing the kinds of map")
         kinds = compare_kinds_of_map(touches, job.qualification)
         more = kinds_pictures(kinds)
         _write_pictures(more, folder)
         pictures |= more
+        say("4 of 4: writing the page")
         document = demonstration_document(job, kinds, pictures.values())
         files = ("points.csv", "map.json", *pictures)
         write_page(folder / "index.html", document, files, record=record)

@@ -86,9 +86,9 @@ def _moments(path: Path) -> list[datetime]:
         moment = _moment(year, month, day, time)
         if moment is None and _moment(year, day, month, time) is not None:
             raise InputError(
-                f"the date {day}-{month}-{year} in its name has the month before the day, which "
-                "other names cannot be distinguished from: rename the files, year first, such as "
-                f"{year}-{day}-{month}",
+                f"the date {day}-{month}-{year} in its name has the month before the day, and "
+                "dates in other names can be read both ways: rename the files, year first, such "
+                f"as {year}-{day}-{month}",
                 path=path,
             )
         found += [] if moment is None else [moment]

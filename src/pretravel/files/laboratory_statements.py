@@ -227,7 +227,8 @@ def comparison_sentence(standard: str, statements: LaboratoryStatements | None) 
     str
 
     >>> print(comparison_sentence("ISO 10360-5", None))
-    What is used here of ISO 10360-5 was written without its text and was not checked against it.
+    What is used here of ISO 10360-5 was written without the text of the standard and was not \
+checked against it.
     >>> stated = LaboratoryStatements(
     ...     LaboratoryIdentity("North Ltd, Aberdeen"),
     ...     standards=ComparedStandards(iso_10360_5="edition 2020, A. Lee, 2026-03-02"),
@@ -240,8 +241,8 @@ def comparison_sentence(standard: str, statements: LaboratoryStatements | None) 
     compared = "" if statements is None else statements.compared(standard)
     if statements is None or not compared:
         return (
-            f"What is used here of {name} was written without its text and was not checked against "
-            "it."
+            f"What is used here of {name} was written without the text of the standard and was not "
+            "checked against it."
         )
     laboratory = re.split(r"[,\n]", statements.laboratory.name)[0].strip() or "The laboratory"
     return (

@@ -61,7 +61,7 @@ def write_map(
 
 
 def read_map(path: str | Path, *, tip_diameter: float | None = None) -> PretravelMap:
-    """A map from disk.
+    """Read a map.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def read_map(path: str | Path, *, tip_diameter: float | None = None) -> Pretrave
         checked(tip_diameter, "the tip's diameter", TIP_BALL, inputs=("tip_diameter",))
     if tip_diameter is not None and not 0.0 < tip_diameter < 100.0:
         raise PretravelError(
-            f"the tip's diameter is {tip_diameter:g} mm; it lies between 0 and 100",
+            f"the tip's diameter is {tip_diameter:g} mm; it must lie between 0 and 100",
             inputs=("tip_diameter",),
         )
     is_table = ending == ".csv"

@@ -302,7 +302,7 @@ def _parsed(content: bytes) -> dict[str, Any]:
 def _check_depth(content: bytes) -> None:
     # Brackets within texts do not count, but few files have any.
     if _depth(content) > _DEEPEST and _depth(_TEXTS.sub(b"", content)) > _DEEPEST:
-        raise PretravelError(f"this is not a map: more than {_DEEPEST} brackets within each other")
+        raise PretravelError(f"this is not a map: more than {_DEEPEST} levels of nested brackets")
 
 
 def _depth(content: bytes) -> int:
@@ -481,9 +481,7 @@ def _provenance(stated: Mapping[str, Any]) -> Provenance:
     try:
         found = Provenance.from_dict(stated)
     except (LookupError, ValueError, TypeError, AttributeError) as error:
-        raise PretravelError(
-            f"the key provenance does not say how a map is made: {error!s:.200}"
-        ) from None
+        raise PretravelError(f"the key provenance cannot be read: {error!s:.200}") from None
     for entry in fields(Provenance):
         usual, value = getattr(Provenance(), entry.name), getattr(found, entry.name)
         if entry.name == "spindle_deg":

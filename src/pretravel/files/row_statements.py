@@ -284,8 +284,8 @@ def comments_among(
     for number, line in among:
         if _CHANGES_ROWS.search(line):
             raise file.error(
-                f"'{shortened(line)}' is among the rows, and can change what the rows after it "
-                "are: give it in a column, or split the table there",
+                f"'{shortened(line)}' is between the rows, and may change the meaning of the rows "
+                "after it: give its content in a column, or split the table there",
                 number,
             )
     return tuple((number, line) for number, line in among if re.search(r"\w", line))

@@ -133,7 +133,7 @@ class StoredBasis:
 
 
 class MapBasis(ABC):
-    """Functions of direction that a map is a sum of.
+    """Functions of direction whose weighted sum is a map.
 
     A concrete basis has its own file and states everything that depends on the kind of map: the
     values of the functions, how a constant is added, what is stored in a file, and the form in

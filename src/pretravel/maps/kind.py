@@ -119,7 +119,7 @@ class ReferenceDrift:
 class KindOfMap(ABC):
     """A kind of map: how it is fitted to touches on a reference.
 
-    A kind is a value; settings that it has of its own are its fields.
+    A kind is immutable; its settings are its fields.
     """
 
     name: ClassVar[str]

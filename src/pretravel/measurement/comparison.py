@@ -212,7 +212,10 @@ def _wozniak(pretravel_map: PretravelMap, everywhere: FloatArray) -> Correction:
         shape = WozniakBasis(float(lobe)).design(directions)[:, 0]
         power = float(shape @ shape)
         if power <= 0.0:
-            raise PretravelError("the map holds along the axis only")
+            raise PretravelError(
+                "the map holds along the probe axis only, so corrections cannot be compared: "
+                "touch the reference on its sides, too"
+            )
         constant = float(shape @ truth) / power
         left = float(np.sum((truth - constant * shape) ** 2))
         if best is None or left < best[0]:

@@ -306,13 +306,13 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
     if touches.outside:
         warnings.append(
             f"{touches.outside} of {touches.count} normals lie outside the map: pretravel is "
-            "extrapolated there, and u does not contain the error of that"
+            "extrapolated there, and u does not contain the error of this"
         )
     if not pretravel_map.states_uncertainty:
         warnings.append(
-            "this map is a prediction without an uncertainty: u_um contains only the tip "
-            "radius (and a given repeatability) alone, not the difference between the described "
-            "probe and yours"
+            "this map is a prediction without an uncertainty: u_um contains only the tip radius "
+            "(and a given repeatability), not the difference between the described probe and "
+            "yours"
         )
     made_at = pretravel_map.feed if pretravel_map.delay is None else None
     if made_at is not None and touches.feeds is not None:
@@ -363,10 +363,12 @@ def conditions_notes(touches: TouchSummary, pretravel_map: PretravelMap) -> list
     list of str
         Empty where both are stated, or do not matter.
     """
-    turned = ""
+    fed, turned = feed_note(touches, pretravel_map), ""
     if pretravel_map.provenance.origin is Origin.QUALIFIED:
         turned = orientation_note(pretravel_map, stated=touches.states_spindle)
-    notes = feed_note(touches, pretravel_map), turned, friction_note(touches)
+    if fed and turned:  # one note, as they have one cause
+        fed, turned = f"{fed}. {turned[0].upper()}{turned[1:]}", ""
+    notes = fed, turned, friction_note(touches)
     return [note for note in notes if note]
 
 
@@ -387,8 +389,8 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
     if stated or not _delay_is_unknown(pretravel_map):
         return ""
     return (
-        "neither the map nor the touches have a feed (column feed_mm_min). If the feeds differ by "
-        "100 mm/min, points are wrong by 3.3 µm for a signal delay of 2 ms. U does not contain this"
+        "neither the map nor the touches have a feed (column feed_mm_min): feeds that differ by "
+        "100 mm/min cause errors of 3.3 µm (signal delay of 2 ms) that are not in U"
     )
 
 
@@ -443,7 +445,7 @@ def embed(
     feeds: npt.ArrayLike | None = None,
     extrapolate: bool = False,
 ) -> Touches:
-    """The touches that a probe with this map would report at given surface points.
+    """Compute the touches that a probe with this map would report at given surface points.
 
     The inverse of `apply`.
 

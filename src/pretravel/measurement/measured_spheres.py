@@ -55,7 +55,7 @@ class MeasuredSphere:
 def measured_sphere(
     touches: Touches, points: Points, pretravel_map: PretravelMap
 ) -> MeasuredSphere:
-    """Centre and diameter of a sphere, with their uncertainties.
+    """Determine centre and diameter of a sphere, with their uncertainties.
 
     Parameters
     ----------

@@ -320,7 +320,7 @@ def errors_of_points(
 def point_sources(
     touches: Touches, points: Points, pretravel_map: PretravelMap
 ) -> dict[str, Covariance]:
-    """The points' errors along their normals, source by source, with their correlation.
+    """Compute the errors of points along their normals by source, with their correlation.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ class ScatterOnPart:
                 f"touches of plane faces scatter by {_um(self.faces.deviation)} µm about them, "
                 f"those of the map by {_um(self.faces.of_map)} µm: form of the faces, or a larger "
                 "scatter of the touches, which u of the points does not contain. Touch some "
-                "places twice, which separates them"
+                "places twice to separate the two"
             )
         return said
 

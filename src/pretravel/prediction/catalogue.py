@@ -157,7 +157,7 @@ def source_text(probe: str | Path) -> str:
 
 
 def load_probe(probe: str | Path) -> Probe:
-    """A probe by catalogue name, or from a TOML file.
+    """Load a probe by its name in the catalogue, or from a TOML file.
 
     Parameters
     ----------

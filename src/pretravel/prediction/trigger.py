@@ -115,7 +115,7 @@ def predict(
     workpiece: Material | None = None,
     gravity: npt.ArrayLike | None = None,
 ) -> Trigger:
-    """The trigger in each direction.
+    """Predict the state at the trigger in each direction.
 
     Parameters
     ----------
@@ -226,9 +226,9 @@ def _predict_with_friction(
 
 
 def predicted_map(probe: Probe, trigger: Trigger) -> PretravelMap:
-    """The pretravel of a prediction as a table of directions, linear between them.
+    """Make a map from a prediction: a table of directions, interpolated linearly.
 
-    `pretravel.prediction.response.response_map` is exact in between.
+    `pretravel.prediction.response.response_map` is exact between the directions.
 
     Parameters
     ----------

@@ -199,7 +199,7 @@ def drift_over_time(
         raise PretravelError("no day has a result: the drift is unknown")
     if not (math.isfinite(limit) and limit > 0.0):
         raise PretravelError(
-            f"the allowed change of the map is {limit:g} mm; it is positive", inputs=("limit",)
+            f"the allowed change of the map is {limit:g} mm; it must be positive", inputs=("limit",)
         )
     times = days_from(moments)
     known = {one.name: (one.values, one.own_u) for one in quantities}

@@ -124,7 +124,7 @@ class Qualification(ShownInNotebooks, WithPlot):
     ----------
     pretravel_map : PretravelMap
     setup : QualificationSetup
-        What it was made with.
+        Reference and conventions of the qualification.
     kind : KindOfMap
     center : (3,) float
         Of the reference, in the convention of `qualify`; on a ring the coordinate
@@ -161,7 +161,7 @@ class Qualification(ShownInNotebooks, WithPlot):
     delay : SignalDelay or None
         Where several feeds separated it; `observed` and the map are then those at rest.
     fit : MapFit
-        What the kind of map states of its fit in addition to the map.
+        What the kind of map reports about its fit.
     warnings : tuple of str
         What to know before the result is used.
     scores : tuple of KindScore

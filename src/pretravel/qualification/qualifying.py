@@ -80,14 +80,13 @@ def qualify(  # noqa: PLR0913  # the setup by its keywords
 
     Every touch determines how far the latched point is from the centre of the reference:
     ``|P - c| = R + r - pretravel`` on a sphere, ``R - r + pretravel`` in a ring. A shift of the
-    centre looks like a first harmonic of the map, and touches on a sphere cannot separate the two:
-    a convention does. Across the axis a harmonic map has no first harmonic, as an even tripod has
-    none (kinds mean and sectors refer to the least-squares centre). Along the axis, where a
+    centre looks like a first harmonic of the map, and touches on a sphere cannot separate the two.
+    A convention decides. Across the axis a harmonic map has no first harmonic, as an even tripod
+    has none (kinds mean and sectors refer to the least-squares centre). Along the axis, where a
     least-squares centre lies 5 to 15 um off, because pole and equator differ so much, the map has
-    the pretravel
-    `QualificationSetup.axial_pretravel` at the pole. The error of the convention shifts map,
-    centre and parts as a whole: distances between points, and to this reference, are right in any
-    case, and the stated uncertainties are of these.
+    the pretravel `QualificationSetup.axial_pretravel` at the pole. An error of the convention
+    shifts map, centre and parts as a whole. Distances between points, and from the reference,
+    remain right, and the uncertainties are those of these distances.
 
     Touches at several feeds separate the signal delay: delay travel grows with the feed,
     pretravel does not. The map is then that of the probe at rest, and contains the delay.
@@ -529,7 +528,7 @@ def _touched(
 def qualify_like(
     touches: TouchesLike, earlier: MapLike, diameter: float, *, ring: bool = False
 ) -> Qualification:
-    """A new map of the same kind and with the same setup as an earlier one.
+    """Qualify again, with the kind and the setup of an earlier map.
 
     Parameters
     ----------

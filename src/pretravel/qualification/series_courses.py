@@ -419,7 +419,7 @@ def due_date(course: Course, limit: float, start: float = 0.0) -> DueDate:
     """
     if not limit > 0.0:
         raise PretravelError(
-            f"the limit of a drift is {limit:g}; it is positive", inputs=("limit",)
+            f"the limit of a drift is {limit:g}; it must be positive", inputs=("limit",)
         )
     last, beyond = float(course.series.times[-1]), (limit, start)
     due = math.inf

@@ -58,7 +58,8 @@ class TimeSeries:
             raise PretravelError("a time or a value of a series is not a finite number")
         if not (np.isfinite(self.u) & (self.u > 0.0)).all():
             raise PretravelError(
-                "an uncertainty of a series is not positive; give what each value is known to"
+                "an uncertainty of a series is not positive; give the standard uncertainty of "
+                "each value"
             )
         if np.any(np.diff(self.times) < 0.0):
             raise PretravelError("the times of a series decrease; put the values in their order")

@@ -116,12 +116,12 @@ def verify(
     ring: bool = False,
     false_alarm_rate: float = 0.01,
 ) -> Verification:
-    """Test whether a probe is still that of its map.
+    """Test whether a probe has changed since its map was made.
 
     Parameters
     ----------
     touches : Touches, str, Path or (n, 6) float
-        New ones on the reference, wherever it stands now.
+        New touches on the reference, which may stand anywhere.
     pretravel_map : PretravelMap, Qualification, str or Path
         Qualified, of the same tip, at the same feed (or with its signal delay separated).
     diameter : float
@@ -322,8 +322,8 @@ def _refuse_rate(false_alarm_rate: float) -> None:
     checked(false_alarm_rate, "the false-alarm rate", PROBABILITY, inputs=("false_alarms",))
     if not 0.0 < false_alarm_rate < 0.5:
         raise PretravelError(
-            f"the false-alarm rate is {false_alarm_rate:g}; it lies between 0 and 0.5 (0.01 is "
-            "usual)",
+            f"the false-alarm rate is {false_alarm_rate:g}; it must lie between 0 and 0.5 (0.01 "
+            "is usual)",
             inputs=("false_alarm_rate", "false_alarms"),
         )
 

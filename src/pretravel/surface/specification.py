@@ -83,7 +83,7 @@ _MEMBERS = ("local", "nearest", "moved", "inside")
 
 
 def parse_surface(text: str) -> Surface | Part:
-    """A surface from its specification.
+    """Make a surface from its specification.
 
     Parameters
     ----------

@@ -60,6 +60,7 @@ def preview_document(
     contact = found.contact if isinstance(found, FilePositions) else None
     touched = positions if contact is None or not any(contact) else positions[np.array(contact)]
     lacks = found.lacks if isinstance(found, FilePositions) else ()
+    sphere = _sphere_figures(touched, None if touches is None else touches.normals, unit)
     return Document(
         title=name,
         verdict=f"{name}: {len(positions) - len(missed)} {kind}"
@@ -68,11 +69,11 @@ def preview_document(
             *((KeyFigure("read", reading),) if reading else ()),
             *(KeyFigure(axis, Span.of(touched[:, i]), unit) for i, axis in enumerate("xyz")),
             *(() if feeds is None else (KeyFigure("feed", Span.of(feeds), "mm/min"),)),
-            *_sphere_figures(touched, None if touches is None else touches.normals, unit),
+            *sphere,
             *_words_figures(found),
             *(
                 KeyFigure("missing", words)
-                for words in (*_missing(unit_known, touches is None), *lacks)
+                for words in (*_missing(unit_known, touches is None, bool(sphere)), *lacks)
             ),
         ),
         tables=(_first_rows(found, positions, unit),),
@@ -131,15 +132,18 @@ def results_document(name: str, results: Sequence[FeatureResult], lacking: str =
     )
 
 
-def _missing(unit_known: bool, without_normals: bool) -> list[str]:
+def _missing(unit_known: bool, without_normals: bool, on_sphere: bool) -> list[str]:
     missing = []
     if not unit_known:
-        missing.append("the unit of length: give mm or inch")
+        advice = "; qualify assumes mm and compares the diameters" if on_sphere else ""
+        missing.append(f"the unit of length: give mm or inch{advice}")
     if without_normals:
         missing.append(
-            "normals: give the plan that was run, one normal for all touches (0,0,1 for heights) "
-            "or the columns of the normals. Not needed: on a sphere for qualify, on a bore, boss "
-            "or sphere for compensate --feature, on a STEP file for align"
+            "normals; qualify needs none on a sphere"
+            if on_sphere
+            else "normals: give columns of normals, the plan that was run, or one normal for all "
+            "touches (0,0,1 for heights). A bore, a boss or a sphere needs none if you name the "
+            "feature, nor does a part that is aligned to its STEP file"
         )
     return missing
 

@@ -242,7 +242,7 @@ def length_or_none(text: str) -> Length:
         return Length(None)
     (value,) = _numbers(text, 1, "a number in µm, or none", NUMBER)
     if not 0.0 <= value <= 100.0:
-        raise PretravelError("it lies between 0 and 100 µm")
+        raise PretravelError("it must lie between 0 and 100 µm")
     return Length(value)
 
 

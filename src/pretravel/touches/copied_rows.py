@@ -91,9 +91,9 @@ def copied_rows_warnings(values: npt.ArrayLike, where: Callable[[int], str]) -> 
         return []
     return [
         (
-            f"{count} rows from {where(again)} on are those from {where(first)} on, to the last "
-            "digit: was the log appended twice? Copies count as repeats, and make scatter and u "
-            "too small: leave them out. Only a simulation without noise, or positions in steps "
-            "that hide the scatter, repeat like this"
+            f"{count} rows from {where(again)} on are equal to those from {where(first)} on, to "
+            "the last digit: was the log appended twice? Copies count as repeats, and make "
+            "scatter and u too small: leave them out. Only a simulation without noise, or "
+            "positions in steps that hide the scatter, repeat like this"
         )
     ]

@@ -60,7 +60,7 @@ _ONE_EACH = {
     ),
     "orientation": (
         "orientations of the probe",
-        "a map is that of one orientation: choose one of them",
+        "a map holds for one orientation: choose one of them",
         ("series",),
     ),
 }
@@ -465,8 +465,8 @@ def refuse_several_runs(labels: Sequence[str] | None, positions: FloatArray) -> 
     if length and labels is not None:
         raise PretravelError(
             f"the labels come {len(positions) // length} times, and the points lie elsewhere each "
-            f"time: {labels[0]} is point 1 and point {length + 1}. Are these several parts? Choose "
-            "one of them by its number, or all, if they are one",
+            f"time: {labels[0]} is point 1 and point {length + 1}. Are these several parts? "
+            "Choose one of them by its number, or all, if they are one part",
             inputs=("series",),
         )
 

@@ -104,17 +104,17 @@ class TestTextsOfStandards:
 
     def test_by_default_it_is_said_that_nobody_compared(self, tmp_path: Path) -> None:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, LaboratoryStatements()), *CHECK))
-        sentence = "was written without its text and was not checked against it."
+        sentence = "was written without the text of the standard and was not checked against it."
         assert f"What is used here of ISO 10360-5 {sentence}" in shown
         assert "This is no statement of conformity" in shown
-        assert shown.count("without its text") == 2  # sentence, verdict
+        assert shown.count("without the text of the standard") == 2  # sentence, verdict
         assert shown.count("not checked") == 1 + 2  # sentence, two definitions
 
     def test_a_laboratory_states_that_it_compared_the_text(self, tmp_path: Path) -> None:
         shown = _printed(_content(tmp_path, filled_file(tmp_path, RIGHT), *CHECK))
         assert "North Ltd declares that it compared what is used here of ISO 10360-5" in shown
         assert "(edition 2020, A. Lee, 2026-03-02)" in shown
-        assert "without its text" not in shown
+        assert "without the text of the standard" not in shown
         assert "This is no statement of conformity" not in shown
 
     def test_the_statement_holds_for_its_standard_alone(self, tmp_path: Path) -> None:
@@ -125,5 +125,5 @@ class TestTextsOfStandards:
             "-o", touches)  # fmt: skip
         command = ("check", "iso230-10", touches, "--diameter", 25)
         shown = _printed(_content(tmp_path, lab, *command))
-        assert "ISO 230-10 was written without its text" in shown
+        assert "ISO 230-10 was written without the text of the standard" in shown
         assert "This is no statement of conformity" in shown

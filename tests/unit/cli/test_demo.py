@@ -51,7 +51,9 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     words = " ".join(text.split())
     assert "with the tip radius alone 2 outside, with the map 2 inside" in words
     assert "bore1 20.0408 20.0102 0.62 bore2 20.0257 19.9950 0.62" in words
-    assert len(text.splitlines()) <= 12
+    assert len(text.splitlines()) <= 16
+    steps = [line[:6] for line in text.splitlines() if " of 4: " in line]
+    assert steps == ["1 of 4", "2 of 4", "3 of 4", "4 of 4"]
     made = {path.name for path in (tmp_path / "out").iterdir()}
     pictures = {"bores.png", "qualification.png", "points.png", "compare.png", "kp3_ring.png"}
     assert made == {"index.html", "map.json", "points.csv", *pictures} == set(DEMONSTRATION_FILES)

@@ -25,6 +25,15 @@ def test_a_missing_option_is_named() -> None:
     assert "--diameter" in run("qualify", SPHERE, code=2)
 
 
+def test_an_unknown_option_has_options_that_are_alike_or_the_commands_that_have_it() -> None:
+    assert "Possible options: --diameter" in run("qualify", SPHERE, "--diamter", 25, code=2)
+    told = run("qualify", SPHERE, "--map", "map.json", code=2)
+    assert "No such option: --map. It is an option of" in told
+    assert "compensate" in told
+    assert "Possible" not in told
+    assert "It is" not in run("qualify", SPHERE, "--nothing-of-this-kind", code=2)
+
+
 def _commands() -> list[tuple[str, ...]]:
     """The words of every command, groups too."""
     top: Any = typer.main.get_command(main.app)

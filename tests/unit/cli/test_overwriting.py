@@ -93,7 +93,7 @@ def test_a_table_for_a_control_replaces_no_part(name: str) -> None:
     write_map(Path("map.json"), old_map())
     Path(name).write_text("ISO-10303-21;\n")
     told = run("export", "map.json", "--to", "renishaw", "-o", name, code=2)
-    assert "is no ending of a file of a control" in " ".join(told.split())
+    assert "is not an ending of a file for a control" in " ".join(told.split())
     assert Path(name).read_text() == "ISO-10303-21;\n"
 
 

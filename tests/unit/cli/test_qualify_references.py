@@ -138,7 +138,10 @@ def test_a_map_beside_a_block(tmp_path: Path) -> None:
         (("--block", 50.8, "--tip", "a=6"), "tip is not used with block"),
         (("--diameter", 25, "--u-backlash", 5), "u backlash is only for block or reference"),
         (("--diameter", 25, "--u-scale-ppm", 5), "--u-scale-ppm"),
-        (("--block", "25.4,50.8,76.2", "-o", "map.json"), "not a map; a sphere, a ring or a pin"),
+        (
+            ("--block", "25.4,50.8,76.2", "-o", "map.json"),
+            "not a map. For a map, touch also a sphere, a ring or a pin",
+        ),
         (("--reference", "ring"), "NAME=SHAPE:SIZE:u"),
         (("--reference", "a=cone:5"), "not a 'cone'"),
         (("--block", 50.8, "--reference", "block=ring:5"), "two references are called block"),

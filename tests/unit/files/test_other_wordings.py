@@ -74,7 +74,7 @@ def test_titles_of_quantities_group_nothing(title: str) -> None:
 )
 def test_comments_among_rows_that_change_them(comment: str) -> None:
     rows = f"x_mm,y_mm,z_mm\n0,0,3\n# {comment}\n5,0,3\n"
-    with pytest.raises(InputError, match=r"line 3: .* is among the rows"):
+    with pytest.raises(InputError, match=r"line 3: .* is between the rows"):
         read_readings(_file(rows), UP)
 
 

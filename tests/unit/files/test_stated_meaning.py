@@ -394,7 +394,7 @@ class TestComments:
     )  # fmt: skip
     def test_what_changes_the_rows_is_refused(self, words: str) -> None:
         rows = f"X,Y,Z,I,J,K\n0,0,3,0,0,1\n# {words}\n5,0,3,0,0,1\n"
-        with pytest.raises(PretravelError, match=r"line 3: .* is among the rows"):
+        with pytest.raises(PretravelError, match=r"line 3: .* is between the rows"):
             read_readings(_file(rows, "a.csv"), ReadingOptions(units="mm"))
 
     def test_a_time_before_a_line_hides_no_tool(self) -> None:

@@ -457,7 +457,7 @@ class TestRefusals:
             ("iso10360-5", {"repeat_limit_um": 1.0}, "repeat limit is only for iso230-10"),
             ("iso230-10", {"size_limit_um": 1.0}, "size limit is only for iso10360-5"),
             ("iso230-10", {"u_diameter_um": 1.0}, "u diameter is only for iso10360-5"),
-            ("iso10360-5", {"size_limit_um": 1.0}, "give the diameter of the tip, or a map"),
+            ("iso10360-5", {"size_limit_um": 1.0}, "the diameter of the tip, or a map"),
         ],
     )
     def test_what_a_standard_does_not_have_is_refused_without_touches(

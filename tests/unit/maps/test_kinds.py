@@ -512,7 +512,7 @@ class TestHarmonicCentre:
         ("name", "said"),
         [
             ("pole", ""), ("near", ""), ("beside", "the pole was not touched, its value is inter"),
-            ("far", "no touch is near the pole, whose value is extrapolated"),
+            ("far", "no touch is near the pole, so that the pretravel there is extrapolated"),
         ],
     )  # fmt: skip
     def test_pretravel_at_the_pole(self, name: str, said: str, axial: float) -> None:
@@ -527,7 +527,7 @@ class TestHarmonicCentre:
         assert at_pole @ found.coefficients == pytest.approx(axial, abs=1e-15)
         own = math.sqrt(at_pole @ fit.covariance.matrix @ at_pole)
         if said:
-            assert f"(u {1e3 * own:.1f} µm" in found.gauge
+            assert f"(u = {1e3 * own:.1f} µm" in found.gauge
         n = fibonacci_cap(50, 1.5)
         values = fit.basis.design(n) @ found.coefficients + n @ (
             fit.observation.center - found.center

@@ -84,7 +84,7 @@ class TestTwoBores:
         outward, _ = around(12)
         other = {"map 1": 1e-3 * outward[:, 0]}
         mixed = [_bores()[0], _bores(shared=other)[1]]
-        with pytest.raises(PretravelError, match="do not give the same common errors"):
+        with pytest.raises(PretravelError, match="have different lists of shared errors"):
             relations_between(mixed)
 
 

@@ -155,6 +155,9 @@ def test_lobes_that_equal_steps_hide_are_named(count: int, hidden: tuple[str, ..
     azimuth = 2.0 * np.pi * np.arange(count) / count
     (text,) = _bore(azimuth, 0.0 * azimuth).warnings
     assert f"cannot reveal a form of {hidden[0]}, {hidden[1]} or {hidden[2]} lobes" in text
+    twelve = _bore(2.0 * np.pi * np.arange(12) / 12, np.zeros(12))
+    assert "11 or 12 lobes" in twelve.hidden_form  # rare: no warning
+    assert not twelve.warnings
     unequal = steps_around(count)
     assert not _bore(unequal, 0.0 * unequal).warnings
     many = 2.0 * np.pi * np.arange(14) / 14

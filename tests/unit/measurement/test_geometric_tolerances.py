@@ -356,7 +356,10 @@ class TestOfForm:
         [
             ({"kind": "flatness", "datums": ("A",)}, "a flatness has no datum"),
             ({"kind": "position", "datums": ("A",), "offset": 0.1}, "has no offset"),
-            ({"kind": "profile", "between": (0.0, 1.0)}, "a projected zone is that of a position"),
+            (
+                {"kind": "profile", "between": (0.0, 1.0)},
+                "only a position or an orientation has a projected zone",
+            ),
             ({"kind": "position", "datums": ("A",), "between": (1.0, 1.0)}, "between 1 and 1 mm"),
         ],
     )

@@ -108,5 +108,5 @@ def test_days_are_counted_from_the_first() -> None:
 def test_a_due_date_needs_a_positive_limit(limit: float) -> None:
     level = DailyQuantity("level", "µm", np.arange(3.0), np.ones(3), share=1e-3)
     days = [datetime(2026, 3, 1 + day) for day in range(3)]
-    with pytest.raises(PretravelError, match="it is positive"):
+    with pytest.raises(PretravelError, match="it must be positive"):
         drift_over_time(days, [level], limit)

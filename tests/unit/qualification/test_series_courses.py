@@ -270,7 +270,7 @@ def test_too_few_days(times: list[float]) -> None:
 
 @pytest.mark.parametrize("limit", [0.0, -1e-3, math.nan])
 def test_a_limit_is_positive(limit: float) -> None:
-    with pytest.raises(PretravelError, match="; it is positive"):
+    with pytest.raises(PretravelError, match="; it must be positive"):
         due_date(course_of(SERIES["drift"]), limit)
 
 

@@ -270,9 +270,11 @@ def _show_status(work: Work, missing: str) -> None:
     if work.error:
         error_view(work.error)
         if work.result is not None:
-            note("What stands below is the result of earlier inputs. It cannot be used.")
+            note("The result below is that of earlier inputs. It cannot be used.")
     if work.held and work.result is not None:
-        note(f"{', '.join(work.held)}: correct it first. What stands below is of before.")
+        note(
+            f"{', '.join(work.held)}: correct it first. The result below is that of earlier inputs."
+        )
     if work.cancelled:
         note(work.cancelled)
     if work.stale and not work.job.automatic:

@@ -102,7 +102,10 @@ def statements_form(state: ScreenState) -> None:
         for table, statements in groupby(listed, lambda one: one.table):
             text("h3", table.capitalize())
             if table == "standards":
-                note("Texts that you own and compared with what a report says of its definitions.")
+                note(
+                    "Standards whose text you own and have compared with the definitions of a "
+                    "report."
+                )
             with ui.element("div").classes("field-grid"):
                 for one in statements:
                     _statement_field(state, f"{one.table}.{one.key}", one.meaning, ui)

@@ -76,7 +76,7 @@ class TriggerField:
 
 
 def field_at_trigger(probe: Probe, direction: npt.ArrayLike, reduced: ReducedModel) -> TriggerField:
-    """Lift the reduced model's state at the trigger back to the mesh.
+    """Compute displacement and stress of the whole mesh at the trigger, from the reduced model.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def reduction_key(probe: Probe, settings: MeshSettings) -> str:
 def reduced_model(
     probe: Probe, settings: MeshSettings | None = None, solver: str = "auto"
 ) -> ReducedModel:
-    """The reduced model of a probe, from the cache or newly made.
+    """Return the reduced model of a probe, from the cache or newly made.
 
     Parameters
     ----------
@@ -132,13 +132,13 @@ def reduced_model(
     PretravelError
         An unknown solver.
     DescriptionError, InputError, MeshError, CapacityError
-        From the steps of which it consists.
+        From the steps: description, geometry, mesh, solution.
 
     Warns
     -----
     UserWarning
         A cached file was damaged or foreign and has been recomputed; the cache cannot
-        be written, or other users can write to it: it is then not used, which is said once.
+        be written, or other users can write to it: it is then not used, with one warning.
     """
     check_solver(solver)  # also where the model comes from the cache
     settings = settings or MeshSettings()

@@ -106,8 +106,8 @@ def identify(
     model : str or callable
         As for `predict`.
     forces : MeasuredForces, optional
-        They tell the preload and the lever, which a map does not; with them alone friction at the
-        seats can be free.
+        They determine the preload and the lever, which a map does not. Without a map, friction at
+        the seats can be free, too.
 
     Returns
     -------
@@ -117,7 +117,7 @@ def identify(
     ------
     PretravelError
         Neither map nor forces; unknown names; a fit that leaves the range of possible probes; a
-        description with friction; a map that cannot carry the answer
+        description with friction; a map without the touches that the fit needs
         (`pretravel.design.identification.evidence`).
 
     Notes
@@ -126,11 +126,10 @@ def identify(
     that between its touches the two differ by more than the map's u. The weights are the scatter of
     the touches, which repeats and residuals estimate together, and the u of the reference. A shift
     of the reference is free, since a map does not contain it. The fit begins at the best of all
-    rotations; of several that fit as well the one nearest to the start is the answer, and the
-    others are named in `unknown`. A map of
-    pretravel determines the product of compliance and force; it distinguishes preload and
-    stiffness only by the nonlinearity of the seats and by the lobes. So free few numbers, and
-    read `unknown`.
+    rotations. If several fit equally well, the result has the rotation nearest to the start, and
+    `unknown` names the others. A map of pretravel determines the product of compliance and force;
+    it distinguishes preload and stiffness only by the nonlinearity of the seats and by the lobes.
+    Therefore free few numbers, and read `unknown`.
     """
     numbers = free_numbers(free)
     if pretravel_map is None:

@@ -52,7 +52,7 @@ class PartSetup:
     friction : float
         Coulomb's coefficient between tip and part.
     clearance : float
-        Length of way before the contact on which the ball must meet no other face. [mm]
+        Length of the path before the contact on which the ball must meet no other face. [mm]
     check_stylus : bool
         Whether to check that the stylus of a described probe does not meet the part either.
     placement : Placement, optional

@@ -124,7 +124,7 @@ def predicted_tip(
     workpiece: Material | str | None = None,
     gravity: npt.ArrayLike | None = None,
 ) -> PredictedTip:
-    """The tip of a described probe under a model.
+    """Predict how the tip of a described probe behaves, by a model.
 
     Parameters
     ----------

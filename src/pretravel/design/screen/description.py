@@ -58,7 +58,7 @@ def same_of_design(state: ScreenState, source: str, digest: str, *tasks: Task) -
     if source == DESIGN_FILE and not is_saved(state, digest):
         note(
             "The same on the command line and in Python: commands read the design from a file. "
-            f"Save it first, with the button {_BUTTON}; the lines are here then."
+            f"Save it first, with the button {_BUTTON}; the lines then appear here."
         )
     else:
         same_elsewhere(*tasks)

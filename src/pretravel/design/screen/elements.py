@@ -80,7 +80,7 @@ def _expected(designs: Work, work: Work) -> None:
     note(
         "The empty columns of this table get the values of finite elements, with the highest "
         "stress; the pictures of force and pretravel get their rings. The bent probe with its "
-        "stress at the trigger is here then, in the direction that you choose."
+        "stress at the trigger then appears here, in the direction that you choose."
     )
     table_view(elements_comparison_table((compared.other.trigger, compared.design.trigger)))
 

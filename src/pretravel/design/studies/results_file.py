@@ -179,7 +179,7 @@ def read_results(path: str | Path) -> StudyResults:
             **_on_walls(stored),
         )
     except (KeyError, TypeError, ValueError) as error:
-        raise file.error(f"results of a study that are not whole ({error})") from None
+        raise file.error(f"incomplete results of a study ({error})") from None
 
 
 _MOST_CURVES = 1000

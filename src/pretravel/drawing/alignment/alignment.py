@@ -34,7 +34,7 @@ _SEEN = 0.05  # least share of a touch's error in its residual: below, it determ
 
 @dataclass(frozen=True)
 class Datum:
-    """Faces that take motions from a part together, as a datum of a drawing does (ISO 5459).
+    """Faces that together fix motions of a part, as a datum of a drawing does (ISO 5459).
 
     Attributes
     ----------
@@ -43,10 +43,11 @@ class Datum:
     faces : tuple of int
         Indices of the faces.
     outside : bool
-        Associated from outside the material, as ISO 5459 does: planes that touch it with the
-        smallest largest distance, the largest inscribed bores, the smallest circumscribed bosses
-        and balls; each constrained by the datums before it. It rests on a few touches, whose
-        errors move the part; the form of the part is no error then. Else by least squares.
+        Associated from outside the material, as ISO 5459 does: planes with the smallest possible
+        largest distance from the surface, the largest inscribed bores, the smallest circumscribed
+        bosses and balls, each constrained by the datums before it. Such a datum rests on a few
+        touches, whose errors move the part; the form of the part does not count as an error. False:
+        by least squares.
     """
 
     name: str
@@ -73,7 +74,7 @@ class Alignment:
     gross : (n,) bool
         Touches that do not fit the others, which are left out.
     about : (3,) float
-        Point of the machine about which turns are meant: the middle of the used points. [mm]
+        Point about which the rotations act: the middle of the used points, in the machine. [mm]
     motions : (6, m) float
         Motions of the part that the touches determine, machine axes: shifts in mm, turns about
         `about` in rad.

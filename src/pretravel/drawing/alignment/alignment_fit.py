@@ -516,7 +516,7 @@ def touching(
     if not found.success:
         raise ConvergenceError(
             f"a datum from outside the material was not found ({found.message}). Touch a bore or "
-            "a boss all around, or take least squares",
+            "a boss all around, or associate the datum by least squares",
             inputs=("datum_association",),
         )
     active = np.flatnonzero(np.abs(np.asarray(found.slack)) < 1e-7)

@@ -60,7 +60,7 @@ _Derive = Callable[[MeasuredFeature, MeasuredFeature, Association, Association],
 
 
 def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelation, ...]:
-    """Distances and angles between features of one set of points.
+    """Compute distances and angles between features of one set of points.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def relations_between(features: Sequence[MeasuredFeature]) -> tuple[FeatureRelat
 
 
 def covariance_of_positions(features: Sequence[MeasuredFeature]) -> FloatArray:
-    """The joint covariance of the positions of features.
+    """Compute the joint covariance of the positions of features.
 
     Parameters
     ----------

@@ -84,14 +84,14 @@ def feature_by_trials(
     """
     if measured.is_extreme:
         raise PretravelError(
-            "trials are of features of least squares; leave the association out",
+            "trials are possible for least-squares features only; leave the association out",
             inputs=("trials", "association"),
         )
     errors = measured.errors
     if not errors.correlation_known or not measured.points.state_uncertainty:
         raise PretravelError(
-            "trials need the uncertainty of each point and what the points have in common, which "
-            "pretravel compensate writes",
+            "trials need the uncertainty of each point and the errors that the points share; "
+            "files of pretravel compensate contain both",
             inputs=("trials",),
         )
     generator = np.random.default_rng(rng)

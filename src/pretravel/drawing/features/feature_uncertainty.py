@@ -317,8 +317,8 @@ def check_same_causes(features: Sequence[FeatureErrors]) -> bool:
     known = [each.correlation_known for each in features]
     if any(each != causes[0] for each in causes) or len(set(known)) > 1:
         raise PretravelError(
-            "the points of these features do not give the same common errors, so that it is not "
-            "known which of them are common to both; compensate the touches of both together"
+            "the points of these features have different lists of shared errors, so the "
+            "correlation between the features is unknown; compensate the touches of both together"
         )
     return known[0]
 

@@ -29,6 +29,7 @@ _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
 _MOST_FILLED = 0.5  # largest share of the degrees of freedom that a feature's family takes
 _FAR_BEYOND = 3.0  # times the errors: residuals from which it matters what they are
+_MANY_LOBES = 10  # more than chucks, drills and reamers leave: a note, not a warning
 _MOST_TOUCHES = 50_000  # more are taken as rough alone
 _ROUGHEST = 10.0 * MICROMETRE
 """Standard deviation from touch to touch, from which shapes that fill the few residuals are
@@ -151,20 +152,29 @@ class FormOfPart:
             moved[mine] += amounts @ factors
         return np.asarray(moved)
 
+    @property
+    def _hidden_lobes(self) -> list[int]:
+        return [int(text.split()[0]) for text in self.hidden if text.endswith(" lobes")]
+
+    def hidden_form(self, touches: int) -> str:
+        """Which form of the part so many touches cannot reveal; empty if there is none."""
+        lobes = self._hidden_lobes
+        if not self.hidden:
+            return ""
+        counts = " or ".join(", ".join(map(str, lobes)).rsplit(", ", 1))
+        words = [f"{counts} lobes"] if lobes else []
+        words += [text for text in self.hidden if not text.endswith(" lobes")]
+        return (
+            f"{touches} touches at these places cannot reveal a form of {' or '.join(words)}, "
+            f"which would appear as an error of {'size' if lobes else 'direction'} or position. U "
+            "does not contain this error. If the part may have such a form, touch at unequal steps "
+            "or more places"
+        )
+
     def sentences(self, touches: int) -> tuple[str, ...]:
         """What so many touches hide, and U does not contain or has by prior alone."""
-        found = []
-        if self.hidden:
-            lobes = [text.split()[0] for text in self.hidden if text.endswith(" lobes")]
-            shapes = [text for text in self.hidden if not text.endswith(" lobes")]
-            counts = " or ".join(", ".join(lobes).rsplit(", ", 1))
-            words = [f"{counts} lobes"] if lobes else []
-            found.append(
-                f"{touches} touches at these places cannot reveal a form of "
-                f"{' or '.join([*words, *shapes])}, which would appear as an error of "
-                f"{'size or position' if lobes else 'position or direction'}. U does not contain "
-                "it. If the part may have such a form, touch at unequal steps or more places"
-            )
+        rare = min(self._hidden_lobes, default=0) >= _MANY_LOBES
+        found = [self.hidden_form(touches)] if self.hidden and not rare else []
         if self.alike:
             shape = "lobes" if self.alike[0].endswith("lobes") else self.alike[0]
             found.append(

@@ -250,6 +250,11 @@ class MeasuredFeature(WithPlot):
         return self.errors.form.sentences(len(self.points))
 
     @property
+    def hidden_form(self) -> str:
+        """Which form of the part no touch at these places reveals; empty if there is none."""
+        return self.errors.form.hidden_form(len(self.points))
+
+    @property
     def carrying(self) -> tuple[str, ...]:
         """Labels of the points that move the feature: of an extreme one, those it rests on."""
         if self.kind == BARE_SURFACE:

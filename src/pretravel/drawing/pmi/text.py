@@ -139,8 +139,8 @@ def features_text(
     left = [each for each in item_lines(pmi, numbers, drawn.left_out) if each.left_out]
     if left:
         blocks.append(
-            "# Not measured by this file; what is a tolerance has a line at its end, and in the "
-            "answer:\n" + "".join(_comment(each) for each in left)
+            "# Not measured by this file. Each tolerance of these has a table at its end, and a "
+            "line in the report:\n" + "".join(_comment(each) for each in left)
         )
     if pmi.texts:
         texts = "".join(f"#   {_one_line(each)}\n" for each in pmi.texts)
@@ -149,7 +149,7 @@ def features_text(
         texts = "".join(
             f"#   {_one_line(f'#{each.number} = {each.text}')}\n" for each in pmi.unread
         )
-        blocks.append("# Not understood, or referred to by nothing that is:\n" + texts)
+        blocks.append("# Not understood, or used by nothing that is understood:\n" + texts)
     blocks += [_feature_text(each, numbers) for each in drawn.features]
     for pattern in drawn.patterns:
         lines = [

@@ -95,4 +95,4 @@ _MACHINE = (
         "and nothing is called conforming."
     ),
 )
-_READY = ("Ready", "The verdict stands above the table, and the PDF below it.")
+_READY = ("Ready", "The verdict is above the table, and the PDF below it.")

@@ -172,7 +172,9 @@ class DrawnRelation:
 
     def __post_init__(self) -> None:
         if self.quantity not in ("distance", "angle"):
-            raise PretravelError(f"between features is a distance or an angle, no {self.quantity}")
+            raise PretravelError(
+                f"features have a distance or an angle between them, not a {self.quantity}"
+            )
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,7 @@ class NotDecided:
 
 @dataclass(frozen=True)
 class Drawing:
-    """All that is measured in one run.
+    """The features, patterns and relations of a drawing.
 
     Attributes
     ----------

@@ -67,8 +67,8 @@ def inspect_geometry(
             raise PretravelError(f"{placed.label} cannot be a datum of itself")
     if len(features) == 1 and tolerance.kind == POSITION and not groups:
         raise PretravelError(
-            f"{features[0].label}: a position without datums is that of a pattern; give datums, "
-            "or position_tolerance_mm for one in the frame of the points"
+            f"{features[0].label}: only a pattern can have a position without datums; give "
+            "datums, or position_tolerance_mm for a position in the frame of the points"
         )
     if len(features) > 1 and tolerance.kind != POSITION:
         raise PretravelError(f"a pattern has a position, not a {tolerance.kind}")

@@ -74,13 +74,13 @@ class GeometricTolerance:
     between : pair of float or None
         Of a projected zone: its ends on the axis from the nominal point. [mm]
     instead_of : str
-        What the drawing asks in words, where this tolerance is stricter: what fails the stricter
-        one may still conform, and is not decided.
+        Requirement of the drawing in words, if this tolerance is stricter. A feature that fails the
+        stricter tolerance may still conform, so that nothing is decided.
     remark : str
-        What the drawing states of the measurement, such as the free state; in the answer.
+        Conditions of the measurement on the drawing, such as the free state; reports repeat them.
     tangent : bool
-        Whether the orientation is that of the tangent plane, outside the material (T of ISO 1101
-        and ASME Y14.5): the form of the surface does not count.
+        The tolerance applies to the tangent plane outside the material (T of ISO 1101 and ASME
+        Y14.5): the form of the surface does not count.
     """
 
     kind: str
@@ -115,14 +115,16 @@ class GeometricTolerance:
             )
         checked(self.offset, "the offset of the zone", COORDINATE)
         if self.offset and self.kind != PROFILE:
-            raise PretravelError(f"the zone of a {self.kind} has no offset; that of a profile has")
+            raise PretravelError(
+                f"the zone of a {self.kind} has no offset; only the zone of a profile has one"
+            )
         if self.between is not None and (
             self.kind not in (POSITION, *ORIENTATION) or self.between[0] == self.between[1]
         ):
             raise PretravelError(
-                "a projected zone is that of a position or an orientation, between two places on "
-                f"the axis, not between {self.between[0]:g} and {self.between[1]:g} mm of a "
-                f"{self.kind}"
+                "only a position or an orientation has a projected zone, between two places on "
+                f"the axis; this one is a {self.kind} between {self.between[0]:g} and "
+                f"{self.between[1]:g} mm"
             )
 
     @property
@@ -180,7 +182,7 @@ class PlacedFeature:
             key = "at_mm" if what == "point" else "axis"
             raise PretravelError(
                 f"{self.label}: the tolerance needs its nominal {what}: give {key}, or the part "
-                "with whose faces the points agree"
+                "on whose faces the points lie"
             )
         return value
 

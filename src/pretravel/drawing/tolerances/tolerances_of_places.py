@@ -447,7 +447,9 @@ def _datum_float(
     if not floating:
         return nothing, 0.0, ()
     if len(floating) > 1 or len(floating[0].features) > 1:
-        raise PretravelError("one datum may be at maximum material here, and no common one")
+        raise PretravelError(
+            "only one datum can be at maximum material, and it cannot be a common datum"
+        )
     datum = floating[0].features[0]
     found = datum.feature.association
     if datum.feature.kind not in ("circle", "bore", "boss", "cylinder"):

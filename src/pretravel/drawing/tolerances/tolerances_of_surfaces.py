@@ -129,7 +129,9 @@ def _tangent(placed: PlacedFeature) -> MeasuredFeature:
     """The plane outside the material that rests on the highest points."""
     feature = placed.feature
     if feature.kind != "plane":
-        raise PretravelError(f"{placed.label}: a tangent plane is that of a plane")
+        raise PretravelError(
+            f"{placed.label}: a tangent plane needs points of a plane, and this is a {feature.kind}"
+        )
     return measure_feature(
         feature.points,
         "plane",
@@ -217,8 +219,8 @@ def _sections(placed: PlacedFeature, place: FloatArray, kind: str) -> IntArray:
     if len(few):
         label = placed.feature.points.labels[int(np.flatnonzero(found == few[0])[0])]
         raise PretravelError(
-            f"{placed.label}: a {kind} is that of single sections, and the one of point {label} "
-            f"has fewer than {fewest} points. Touch several places of each section"
+            f"{placed.label}: a {kind} is evaluated in single sections, and the section of point "
+            f"{label} has fewer than {fewest} points. Touch several places of each section"
             + (", or give the total run-out" if kind == RUN_OUT else "")
         )
     return found

@@ -86,7 +86,9 @@ CMM_CENTRES = FileFormat(
     what="tip centres of a CMM: number;number;feature no compensation;1;x;y;z",
     reads="positions",
     needs="units; plan by features",
-    verified="twelve public files of one CMM: their form, and the join with lists of their faces",
+    verified=(
+        "the syntax of twelve public files of one CMM, and the join with lists of their faces"
+    ),
     recognises=lambda lines: all(map(_HEAD.match, lines)),
     parse=lambda file, options: read_cmm_centres(file, options.units),
     other_lines="refused",

@@ -405,8 +405,9 @@ def _inside(file: SourceFile, names: list[str], bores: tuple[str, ...] | None) -
     if bores is None:
         raise file.error(
             f"the listing does not say on which side {', '.join(names[:8])} "
-            f"{'were' if len(names) > 1 else 'was'} touched, from inside or outside, on which the "
-            "normals depend: name the bores, or none",
+            f"{'were' if len(names) > 1 else 'was'} touched, from inside or outside, and the "
+            "normals depend on this: give the names of those that were touched from inside, or "
+            "none",
             inputs=("bores",),
         )
     for pattern in bores:

@@ -393,7 +393,9 @@ FUSION = FileFormat(
     reads="touches",
     writes="touches, points",
     needs="units",
-    verified="public files of a Haas post and of Autodesk's reader: their form, and three points",
+    verified=(
+        "the syntax of public files of a Haas post and of Autodesk's reader, and three points"
+    ),
     endings=(".msr", ".txt"),
     recognises=lambda lines: any(re.match(r"G80[01]\s*N", line, re.I) for line in lines),
     parse=lambda file, options: read_fusion(file, options.units),

@@ -87,7 +87,7 @@ class LoggedHeights:
         if self.unplaced is not None and not look_only:
             raise self.file.error(
                 "the log states a height without x and y, so that no point can be made of it. "
-                "pretravel repeat judges how such touches repeat",
+                "pretravel repeat evaluates how such touches repeat",
                 self.unplaced,
             )
         with self.file.named_in_errors(self.lines):

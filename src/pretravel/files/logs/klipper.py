@@ -101,8 +101,7 @@ KLIPPER = FileFormat(
     name="klipper",
     what="console output of Klipper: probe at X,Y is z=Z, of PROBE_ACCURACY and meshes",
     reads="touches",
-    verified="lines of seven public threads, and the lines of the program that write them: their "
-    "form",
+    verified="the syntax of lines in seven public threads and in the source of Klipper",
     self_contained=True,
     recognises=lambda lines: any(map(_TOUCH_BEGINS.search, lines)),
     parse=lambda file, _: read_klipper_log(file),

@@ -362,7 +362,9 @@ PC_DMIS = FileFormat(
     reads="touches",
     needs="units, subtracted radius",
     takes=("radius_taken_off",),
-    verified="the maker's documentation and public routines: their form; no routine that was run",
+    verified=(
+        "the syntax of the maker's documentation and of public routines; no routine that was run"
+    ),
     recognises=_is_pc_dmis,
     parse=lambda file, options: read_pc_dmis(file, options.radius_taken_off, options.units),
     statements=_TABLE,

@@ -59,7 +59,7 @@ def read_print_file(source: Source, units: str | None = None) -> list[FeatureRes
         line = " ".join(text.replace("*", " ").split())
         if head := _HEAD.search(line):
             if max(len(head[1]), len(head[2])) > _MOST_DIGITS:
-                raise file.error("the numbers of component and feature are no such numbers", number)
+                raise file.error("the numbers of component and feature cannot be read", number)
             component, feature = int(head[1]), int(head[2])
         if not re.match(r"(SIZE|POSN|ANG)\b", line, re.I):
             continue

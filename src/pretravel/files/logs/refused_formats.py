@@ -289,8 +289,10 @@ GEOMETRY = FileFormat(
             and any("facet normal" in line for line in lines[:3])
         )
     ),
-    refusal="this is the geometry of a part, without readings. As the nominal surface of a part, "
-    "STEP and IGES files are taken where a nominal is asked for",
+    refusal=(
+        "this is the geometry of a part, without readings. STEP and IGES files can be "
+        "the nominal surface of a part"
+    ),
 )
 
 DOCUMENT = FileFormat(

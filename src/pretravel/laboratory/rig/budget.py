@@ -61,7 +61,7 @@ REN_BUDGET: tuple[LengthComponent, ...] = (
 
 
 def abbe_error(offset: float, tilt: float) -> float:
-    """Error of a length whose scale is not in line with it.
+    """Compute the Abbe error of a length: the scale is not in line with it.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def abbe_component(offset: float, u_tilt: float) -> LengthComponent:
 def thermal_components(
     *, expansion: float, deviation: float, u_expansion: float, u_temperature: float
 ) -> tuple[LengthComponent, LengthComponent]:
-    """The lines of a budget for temperature and thermal expansion of the scale.
+    """Make the lines of a budget for temperature and thermal expansion of the scale.
 
     Parameters
     ----------
@@ -197,8 +197,8 @@ def constant_and_slope(components: Sequence[LengthComponent]) -> tuple[float, fl
     """
     if any(c.constant and c.per_length for c in components):
         raise PretravelError(
-            "a source has a constant part and a part per length; then the uncertainty does not "
-            "have the form of a constant and a slope"
+            "a source has both a constant part and a part per length, which cannot be combined "
+            "into one constant and one slope: give each part as a source"
         )
     return (
         math.sqrt(math.fsum(c.constant**2 for c in components)),

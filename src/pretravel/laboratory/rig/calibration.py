@@ -449,8 +449,8 @@ def _touches_by_direction(touches: Sequence[RigTouch]) -> dict[str, list[RigTouc
         azimuth, polar = angles_of(group[0].trace)
         if polar > math.pi:
             raise PretravelError(
-                f"{name}: the polar angle is {math.degrees(polar):g}°; it lies between 0 (the rod "
-                "pushes the tip along the probe's axis, to the spindle) and 180°"
+                f"{name}: the polar angle is {math.degrees(polar):g}°; it must lie between 0 (the "
+                "rod pushes the tip along the probe's axis, to the spindle) and 180°"
             )
         place = (round(azimuth, 9), round(polar, 9))
         if name_of.setdefault(place, name) != name and math.isfinite(azimuth):

@@ -31,8 +31,8 @@ class MultiStepReadings:
     errors : (n,) float
         Machine error less probe error, with noise. [mm]
     circles : (n, k) float
-        What was fitted to the readings before, by its derivatives: the circle of each setup, of
-        which no reading tells machine or probe. No columns where nothing was.
+        Derivatives of what was fitted to the readings before, the circle of each setup: the
+        readings do not show whether machine or probe contains it. No columns if nothing was fitted.
     first_azimuth : float
         Of the directions with index 1; nan where they are not known. [rad]
     directions : int
@@ -269,9 +269,10 @@ def _beside_circles(signed: FloatArray, circles: FloatArray) -> tuple[FloatArray
     hidden = _split_by_rank(both)[1][: signed.shape[1]]
     if hidden.shape[1] > _IN_CIRCLES:
         raise PretravelError(
-            f"the circles of the setups leave {hidden.shape[1]} combinations of errors open, where "
-            f"the mean and the first harmonic of machine and probe are {_IN_CIRCLES}: touch all "
-            "directions at each orientation, or at more orientations"
+            f"the readings leave {hidden.shape[1]} combinations of errors undetermined. The "
+            f"circle fitted to each setup leaves only {_IN_CIRCLES}, the mean and the first "
+            "harmonic of machine and probe: touch all directions at each orientation, or at more "
+            "orientations"
         )
     basis = _split_by_rank(hidden.T)[1]
     return basis, np.concatenate([signed @ basis, own], axis=1)
@@ -312,8 +313,8 @@ def counted_the_other_way(readings: MultiStepReadings) -> MultiStepReadings:
     count = readings.turn
     if count == 0:
         raise PretravelError(
-            "the directions of machine and probe are not the same ones, numbered 1 to n around "
-            "the circle, so that their orientations have no other way",
+            "the sense of the orientations can be changed only if machine and probe have the "
+            "same directions, numbered 1 to n around the circle",
             inputs=("clockwise",),
         )
     turned = np.mod(2 * (readings.machine - 1) - (readings.probe - 1), count) + 1

@@ -92,8 +92,9 @@ def check_tip_offset(
     """
     if pretravel_map is not None:
         raise PretravelError(
-            "a map is of a probe that is not turned; the stylus-tip offset is that of the touches "
-            "as the machine reports them: leave the map out",
+            "a map holds for one orientation of the spindle, and this test turns the spindle; "
+            "the stylus-tip offset follows from the touches as the machine reports them: leave "
+            "the map out",
             inputs=("map",),
         )
     refuse_other_unit(touches, sphere)

@@ -202,7 +202,8 @@ class StandardCheck:
         reasons = []
         if any(figure.status == UNCHECKED for figure in self.figures):
             reasons.append(
-                "its definitions were written without its text and have not been checked against it"
+                "the definitions were written without the text of the standard and have not been "
+                "checked against it"
             )
         if any(f.limit is not None and f.u_test is None for f in self.figures):
             reasons.append("the uncertainty of the reference is not given")
@@ -279,7 +280,7 @@ def refuse_turned_spindle(touches: Touches) -> None:
         shown = ", ".join(f"{angle:g}°" for angle in found[:8]) + (" …" if found[8:] else "")
         raise PretravelError(
             f"the touches were made at {len(found)} orientations of the spindle ({shown}); this "
-            "test needs touches at one. The test of the stylus-tip offset is that of several"
+            "test needs touches at one. Only the test of the stylus-tip offset uses several"
         )
 
 

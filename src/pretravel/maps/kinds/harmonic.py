@@ -194,13 +194,13 @@ def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touche
     )
     if not touched:
         return gauge + (
-            "; no touch is near the pole, whose value is extrapolated (u "
-            f"{u_pole / MICROMETRE:.1f} µm, in u of the centre, not of the map)"
+            "; no touch is near the pole, so that the pretravel there is extrapolated (u = "
+            f"{u_pole / MICROMETRE:.1f} µm, which u of the centre contains, u of the map does not)"
         )
     if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
         return gauge + (
             "; the pole was not touched, its value is interpolated "
-            f"(u {u_pole / MICROMETRE:.1f} µm)"
+            f"(u = {u_pole / MICROMETRE:.1f} µm)"
         )
     return gauge
 

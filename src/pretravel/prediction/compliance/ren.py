@@ -134,7 +134,7 @@ class RenPretravel:
 
 
 def ren_pretravel(force: npt.ArrayLike, probe: RenProbe) -> RenPretravel:
-    """Pretravel that the Abbé rig measures, in closed form.
+    """Compute the pretravel that the Abbé rig measures, in closed form.
 
     Parameters
     ----------
@@ -250,7 +250,7 @@ class RenTerms:
 
 
 def ren_terms_of(probe: RenProbe | Probe, part: Material | None = None) -> RenTerms:
-    """The coefficients of equation 12.
+    """Compute the coefficients of equation 12.
 
     Parameters
     ----------
@@ -319,7 +319,7 @@ class RenSeats:
 
 
 def ren_trigger_force(directions: npt.ArrayLike, seats: RenSeats) -> FloatArray:
-    """Force at which the first of the six balls of Figure 5a carries no load.
+    """Compute the force at which the first of the six balls of Figure 5a carries no load.
 
     Parameters
     ----------

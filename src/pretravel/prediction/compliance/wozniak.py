@@ -188,7 +188,7 @@ class WozniakPretravel:
 
 
 def wozniak_pretravel(directions: npt.ArrayLike, probe: WozniakProbe) -> WozniakPretravel:
-    """Pretravel of Woźniak's full model, with friction at the tip and in the supports.
+    """Compute the pretravel of Woźniak's full model, with friction at tip and supports.
 
     Parameters
     ----------

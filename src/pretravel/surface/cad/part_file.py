@@ -39,7 +39,7 @@ CAD_ENDINGS = (*STEP_ENDINGS, *IGES_ENDINGS, *MESH_ENDINGS, *_NATIVE)
 
 
 def read_part(path: str | Path) -> Part:
-    """All faces of a CAD file, STEP or IGES.
+    """Read all faces of a CAD file, STEP or IGES.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ _PROGRESS = 50
 
 
 def read_step_part(path: str | Path) -> Part:
-    """All faces of a STEP file, of all its parts in their places.
+    """Read all faces of a STEP file, of all its parts in their places.
 
     Parameters
     ----------

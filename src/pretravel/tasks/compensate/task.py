@@ -103,7 +103,7 @@ class Compensate(
     machine: Annotated[
         Path | None,
         Field(
-            help="Errors of this machine and the probe by direction, from pretravel separate: "
+            help="Errors of machine and probe by direction, from pretravel separate: "
             ".json or .csv. The variances in the direction of each touch replace the repeatability "
             "of the map.",
             label="Separation of machine and probe",
@@ -195,8 +195,8 @@ class Compensate(
         readings = self.read_with(asked, progress)
         if self.feature == _SURFACE and not readings.normals_taken:
             raise PretravelError(
-                "the touches give their normals: those of neighbouring touches are not taken; "
-                "leave the feature out",
+                "the touches have normals, so none are computed from neighbouring touches; leave "
+                "the feature out",
                 inputs=("feature",),
             )
         return readings
@@ -335,8 +335,8 @@ class Compensate(
         if np.median(apart) > _OTHER_SURFACE:
             raise PretravelError(
                 f"the normals of the fitted {self.feature} are {np.median(apart):.0f}° (median) "
-                "off those that the file gives: the touches are of another surface. Leave it "
-                "out, or choose the touches of the feature",
+                "off those that the file gives: the touches are of another surface. Leave the "
+                "feature out, or choose the touches of the feature",
                 inputs=("feature",),
             )
         said = (
@@ -376,8 +376,8 @@ def _error_of_placement(placement: Placement, points: Points) -> tuple[str, ...]
     most = 2.0 * float(along.max()) / MICROMETRE
     said = (
         f"deviations also contain the error of the placement, U up to {most:.2g} µm at these "
-        "points; u is that of the points in the machine. The points that align writes are in the "
-        "frame of the part, and share it"
+        "points. u of a point holds in the machine, without this error; points of align are in "
+        "the frame of the part, and contain the error"
     )
     return (said,)
 

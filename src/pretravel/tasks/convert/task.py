@@ -91,7 +91,7 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     machine: Annotated[
         Path | None,
         Field(
-            help="Machine file, for the tip diameter and, to recognise misses, the overtravel.",
+            help="Machine file. It gives the tip diameter, and the overtravel, which shows misses.",
             reads=True,
         ),
     ] = None

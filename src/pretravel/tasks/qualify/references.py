@@ -311,9 +311,9 @@ class QualifiedReferences(Result):
 def without_map(path: Path) -> PretravelError:
     """What to say where a map is wanted of touches on blocks alone."""
     return PretravelError(
-        f"{path.name}: touches on blocks give terms of the machine and pretravel in their "
-        "directions (.csv, or a page), not a map; a sphere, a ring or a pin of known size with "
-        "them gives one",
+        f"{path.name}: touches on blocks determine terms of the machine and the pretravel in the "
+        "touched directions (written as .csv or as a page), not a map. For a map, touch also a "
+        "sphere, a ring or a pin of known size",
         inputs=("output",),
     )
 

@@ -176,8 +176,8 @@ def _directions_table(fit: ReferenceFit) -> Table:
             ]),
         ),
         "Pretravel by the outward normal of the surface:",
-        "A direction alone is distinguished from the place of the reference where opposite "
-        "directions and the backlash of their axis are known.",
+        "The pretravel of a single direction is separated from the place of the reference only "
+        "if the opposite direction was touched and the backlash of the axis is known.",
         detail=True,
         certificate=True,
     )  # fmt: skip

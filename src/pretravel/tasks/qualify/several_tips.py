@@ -164,8 +164,9 @@ class QualifiedTips(Result):
                 Column.of("repeats to", [q.repeatability / MICROMETRE for q in made], "µm", two),
             ),
             f"Tips from {star.names[0]}:",
-            "u: of the offset as a place, with the uncertainty that separates a centre from its "
-            "map; of points: what points compensated with these maps have of it, at most.",
+            "u: of the offset, including the part by which a centre and its map cannot be "
+            "separated. Of points: the largest u that the offset adds to points compensated with "
+            "these maps.",
         )
         warnings = [f"tip {n}: {w}" for n, q in self.qualifications.items() for w in q.warnings]
         report = Document(

@@ -223,8 +223,9 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         """
         if self.diameter is None and not self.unknown_size:
             raise PretravelError(
-                "the diameter of the reference is not given; a block is given with the distance "
-                "of its faces, and a reference of unknown size gives the shape of the map",
+                "the diameter of the reference is not given. For a block, give the distances of "
+                "its faces; for a reference of unknown size, say so (only the shape of the map "
+                "is then determined)",
                 inputs=("diameter", "block", "unknown_size"),
             )
         return self.diameter

@@ -146,7 +146,7 @@ def cause_text(cause: LikelyCause) -> str:
             f"dirt or a chip on the reference at {describe(np.array(cause.direction))}: "
             f"{amount(MICROMETRE, 'µm', 1)}"
         ),
-        Cause.STEADIER: lambda: "steadier touches than those of the map; no fault of the probe",
+        Cause.STEADIER: lambda: "less noise than in the touches of the map; no fault of the probe",
         Cause.UNKNOWN: lambda: "unknown: no known cause has this pattern",
         Cause.CHANCE: lambda: "chance: a false alarm",
     }

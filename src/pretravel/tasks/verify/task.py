@@ -39,8 +39,8 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
-    If the run is incomplete, or the history already contains these touches, nothing is tested, and
-    the exit code is 3, too.
+    The exit code is also 3 if nothing could be tested, because the run is incomplete or the history
+    already contains these touches.
 
     The old map is kept unless --accept names a new one.
     """

@@ -343,8 +343,8 @@ class Export(Task):
             raise PretravelError("no output was given: use -o FILE, or -o FOLDER for several files")
         if self.output.suffix.lower() in _OF_OTHER_FILES:
             raise PretravelError(
-                f"cannot write {self.output}: {self.output.suffix} is no ending of a file of a "
-                "control, and a file of that kind would be lost",
+                f"cannot write {self.output}: {self.output.suffix} is not an ending of a file for "
+                "a control; choose another name",
                 inputs=("output",),
             )
         if makes_folder(self.to):

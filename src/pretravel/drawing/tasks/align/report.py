@@ -93,8 +93,8 @@ def _rests_on(alignment: Alignment) -> str:
     labels = np.array(alignment.points.labels)[np.flatnonzero(alignment.used)[moves]]
     return (
         f"the datums rest on {', '.join(labels)}: the errors of these touches move the part, and "
-        "noise moves a datum out of the material on average. The form of the part is no error of "
-        "such a datum"
+        "noise moves a datum out of the material on average. The form of the part does not count "
+        "as an error of such a datum"
     )
 
 

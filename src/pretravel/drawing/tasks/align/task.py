@@ -245,7 +245,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
         found = []
         if self.datum_association == "outside" and not self.datum:
             raise PretravelError(
-                "an association from outside the material is that of datums; give them",
+                "only datums can be associated from outside the material, and none is given: "
+                "give the datums",
                 inputs=("datum", "datum_association"),
             )
         for text in self.datum:

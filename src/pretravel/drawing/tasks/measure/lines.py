@@ -239,7 +239,7 @@ def _lower(decided: Conformity) -> float:
     return decided.lower if sized else 0.0
 
 
-STRICTER_FAILS = "the stricter tolerance fails, by which it was decided"
+STRICTER_FAILS = "decided by a stricter tolerance, which is not met"
 """Of a tolerance that was decided by a stricter one: the drawing's may still be kept."""
 
 

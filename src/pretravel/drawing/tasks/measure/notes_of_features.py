@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from pretravel.base import DEGREE, MICROMETRE
 from pretravel.drawing.features.conformity import (
@@ -67,6 +67,7 @@ def notes_of(
             f"{FORM_OF_PART}, or touches scatter more than those on the reference. Its effect on "
             "size and position is in u, with the correlation of the shapes that the residuals show"
         )
+    notes += _of_features(features, lambda f: {f.hidden_form} - {"", *f.warnings})
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
@@ -114,10 +115,11 @@ def notes_on_datums(
         notes += [f"{name}: {remark}" for remark in each.remarks]
     notes += [f"{each.name}: {remark}" for each in together for remark in each.remarks]
     notes.append(
-        "tolerances to datums: each datum feature is associated as its line says, and takes the "
-        "motions that those before it left (ISO 5459); what they leave free is fitted, with the "
-        "least largest distance. The errors of the datums are in U. A zone of a surface contains "
-        "its touched points, that of an axis its ends within the touched length"
+        "tolerances to datums: each datum feature is associated as its line says, and fixes the "
+        "motions that earlier datums left free (ISO 5459). Motions that remain free are fitted, "
+        "so that the largest distance is as small as possible. The errors of the datums are in "
+        "U. A zone of a surface contains its touched points, that of an axis its ends within the "
+        "touched length"
     )
     return notes
 
@@ -177,8 +179,8 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
     warnings.extend(
         f"{shown_name(feature)}: the normals of the points are "
         f"{normals_off(feature) / DEGREE:.1f}° off those of the feature (root mean square), as "
-        "from an expected centre that is not the true one: the tip touched next to these points. "
-        "Compensate again with --feature, or with touches without normals"
+        "happens with a wrong expected centre: the tip touched next to these points. Compensate "
+        "again with --feature, or with touches without normals"
         for feature in features
         if normals_off(feature) > NORMALS_OFF
     )
@@ -188,9 +190,16 @@ def warnings_of(features: Sequence[MeasuredFeature]) -> list[str]:
         for feature in features
         if feature.association.dof < 1
     )
+    warnings.extend(_of_features(features, lambda feature: feature.warnings))
+    return warnings
+
+
+def _of_features(
+    features: Sequence[MeasuredFeature], texts: Callable[[MeasuredFeature], Iterable[str]]
+) -> list[str]:
+    """The texts on features; one that several features have is one line with their names."""
     alike: dict[str, list[str]] = {}
     for feature in features:
-        for text in feature.warnings:
+        for text in texts(feature):
             alike.setdefault(text, []).append(shown_name(feature))
-    warnings.extend(f"{', '.join(names)}: {text}" for text, names in alike.items())
-    return warnings
+    return [f"{', '.join(names)}: {text}" for text, names in alike.items()]

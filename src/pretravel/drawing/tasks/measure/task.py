@@ -305,8 +305,8 @@ class Measure(LaboratoryReport):
             )
         if self.annex and (self.output is None or self.output.suffix.lower() != ".pdf"):
             raise PretravelError(
-                "the annex is that of a PDF; a page has all of it: write the report as .pdf, or "
-                "leave the annex out",
+                "only a PDF has an annex; a page already contains everything: write the report "
+                "as .pdf, or leave the annex out",
                 inputs=("annex",),
             )
         part = None
@@ -320,7 +320,8 @@ class Measure(LaboratoryReport):
         points, notes = points_and_notes(self.points, options)
         if self.tip_diameter is not None and points.state_uncertainty:
             raise PretravelError(
-                f"{self.points}: the points are compensated: the tip's radius was subtracted",
+                f"{self.points}: the points are compensated, so the tip's radius is already "
+                "subtracted: leave the tip's diameter out",
                 inputs=("tip_diameter",),
             )
         with progress.working(f"measuring the features of {len(points)} points"):
@@ -653,8 +654,8 @@ class MeasuredFeatures(Result):
         warnings = []
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
-                "u contains only the errors of probing. For a statement of conformity, give the u "
-                "of the machine, too: its geometry, temperature and clamping"
+                "u contains only the errors of probing. For a statement of conformity, give also "
+                "the u of the machine (geometry, temperature, clamping)"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(

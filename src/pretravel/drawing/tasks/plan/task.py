@@ -124,7 +124,7 @@ class PlanForDrawing(PlanTargets):
 
         if self.tip_diameter is not None or self.stem_diameter is not None:
             raise PretravelError(
-                "the machine file states the probe: leave out the diameters of tip and stem",
+                "the machine file describes the probe: leave out the diameters of tip and stem",
                 inputs=("machine", "tip_diameter", "stem_diameter"),
             )
         if tuple(self.axis) != _UP:

@@ -248,7 +248,8 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         known = self.tip_diameter is not None or self.map_file is not None
         if self.size_limit_um is not None and not known:
             raise PretravelError(
-                "a limit of the size needs a size error: give the diameter of the tip, or a map",
+                "a limit of the size error needs the diameter of the tip, or a map: give one of "
+                "them",
                 inputs=("tip_diameter", "map"),
             )
 

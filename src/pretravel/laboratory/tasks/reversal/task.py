@@ -123,9 +123,9 @@ class ReversedTouches(Result):
             ),
             notes=(
                 (
-                    "Left in the means: mean pretravel, lobes of order two, four and so on, what "
-                    "does not turn with the spindle. Qualify on the means of a ring or a sphere to "
-                    "know them with U."
+                    "the means still contain the mean pretravel, lobes of even order, and errors "
+                    "that do not turn with the spindle. A qualification on the means of a ring or "
+                    "a sphere determines them with U"
                 ),
             ),
             warnings=tuple(self.readings.notes()),

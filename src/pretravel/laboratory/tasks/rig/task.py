@@ -244,7 +244,8 @@ class Rig(LaboratoryReport):
         if self.u_temperature is not None:
             if self.u_expansion is None:
                 raise PretravelError(
-                    "the uncertainty of the ruler's temperature is used with that of its expansion",
+                    "the uncertainty of the ruler's temperature needs the uncertainty of its "
+                    "expansion coefficient, too: give both",
                     inputs=("u_temperature", "u_expansion"),
                 )
             found = [c for c in found if not c.thermal]
