@@ -89,7 +89,7 @@ def commands(group: str) -> str:
     """Every command of a group of the help, with its arguments and options."""
     if group not in GROUPS:
         raise ValueError(f"the help has no group '{group}'")
-    tasks = [*map(task_named, GROUPS[group]), *([App] if App.group == group else ())]
+    tasks = [*map(task_named, GROUPS[group]), *([App] if group == "Start" else ())]
     return "\n".join(map(_command, tasks))
 
 

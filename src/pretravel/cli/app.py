@@ -12,7 +12,6 @@ class App(Task):
     """Open the workbench: the jobs of pretravel as a page in the browser."""
 
     name = "app"
-    group = "Start"
     example = "pretravel app --no-browser"
 
     project: Annotated[

@@ -62,7 +62,6 @@ def command_of(task: type[Task]) -> Any:
         cls=Command,
         help=inspect.cleandoc(task.__doc__ or "").partition("\n\nAttributes\n")[0],
         epilog=f"Example: {task.example}",
-        rich_help_panel=task.group,
         context_settings={"max_content_width": 100},
     )(callback)
     command: Any = typer.main.get_command(alone)
@@ -88,13 +87,11 @@ def group_of(name: str, text: str, tasks: Sequence[type[Task]]) -> Any:
     """
     app = typer.Typer(add_completion=False, rich_markup_mode=None)
     app.add_typer(
-        typer.Typer(name=name, cls=Group, help=text, no_args_is_help=True, add_completion=False),
-        rich_help_panel=tasks[0].group,
+        typer.Typer(name=name, cls=Group, help=text, no_args_is_help=True, add_completion=False)
     )
     group: Any = typer.main.get_command(app).commands[name]  # type: ignore[attr-defined]
     for task in tasks:
         command = command_of(task)
-        command.rich_help_panel = None
         command.short_help = " ".join((command.help or "").partition("\n\n")[0].split())
         group.add_command(command)
     return group

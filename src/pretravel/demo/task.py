@@ -21,7 +21,6 @@ class Demo(Task):
     """Qualify, compensate and compare with the example data, and write a page."""
 
     name = "demo"
-    group = "Start"
     example = "pretravel demo -o demo-output"
 
     data: Annotated[

@@ -483,14 +483,11 @@ class Task:
     ----------
     name : str
         Of the command: ``plan-touches``, ``program sphere``.
-    group : str
-        In which the help lists it.
     example : str
         A command line.
     """
 
     name: ClassVar[str] = ""
-    group: ClassVar[str] = ""
     example: ClassVar[str] = ""
     inherited_without: ClassVar[Mapping[str, tuple[str | When, ...]]] = {}
 

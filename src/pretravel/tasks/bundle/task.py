@@ -33,7 +33,6 @@ class Bundle(TouchFilesWithFeed, OfOneTip):
     """
 
     name = "bundle"
-    group = "Files"
     example = (
         'pretravel bundle sphere.csv --diameter 25 --instrument "OMP40-2, 50 mm" -o bundle.zip'
     )

@@ -63,7 +63,6 @@ class Compensate(
     """Compensate touches to surface points with uncertainties."""
 
     name = "compensate"
-    group = "Measure"
     example = (
         "pretravel compensate part.csv --map map.json --nominal part.step -o points.csv "
         "--plot points.png"

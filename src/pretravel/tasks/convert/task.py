@@ -72,7 +72,6 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     """
 
     name = "convert"
-    group = "Files"
     example = "pretravel convert probe.txt --units mm --plan plan.csv --machine mill.toml -o t.csv"
 
     output: Annotated[
@@ -402,7 +401,6 @@ class Formats(Task):
     """List the file formats, and how reading and writing of each was verified."""
 
     name = "formats"
-    group = "Files"
     example = "pretravel formats"
 
     def run(self, progress: Progress = SILENT) -> TextResult:

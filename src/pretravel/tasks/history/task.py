@@ -73,7 +73,6 @@ class History(
     """
 
     name = "history"
-    group = "Qualify"
     example = "pretravel history logs --diameter 25 --tip-diameter 6 --limit 1 --plot drift.png"
 
     places: Annotated[

@@ -36,7 +36,6 @@ class PlanTouches(Reported):
     """
 
     name = "plan-touches"
-    group = "Qualify"
     example = "pretravel plan-touches --map map.json --count 9 -o targets.csv"
 
     map_file: Annotated[

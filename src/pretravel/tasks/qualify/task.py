@@ -91,7 +91,6 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     """
 
     name = "qualify"
-    group = "Qualify"
     example = "pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
 
     diameter: Annotated[

@@ -21,7 +21,6 @@ class Report(Task):
     """
 
     name = "report"
-    group = "Files"
     example = "pretravel report qualify.report.json bore.json -o report.pdf"
 
     results: Annotated[

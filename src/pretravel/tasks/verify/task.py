@@ -46,7 +46,6 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """
 
     name = "verify"
-    group = "Qualify"
     example = "pretravel verify today.csv --map map.json --diameter 24.9987 --history probe.jsonl"
 
     map_file: QualifiedMap

@@ -46,7 +46,6 @@ class FindAxis(TouchFilesWithFeed, Reported):
     """
 
     name = "axis"
-    group = "Measure"
     example = (
         "pretravel axis c0.csv c60.csv c120.csv --angles 0,60,120 --axis C --map map.json "
         "-o axis.csv"

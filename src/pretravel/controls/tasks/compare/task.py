@@ -58,7 +58,6 @@ class Compare(Reported):
     """
 
     name = "compare"
-    group = "Measure"
     example = "pretravel compare map.json --part part.csv -o compare.html"
 
     map_file: Annotated[

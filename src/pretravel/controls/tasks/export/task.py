@@ -144,7 +144,6 @@ class Export(Task):
     """Export a map as tables and macros for a control."""
 
     name = "export"
-    group = "Control"
     example = "pretravel export map.json --to linuxcnc -o subroutines"
 
     map_file: Annotated[

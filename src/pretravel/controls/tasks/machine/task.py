@@ -20,7 +20,6 @@ class MachineFile(Task):
     """Print a machine file to edit: probe, feeds, safe height, work offset."""
 
     name = "machine"
-    group = "Control"
     example = "pretravel machine --var linuxcnc.var --tools tool.tbl --tool 99 > mill.toml"
 
     parameters: Annotated[

@@ -124,7 +124,6 @@ class ProgramSphere(ProgramTask):
     """
 
     name = "program sphere"
-    group = "Control"
     example = "pretravel program sphere mill.toml --diameter 24.9987 -o sphere.ngc"
 
     machine: MachinePath
@@ -240,7 +239,6 @@ class ProgramAxis(ProgramTask):
     """
 
     name = "program axis"
-    group = "Control"
     example = (
         "pretravel program axis mill.toml --axis C --angles 0:300:60 --diameter 25 "
         "--center 60,0,0 --about 0,0,0 -o axis.ngc"
@@ -373,7 +371,6 @@ class ProgramPart(ProgramTask):
     """Touch the targets of a plan, with moves between them that are free of collisions."""
 
     name = "program part"
-    group = "Control"
     example = "pretravel program part mill.toml plan.csv --surface part.step -o part.ngc"
 
     machine: MachinePath
@@ -529,7 +526,6 @@ class ProgramMdi(Task):
     """
 
     name = "program mdi"
-    group = "Control"
     example = "pretravel program mdi -o subroutines"
 
     output: Annotated[Path, output("Folder for the subroutines, on SUBROUTINE_PATH.", *FOLDER)]

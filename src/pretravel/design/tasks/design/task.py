@@ -34,7 +34,6 @@ class Design(Reported):
     """Find the probe that fits a specification best, within ranges and limits."""
 
     name = "design"
-    group = "Predict"
     example = "pretravel design stylus-50mm -o best.toml --plot best.png"
 
     wish: Annotated[
@@ -91,7 +90,6 @@ class Wishes(Task):
     """List the example specifications for a design, or print one as TOML."""
 
     name = "wishes"
-    group = "Predict"
     example = "pretravel wishes stylus-100mm > wish.toml"
 
     wish: Annotated[

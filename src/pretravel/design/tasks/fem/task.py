@@ -31,7 +31,6 @@ class Fem(Reported):
     """Build the finite elements of a probe, with its state at the trigger."""
 
     name = "fem"
-    group = "Predict"
     example = "pretravel fem omp40-2 --vtu omp40.vtu --plot omp40.png"
 
     probe: ProbeName

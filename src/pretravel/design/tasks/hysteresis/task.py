@@ -30,7 +30,6 @@ class Hysteresis(Reported):
     """Load and unload a probe with friction at the seats: hysteresis, reseat error, zero drift."""
 
     name = "hysteresis"
-    group = "Predict"
     example = (
         "pretravel hysteresis omp40-2 --friction 0.1 --cycles 3 -o cycles.csv --plot cycles.png"
     )

@@ -28,7 +28,6 @@ class Identify(Reported):
     """Identify quantities of a probe's description from a measured map, from forces, or both."""
 
     name = "identify"
-    group = "Predict"
     example = (
         "pretravel identify map.json --probe omp40-2 --free rotation,stem_diameter -o mine.toml"
     )

@@ -37,7 +37,6 @@ class MapInOrientation(Reported):
     """
 
     name = "orientation"
-    group = "Predict"
     example = "pretravel orientation map.json --probe probe.toml --axis 0,1,0 -o turned.json"
 
     map_file: Annotated[

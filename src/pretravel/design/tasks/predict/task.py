@@ -41,7 +41,6 @@ class Predict(Reported):
     """Predict trigger force, sensing distance and pretravel over directions."""
 
     name = "predict"
-    group = "Predict"
     example = "pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png"
 
     probe: ProbeName

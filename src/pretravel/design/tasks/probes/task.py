@@ -28,7 +28,6 @@ class Probes(Task):
     """List the catalogue of probes, or print one description as TOML."""
 
     name = "probes"
-    group = "Predict"
     example = "pretravel probes omp40-2 > mine.toml"
 
     probe: Annotated[

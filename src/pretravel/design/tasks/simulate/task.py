@@ -57,7 +57,6 @@ class Simulate(PlacedPart, Reported):
     """Simulate touches on any surface, as a machine would report them."""
 
     name = "simulate"
-    group = "Predict"
     example = (
         "pretravel simulate omp40-2 --surface part.step#1 --targets plan.csv\n"
         "--noise 0.3 --seed 1 -o touches.csv"

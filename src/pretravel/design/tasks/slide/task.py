@@ -40,7 +40,6 @@ class Slide(Reported):
     """
 
     name = "slide"
-    group = "Predict"
     example = "pretravel slide omp40-2 --surface convex --at 0.5,0.5 --steps 20 -o slide.csv"
 
     probe: ProbeName

@@ -48,7 +48,6 @@ class RunStudy(Reported):
     """
 
     name = "study"
-    group = "Predict"
     example = "pretravel study preload-and-seats -o study.nc --plot study.png"
 
     study: Annotated[
@@ -139,7 +138,6 @@ class Studies(Task):
     """List the studies of the package, or print one as TOML."""
 
     name = "studies"
-    group = "Predict"
     example = "pretravel studies what-matters > mine.toml"
 
     study: Annotated[

@@ -45,7 +45,6 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """
 
     name = "align"
-    group = "Measure"
     example = (
         "pretravel align touches.csv --part part.step --map map.json -o place.json "
         "--points points.csv"

@@ -57,7 +57,6 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     """
 
     name = "check-budget"
-    group = "Qualify"
     example = "pretravel check-budget sphere.csv --diameter 25 --tip-diameter 6 --sets 200"
 
     sets: Annotated[int, Field(help="Simulated qualifications.", range=(20, 100000))] = 100

@@ -17,7 +17,6 @@ class ReadDrawing(Reported):
     """Read datums, sizes and tolerances of a STEP file (AP242), as a drawing for measure."""
 
     name = "drawing"
-    group = "Measure"
     example = "pretravel drawing part.step -o drawing.toml"
 
     step: Annotated[

@@ -20,7 +20,6 @@ class Faces(Reported):
     """List the faces of a STEP or IGES file, with the numbers that part.step#face uses."""
 
     name = "faces"
-    group = "Measure"
     example = "pretravel faces part.step --plot faces.png"
 
     step: Annotated[Path, Field(help="A STEP or IGES file.", positional=True, reads=True)]

@@ -60,7 +60,6 @@ class Measure(LaboratoryReport):
     """
 
     name = "measure"
-    group = "Measure"
     example = (
         'pretravel measure points.csv --feature bore --select "bore1*" --tolerance 20..20.021 '
         "-o bore.html"

@@ -35,7 +35,6 @@ class PlanTargets(Reported):
     """Choose points of a surface to touch, as targets for simulate or for a machine."""
 
     name = "plan"
-    group = "Measure"
     example = "pretravel plan part.step#1 --spacing 3 -o plan.csv --plot plan.png"
 
     surface: Annotated[

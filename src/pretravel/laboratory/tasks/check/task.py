@@ -107,7 +107,6 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     """
 
     name = "check"
-    group = "Laboratory"
     example = (
         "pretravel check iso10360-5 touches.csv --diameter 25 --tip-diameter 5.967 -o check.html"
     )
@@ -440,7 +439,6 @@ class Pattern(Task):
     """
 
     name = "pattern"
-    group = "Laboratory"
     example = "pretravel pattern iso10360-5 --diameter 25 -o targets.csv"
 
     standard: Annotated[

@@ -9,7 +9,6 @@ class Laboratory(Task):
     """Print the statements of a laboratory (--lab), as TOML to fill in."""
 
     name = "laboratory"
-    group = "Laboratory"
     example = "pretravel laboratory > lab.toml"
 
     def run(self, progress: Progress = SILENT) -> TextResult:

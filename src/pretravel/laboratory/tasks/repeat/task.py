@@ -34,7 +34,6 @@ class Repeat(Reported):
     """Evaluate repeated touches of one point: noise, drift, first touch, limits of the next."""
 
     name = "repeat"
-    group = "Qualify"
     example = "pretravel repeat octoprint.log --plot repeat.png"
 
     log: Annotated[

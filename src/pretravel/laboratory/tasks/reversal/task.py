@@ -36,7 +36,6 @@ class Reversal(TouchFilesWithFeed, OfOneTip, Reported):
     """
 
     name = "reversal"
-    group = "Measure"
     example = "pretravel reversal at_0.csv at_180.csv --spindle 0,180 -o means.csv"
 
     spindle: Annotated[

@@ -56,7 +56,6 @@ class Rig(LaboratoryReport):
     """Evaluate traces of a calibration rig: pretravel, hysteresis, repeatability, uncertainty."""
 
     name = "rig"
-    group = "Laboratory"
     example = "pretravel rig rig_*.csv --lab lab.toml -o certificate.html"
 
     traces: Annotated[

@@ -46,7 +46,6 @@ class Separate(LaboratoryReport):
     """
 
     name = "separate"
-    group = "Laboratory"
     example = "pretravel separate readings.csv --repeat-variance 0.8 --repeat-pair 1,1 -o s.csv"
 
     readings: Annotated[
@@ -270,7 +269,6 @@ class PlanSeparation(Task):
     """Plan a multi-step test: orientations and repeats for a required uncertainty."""
 
     name = "separation-plan"
-    group = "Laboratory"
     example = (
         "pretravel separation-plan --directions 24 --variance 0.4 --u-systematic 0.2 -o form.csv"
     )
