@@ -408,8 +408,8 @@ def friction_note(touches: TouchSummary) -> str:
     return (
         f"a coefficient of friction of the part {FRICTION_APART:g} larger than that of the "
         f"reference moves inclined points by up to {touches.by_friction / MICROMETRE:.1f} µm, more "
-        "than their U, which does not contain it: give its uncertainty (u_friction, 0.1 for another "
-        "metal)"
+        "than their U, which does not contain it: give its uncertainty (u_friction, 0.1 for "
+        "another metal)"
     )
 
 
