@@ -105,14 +105,14 @@ def test_inside_and_outside_give_the_scale(tip_diameter: float | None) -> None:
         assert scale.determined
         assert abs(scale.value - 150e-6) < scale.expanded
         # A mean of 2 x 2 x 6 touches and both sizes, over 100 mm; and what the axes repeat at four
-        # places, of which these touches show nothing.
+        # places, of which these touches exclude the largest sizes alone.
         u = np.sqrt(
             4.0 * NOISE**2 / 6.0
             + references[0].u_of(40.0) ** 2
             + references[1].u_of(60.0) ** 2
             + 4.0 * USUAL**2
         )
-        assert scale.u == pytest.approx(u / 100.0, rel=0.35)
+        assert scale.u == pytest.approx(u / 100.0, rel=0.4)
 
 
 def test_a_ring_alone_gives_no_scale() -> None:
