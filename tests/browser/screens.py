@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
+import re
 import shlex
 from collections.abc import Iterable
 from pathlib import Path
@@ -103,6 +105,29 @@ def resting_box(page: Any, part: Any) -> dict[str, float]:
 def data_lines(path: Path) -> list[str]:
     """Lines without comments, which state the date."""
     return [line for line in path.read_text().splitlines() if not line.startswith("#")]
+
+
+def same_values(mine: Path, theirs: Path) -> bool:
+    """Whether two tables have the same words, and the same numbers but for the rounding of sums.
+
+    Two processes may add in another order: the last of twelve digits differs then, and of a value
+    near zero more of them.
+    """
+    words = [_WORD.split("\n".join(data_lines(path))) for path in (mine, theirs)]
+    return len(words[0]) == len(words[1]) and all(
+        one == other or _alike(one, other) for one, other in zip(*words, strict=True)
+    )
+
+
+_WORD = re.compile(r"[\s,\[\]]+")
+_LAST_DIGITS = 1e-9
+
+
+def _alike(one: str, other: str) -> bool:
+    try:
+        return math.isclose(float(one), float(other), rel_tol=_LAST_DIGITS, abs_tol=_LAST_DIGITS)
+    except ValueError:
+        return False
 
 
 def run_shown_lines(page: Any, folder: Path, inputs: Iterable[Path], code: int = 0) -> None:

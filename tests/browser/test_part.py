@@ -9,7 +9,15 @@ import pytest
 
 from pretravel.drawing.screen.work import example_map
 from pretravel.task.example_data import example_folder
-from tests.browser.screens import data_lines, downloaded, drop, run_shown_lines, settled, tab
+from tests.browser.screens import (
+    data_lines,
+    downloaded,
+    drop,
+    run_shown_lines,
+    same_values,
+    settled,
+    tab,
+)
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -39,7 +47,7 @@ def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_show
     mine = downloaded(page, "points.csv", tmp_path)
     theirs = tmp_path / "by_command.csv"
     run("compensate", touches, "--map", map_file, "--nominal", part, "-o", theirs)
-    assert data_lines(mine) == data_lines(theirs)
+    assert same_values(mine, theirs)
     shown = tmp_path / "shown"
     shown.mkdir()
     run_shown_lines(page, shown, (touches, part, map_file))
@@ -52,7 +60,7 @@ def test_points_and_features_are_those_of_the_command_line_and_of_the_lines_show
     features = downloaded(page, "features.csv", tmp_path)
     by_command = tmp_path / "features_by_command.csv"
     run("measure", theirs, "--feature", "plane", "--u-machine", 2, "-o", by_command)
-    assert data_lines(features) == data_lines(by_command)
+    assert same_values(features, by_command)
     page.get_by_label("u of the machine [µm]").fill("3")
     # The click ends the typing; the button stays under the pointer while a person presses it.
     page.get_by_role("button", name="Measure", exact=True).click(delay=500)

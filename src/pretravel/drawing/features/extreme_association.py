@@ -25,7 +25,7 @@ KINDS_BY_CRITERION: dict[str, tuple[str, ...]] = {
     ),  # that of a slot is not one: its planes differ
     INSCRIBED: (*_ROUND, *_OTHERS),
     CIRCUMSCRIBED: (*_ROUND, *_OTHERS),
-    TANGENT: (*_FLAT, *_ROUND, "cone", "torus", "surface"),
+    TANGENT: (*_FLAT, *_ROUND, "cone", "torus"),
 }
 """The associations, by name, with the features that they have."""
 
@@ -57,6 +57,8 @@ def check_criterion(criterion: str, kind: str) -> None:
             f"'{criterion}' is not an association: {', '.join(KINDS_BY_CRITERION)}",
             inputs=("association",),
         )
+    if (criterion, kind) == (TANGENT, "surface"):
+        return  # touched places of a datum, which rest on the part (`datum_system`)
     if criterion != GAUSSIAN and kind not in KINDS_BY_CRITERION[criterion]:
         raise PretravelError(
             f"a {kind} has no association '{criterion}', which is for "
