@@ -67,10 +67,10 @@ def pytest_collection() -> Generator[None, object, object]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collect_file(file_path: Path) -> Generator[None, list[pytest.Collector], object]:
-    """Search for doctests in the package alone: that takes a second for the modules of tests."""
+    """Search for doctests in files of the package that have some: each search takes its time."""
     found = yield
-    in_tests = file_path.is_relative_to(TESTS)
-    return [each for each in found if not (in_tests and isinstance(each, DoctestModule))]
+    none = file_path.is_relative_to(TESTS) or b">>>" not in file_path.read_bytes()
+    return [each for each in found if not (none and isinstance(each, DoctestModule))]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

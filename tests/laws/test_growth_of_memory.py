@@ -63,7 +63,7 @@ def test_a_qualification_needs_memory_in_proportion_to_its_touches(kind):
 
         return qualified
 
-    assert _exponent(job, 500, 2000) < LARGEST_EXPONENT
+    assert _exponent(job, 250, 1000) < LARGEST_EXPONENT
 
 
 def test_many_repeats_of_few_directions_need_memory_in_proportion():

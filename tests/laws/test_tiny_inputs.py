@@ -67,9 +67,15 @@ def _parsed(command: str) -> tuple[type[Task], dict[str, Any]]:
     return task_named(name), command_of(task_named(name)).make_context(name, words).params
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("distinct", [1, 2, 3])
-@pytest.mark.parametrize("count", [1, 6])
+@pytest.mark.parametrize(
+    ("command", "distinct", "count"),
+    [
+        pytest.param(command, distinct, count, marks=[pytest.mark.slow] * (
+            command.startswith("align") and (distinct, count) == (3, 6)  # a long search
+        ))
+        for command in COMMANDS for distinct in (1, 2, 3) for count in (1, 6)
+    ],
+)  # fmt: skip
 def test_a_few_distinct_values(command: str, distinct: int, count: int, tmp_path: Path,
                                monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     """The pole and two points of the equator, each once or six times, to 0.1 mm."""

@@ -9,9 +9,14 @@ import numpy as np
 import pytest
 
 from pretravel.base.frames import parse_placement
+from pretravel.drawing.alignment import aligning
+from pretravel.drawing.alignment.alignment_fit import align
+from pretravel.drawing.alignment.tip_centres import TipCentres
 from pretravel.files.map_file import write_map
 from pretravel.files.placement_file import read_placement
 from pretravel.files.points_reading import read_points
+from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.surface import Part
 from tests.support.commands import both_outputs, rows, run
 from tests.support.example_maps import example_map
 from tests.support.examples import EXAMPLES
@@ -121,13 +126,22 @@ def test_touches_that_cannot_say_where_a_part_lies(tmp_path: Path, rows: int) ->
     assert "do not say where a part lies" in " ".join(text.split())
 
 
-def test_several_answers_are_listed_and_nothing_is_written(tmp_path: Path) -> None:
-    """Four touches of one face leave nearly all open."""
-    few = tmp_path / "few.csv"
+def _twice(tips: TipCentres, part: Part, made: PretravelMap, *, extrapolate: bool) -> list[object]:
+    return [align(tips, part, made, TRUE, extrapolate=extrapolate)] * 2
+
+
+@pytest.mark.parametrize("searched", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_several_answers_are_listed_and_nothing_is_written(
+    searched: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four touches of one face leave nearly all open, which is a long search."""
+    few, out = tmp_path / "few.csv", tmp_path / "place.json"
     lines = TOUCHES.read_text().splitlines()
     few.write_text("\n".join([lines[0], *lines[11:16], *lines[21:23]]) + "\n")
-    out = tmp_path / "place.json"
-    text = run("align", few, "--part", PART, "--tip-diameter", 6, "-o", out, code=2)
+    if not searched:
+        monkeypatch.setattr(aligning, "found_placements", _twice)
+    text = run("align", few if searched else TOUCHES, "--part", PART, "--tip-diameter", 6,
+               "-o", out, code=2)  # fmt: skip
     assert "placements explain the touches" in text
     assert "Give the right one as the start" in text
     assert not out.exists()

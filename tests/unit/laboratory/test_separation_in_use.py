@@ -245,9 +245,9 @@ def test_check_budget_with_a_separation() -> None:
         return qualify(touched, 20.0, tip_diameter=4.0, kind="mean", u_temperature=0.0)
 
     sizes = []
-    for machine_error in (0.0, 4.0):
+    for machine_error, sets in ((0.0, 20), (4.0, 8)):
         acting = ActingErrors(0.5 * UM, scatter=_scatter(machine_error))
-        found = check_budget(touches, again(touches), again, acting, sets=20, rng=1)
+        found = check_budget(touches, again(touches), again, acting, sets=sets, rng=1)
         points = found.coverages[0]
         sizes.append(float(np.sqrt(np.mean(points.errors**2))) / UM)
         if machine_error == 0.0:
@@ -263,7 +263,8 @@ def test_check_budget_with_a_separation() -> None:
 
 def test_trials_of_a_bore_are_the_linear_law() -> None:
     """36 points with an own u that differs by direction and one in common: u of the diameter and
-    of x by trials against 2 sqrt(Σ u² / n² + common²) and 2 sqrt(Σ u² cos²) / n, 2000 trials.
+    of x by trials against 2 sqrt(Σ u² / n² + common²) and 2 sqrt(Σ u² cos²) / n, 1000 trials:
+    a standard deviation is known to 2.2 %, of 500 to 3.2 %.
     What the residuals say of the form comes in beside: U has its degrees of freedom, the trials
     draw it."""
     angle = 2.0 * np.pi * np.arange(36) / 36
@@ -277,10 +278,10 @@ def test_trials_of_a_bore_are_the_linear_law() -> None:
     )  # fmt: skip
     measured = measure_feature(points, "bore", axis=[0.0, 0.0, 1.0])
     plain = replace(measured.errors, form=NO_FORM)
-    without = feature_by_trials(replace(measured, errors=plain), 2000)
+    without = feature_by_trials(replace(measured, errors=plain), 1000)
     found = {each.quantity.name: each for each in without}
     size = 2.0 * np.sqrt(np.sum(own**2) / 36**2 + (0.8 * UM) ** 2)
-    assert found["diameter"].u == pytest.approx(size, rel=0.05)
+    assert found["diameter"].u == pytest.approx(size, rel=0.06)
     x = 2.0 * np.sqrt(np.sum(own**2 * np.cos(angle) ** 2)) / 36
     assert found["x"].u == pytest.approx(x, rel=0.06)
     low, high = found["diameter"].interval
@@ -289,10 +290,10 @@ def test_trials_of_a_bore_are_the_linear_law() -> None:
     # An error of the machine is that of a length: it adds in quadrature, once.
     machine = 1.5 * UM
     moved = replace(measured, errors=replace(plain, machine=machine))
-    found = {each.quantity.name: each.u for each in feature_by_trials(moved, 1000)}
-    assert found["diameter"] == pytest.approx(np.hypot(size, machine), rel=0.05)
-    assert found["x"] == pytest.approx(np.hypot(x, machine), rel=0.05)
-    for each in feature_by_trials(measured, 1000):
+    found = {each.quantity.name: each.u for each in feature_by_trials(moved, 500)}
+    assert found["diameter"] == pytest.approx(np.hypot(size, machine), rel=0.08)
+    assert found["x"] == pytest.approx(np.hypot(x, machine), rel=0.08)
+    for each in feature_by_trials(measured, 500):
         low, high = each.interval
         assert 0.5 * (high - low) == pytest.approx(each.quantity.expanded_u, rel=0.1)
 

@@ -107,7 +107,8 @@ def form_result(errors: FeatureErrors, zone: Association | None = None) -> FormR
     least_squares = errors.association.residual_change
 
     def range_of(rows: FloatArray) -> FloatArray:
-        return np.asarray(np.ptp(least_squares(rows), axis=1))
+        # Row by row over all trials at once: each trial has few points.
+        return np.asarray(np.ptp(np.ascontiguousarray(least_squares(rows).T), axis=0))
 
     if zone is None:
         width, load = range_of, np.zeros(len(left))

@@ -16,6 +16,7 @@ from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.face_boxes import FaceBoxes
 from pretravel.surface.cad.part_cache import keep_points, kept_points
+from pretravel.surface.cad.triangles import face_triangles
 
 _logger = logging.getLogger("pretravel")
 
@@ -135,6 +136,12 @@ class Part:
             self.__dict__[key] = Cloud.of(self.faces, wanted, self.key)
         cloud: Cloud = self.__dict__[key]
         return cloud
+
+    @cached_property
+    def triangles(self) -> FloatArray:
+        """Corners of triangles that show all faces, (t, 3, 3). [mm]"""
+        shown = [face_triangles(face, faces=len(self.faces)) for face in self.faces]
+        return np.concatenate([each.points[each.corners] for each in shown])
 
     @cached_property
     def boxes(self) -> FaceBoxes:

@@ -114,7 +114,7 @@ def across(direction: FloatArray) -> FloatArray:
     second, third = (smallest + 1) % 3, (smallest + 2) % 3
     length = math.hypot(d[second], d[third])
     first = [0.0, 0.0, 0.0]
-    first[second], first[third] = -d[third] / length, d[second] / length
+    first[second], first[third] = (0.0 - d[third]) / length, d[second] / length
     return np.array(
         [
             first,

@@ -15,7 +15,7 @@ from pretravel.drawing.inspection import InspectionPlan, InspectionRegion, plan_
 from pretravel.drawing.tolerances.drawing_on_part import drawing_on_part
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature
 from pretravel.measurement import associate
-from pretravel.surface import Face, Part, face_triangles, feet_on_faces
+from pretravel.surface import Face, Part, feet_on_faces
 from pretravel.task import tolerance
 from pretravel.uncertainty import across
 
@@ -501,12 +501,15 @@ def _reached(part: Part, plan: InspectionPlan, stylus: ReachingStylus) -> BoolAr
     turn = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
     rim = np.vstack([np.zeros(3), stylus.stem_radius * np.column_stack(
         [np.cos(turn), np.sin(turn)]) @ across])  # fmt: skip
-    shown = [face_triangles(face, faces=len(part.faces)) for face in part.faces]
-    corners = np.concatenate([each.points[each.corners] for each in shown])
     basis = np.vstack([across, axis]).T
-    flat = corners @ basis
+    flat = part.triangles @ basis
+    low, high = flat.min(axis=1), flat.max(axis=1)
     for row in np.flatnonzero(free).tolist():
-        free[row] = not any(_blocked((centres[row] + each) @ basis, flat) for each in rim)
+        places = (centres[row] + rim) @ basis
+        beside = np.any(high < places.min(axis=0), axis=1)
+        beside |= np.any(low[:, :2] > places.max(axis=0)[:2], axis=1)
+        near = flat[~beside]
+        free[row] = not any(_blocked(place, near) for place in places)
     return np.asarray(free)
 
 
