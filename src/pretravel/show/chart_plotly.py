@@ -124,7 +124,7 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
 def colour_names(*, dark: bool = False) -> dict[str, str]:
     """The colours behind the names with @; a name with ~18 at the end has an opacity of 18 %."""
     colours = DARK if dark else LIGHT
-    whole = {**colours, **scale_colours(dark=dark)}
+    whole = {str(name): value for name, value in colours.items()} | scale_colours(dark=dark)
     return {f"@{name}": value for name, value in whole.items()} | {
         f"@{name}~{percent}": transparent(value, percent / 100.0)
         for name, value in colours.items()
