@@ -175,6 +175,24 @@ def test_what_is_typed_without_a_connection_leaves_no_verdict_of_before(
     step(page, "the value in this field is not valid")
 
 
+def test_what_is_typed_at_the_moment_of_a_reload_is_not_lost(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    """A field tells the server after a pause of typing, which the page does not wait for."""
+    opened(page, f"{workbench.address}engineer")
+    page.get_by_label(REFERENCE).fill("25.0007")
+    page.reload()
+    page.wait_for_selector("main h1")
+    page.wait_for_function(
+        "() => document.querySelector('main input[aria-label^=\"Diameter of the reference\"]')"
+        "?.value === '25.0007'"
+    )
+    page.wait_for_function("!document.body.classList.contains('typing')")
+    settled(page)
+    opened(page, f"{workbench.address}engineer")  # the server has it, not the browser alone
+    assert page.get_by_label(REFERENCE).input_value() == "25.0007"
+
+
 def test_sixty_files_come_as_one_request(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}laboratory")
     content = (example_folder() / "rig" / "rig_000_1.csv").read_bytes()

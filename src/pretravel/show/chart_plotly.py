@@ -124,13 +124,12 @@ def plotly_figure(chart: Chart) -> PlotlyFigure:
 def colour_names(*, dark: bool = False) -> dict[str, str]:
     """The colours behind the names with @; a name with ~18 at the end has an opacity of 18 %."""
     colours = DARK if dark else LIGHT
-    found = {f"@{name}": value for name, value in scale_colours(dark=dark).items()}
-    for name, value in colours.items():
-        found[f"@{name}"] = value
-        found |= {
-            f"@{name}~{percent}": transparent(value, percent / 100.0) for percent in range(5, 65)
-        }
-    return found
+    whole = {str(name): value for name, value in colours.items()} | scale_colours(dark=dark)
+    return {f"@{name}": value for name, value in whole.items()} | {
+        f"@{name}~{percent}": transparent(value, percent / 100.0)
+        for name, value in colours.items()
+        for percent in range(5, 65)
+    }
 
 
 def plotly_script() -> bytes:

@@ -229,13 +229,29 @@
     });
   }
 
-  document.addEventListener("input", (event) => {
-    if (!isText(event.target)) return;
-    const { [event.target.ariaLabel]: _, ...others } = kept();
-    const own = window.socket?.connected ? {} : { [event.target.ariaLabel]: event.target.value };
+  function keep({ target }) {
+    if (!isText(target)) return;
+    const { [target.ariaLabel]: _, ...others } = kept();
+    const own = window.socket?.connected ? {} : { [target.ariaLabel]: target.value };
     if (Object.keys({ ...others, ...own }).length) localStorage.setItem(place(), JSON.stringify({ ...others, ...own }));
     else localStorage.removeItem(place());
+  }
+  document.addEventListener("input", (event) => {
+    if (isText(event.target)) typedAt = performance.now();
+    keep(event);
   });
+  document.addEventListener("focusout", (event) => window.socket?.connected && keep(event));
+
+  // What is still being typed while the page is left or loaded again is typed once more, too: a field tells the server
+  // after a pause.
+  let typedAt = 0;
+  for (const leaving of ["beforeunload", "pagehide"]) {
+    window.addEventListener(leaving, () => {
+      const field = document.activeElement;
+      if (isText(field) && performance.now() - typedAt < 1500)
+        localStorage.setItem(place(), JSON.stringify({ ...kept(), [field.ariaLabel]: field.value }));
+    });
+  }
 
   function typeAgain() {
     for (const [label, value] of Object.entries(kept())) {
