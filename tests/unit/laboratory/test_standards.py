@@ -354,13 +354,13 @@ class TestFigures:
 
         def reasons(limit: float | None, u: float | None, status: str) -> list[str]:
             figure = StandardFigure("size", "", 1.0, u, limit, status)
-            return [r.split()[0] for r in StandardCheck("x", (figure,), (), ()).why_no_conformity]
+            return [r.split()[1] for r in StandardCheck("x", (figure,), (), ()).why_no_conformity]
 
         assert reasons(2.0, 0.0, "verified") == []
-        assert reasons(2.0, None, "verified") == ["the"]
+        assert reasons(2.0, None, "verified") == ["uncertainty"]
         assert reasons(None, None, "verified") == []
-        assert reasons(None, None, "unchecked") == ["its"]
-        assert reasons(2.0, None, "unchecked") == ["its", "the"]
+        assert reasons(None, None, "unchecked") == ["definitions"]
+        assert reasons(2.0, None, "unchecked") == ["definitions", "uncertainty"]
 
     def test_a_limit_of_repeats_alone_asks_nothing_of_the_reference(self) -> None:
         touches = _touches(np.vstack([np.tile(N[[0]], (10, 1)), RING]))

@@ -653,8 +653,8 @@ class MeasuredFeatures(Result):
         warnings = []
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
-                "u contains only the errors of probing. For a statement of conformity, give also "
-                "the u of the machine (geometry, temperature, clamping)"
+                "u contains only the errors of probing. For a statement of conformity, give the u "
+                "of the machine as well (geometry, temperature, clamping)"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(
