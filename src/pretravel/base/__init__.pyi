@@ -3,10 +3,13 @@
 from . import forms as forms
 from .added_file import add as add
 from .added_file import locked_file as locked_file
+from .arrays import FEW_PLACES as FEW_PLACES
 from .arrays import BoolArray as BoolArray
 from .arrays import FloatArray as FloatArray
 from .arrays import IntArray as IntArray
+from .arrays import connected as connected
 from .arrays import frozen as frozen
+from .arrays import near_pairs as near_pairs
 from .caches import FOLDER_VARIABLE as FOLDER_VARIABLE
 from .caches import cache_folder as cache_folder
 from .caches import mistrust as mistrust

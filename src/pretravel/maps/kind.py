@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray, fibonacci_cap, from_angles, polar_angle
+from pretravel.base import (
+    MICROMETRE,
+    BoolArray,
+    FloatArray,
+    fibonacci_cap,
+    from_angles,
+    polar_angle,
+)
 from pretravel.maps.basis import MapBasis
 from pretravel.maps.observation import Observation, Scatter, sphere_columns
 from pretravel.maps.provenance import AXIAL_PRETRAVEL
@@ -183,6 +190,34 @@ class KindOfMap(ABC):
         """
         del fit, observation
         return None
+
+    def fits_of_parts(
+        self,
+        fit: MapFit,
+        observation: Observation,
+        kept: Sequence[BoolArray],
+        parts: Sequence[Observation],
+    ) -> list[MapFit]:
+        """Fits to parts of the touches, each with all touches of some directions.
+
+        Parameters
+        ----------
+        fit : MapFit
+            Of all touches.
+        observation : Observation
+            All touches.
+        kept : sequence of (n,) bool
+            Which touches each part has.
+        parts : sequence of Observation
+            About the same centre.
+
+        Returns
+        -------
+        list of MapFit
+            By `refit`, and by `fit_near` where that is None.
+        """
+        del observation, kept
+        return [self.refit(fit, part) or self.fit_near(fit, part, part.repeats) for part in parts]
 
     def centered(self, fit: MapFit, axial_pretravel: float | None) -> CenteredFit:
         """Map and centre in the convention of this kind.

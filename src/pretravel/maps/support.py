@@ -7,9 +7,10 @@ the sphere. It has no seam in azimuth and no pole: +z is the origin of the plane
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,10 @@ MOST_LOOKED_AT = 5000
 """Touched directions in which a map is evaluated for a report; a map is smooth between them."""
 _SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
 _CHUNK = 8192
+_FEW_NODES = 30  # of more, all triples take longer than loading another library
+_LITTLE = 1e-9
+_FLAT = 1e-12  # area of a triangle of nodes on one line, as a share of that of all
+_ROUNDING = 1e-12  # of a weight: a point on an edge is inside
 _PAIRS = 100_000  # of a direction and an edge at a time
 _NEAREST = 16  # edges that are compared first, where there are many
 
@@ -76,11 +81,95 @@ def _neighbours_in_turn(points: FloatArray) -> IntArray:
     return np.lexsort((along, row)).astype(np.int64)
 
 
+def _triangulated(plane: FloatArray) -> Any:
+    """Delaunay's triangulation; None of fewer than three nodes, or of nodes on one line.
+
+    That of few nodes is made here: loading `scipy.spatial` takes longer than a short command.
+    """
+    if len(plane) <= _FEW_NODES:
+        return _few_triangulated(plane)
+    from scipy.spatial import Delaunay, QhullError
+
+    try:
+        return Delaunay(plane)
+    except (QhullError, ValueError):
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class _FewTriangles:
+    """Triangles of few nodes, with the names of `scipy.spatial.Delaunay`."""
+
+    simplices: IntArray
+    """(t, 3)"""
+    transform: FloatArray
+    """Inverse matrix of each triangle's sides, and its last corner, (t, 3, 2)."""
+
+    def find_simplex(self, points: FloatArray) -> IntArray:
+        """The triangle of each point, (m,); -1 where none contains it."""
+        found = np.empty(len(points), dtype=np.int64)
+        inverse, last = self.transform[:, :2], self.transform[:, 2]
+        at_origin = -np.einsum("tij,tj->it", inverse, last)
+        first_of, second_of = inverse[:, 0].T, inverse[:, 1].T
+        for start in range(0, len(points), _CHUNK):
+            part = points[start : start + _CHUNK]
+            first, second = part @ first_of + at_origin[0], part @ second_of + at_origin[1]
+            least = np.minimum(np.minimum(first, second), 1.0 - first - second)
+            best = np.argmax(least, axis=1)
+            inside = least[np.arange(len(part)), best] >= -_ROUNDING
+            found[start : start + _CHUNK] = np.where(inside, best, -1)
+        return found
+
+
+@lru_cache(maxsize=8)
+def _triples(count: int) -> IntArray:
+    """All triples of numbers below a count, (3, t)."""
+    found = list(itertools.combinations(range(count), 3))
+    return np.array(found, dtype=np.int64).reshape(-1, 3).T
+
+
+def _few_triangulated(plane: FloatArray) -> _FewTriangles | None:
+    """All triangles whose circle contains no other node.
+
+    Nodes raised to a paraboloid: below the plane of such a triangle is no other node. Rings of a
+    pattern have many nodes on one circle: each node is raised by a little more, so that only one
+    triangulation of them remains.
+    """
+    count, middle = len(plane), plane.mean(axis=0)
+    squares = np.sum((plane - middle) ** 2, axis=1)
+    size = float(squares.max())
+    a, b, c = _triples(count)
+    raised = squares + _LITTLE * size * np.sin(np.arange(count) ** 2 + 1.0)
+    nodes = np.column_stack([plane - middle, raised])
+    normal = np.cross(nodes[b] - nodes[a], nodes[c] - nodes[a])
+    normal *= np.sign(normal[:, 2:])
+    height = normal @ nodes.T - np.sum(normal * nodes[a], axis=1)[:, None]
+    rows = np.arange(len(a))
+    for corner in (a, b, c):
+        height[rows, corner] = np.inf
+    kept = (normal[:, 2] > _FLAT * size) & np.all(height > 0.0, axis=1)
+    if not kept.any():
+        return None
+    simplices = np.column_stack([a, b, c])[kept]
+    corners = plane[simplices]
+    sides = np.swapaxes(corners[:, :2] - corners[:, 2:], 1, 2)
+    return _FewTriangles(simplices, np.concatenate([np.linalg.inv(sides), corners[:, 2:]], axis=1))
+
+
+def _distance_to_nearest(plane: FloatArray, points: FloatArray) -> FloatArray:
+    """Distance of each point from the nearest node, (m,)."""
+    if len(plane) <= _FEW_NODES:
+        return np.asarray(np.linalg.norm(points[:, None] - plane, axis=2).min(axis=1))
+    from scipy.spatial import cKDTree
+
+    return np.asarray(cKDTree(plane).query(points)[0])
+
+
 @dataclass(frozen=True, eq=False)
 class _Mesh:
     """Triangles that support directions, and the edges that bound them."""
 
-    triangulation: Any  # scipy.spatial.Delaunay, or None where the nodes lie on one line
+    triangulation: Any  # as scipy.spatial.Delaunay, or None where the nodes lie on one line
     triangle_held: BoolArray
     edges: IntArray
     edge_normals: FloatArray  # of the great circles of the edges, towards their triangles
@@ -129,12 +218,9 @@ class DirectionSupport:
 
     @cached_property
     def _mesh(self) -> _Mesh:
-        from scipy.spatial import Delaunay, QhullError, cKDTree
-
         plane = self._plane
-        try:
-            triangulation = Delaunay(plane)
-        except (QhullError, ValueError):  # fewer than three nodes, or all on one line
+        triangulation = _triangulated(plane)
+        if triangulation is None:
             spread = plane - plane.mean(axis=0)
             along = spread @ np.linalg.svd(spread, full_matrices=False)[2][0]
             order = np.argsort(along, kind="stable")
@@ -165,7 +251,7 @@ class DirectionSupport:
         if len(loose):
             middle = 0.5 * (plane[loose[:, 0]] + plane[loose[:, 1]])
             half = 0.5 * np.linalg.norm(plane[loose[:, 0]] - plane[loose[:, 1]], axis=1)
-            nearest = np.asarray(cKDTree(plane).query(middle)[0])
+            nearest = _distance_to_nearest(plane, middle)
             angle = np.arccos(
                 np.clip(np.sum(self.nodes[loose[:, 0]] * self.nodes[loose[:, 1]], axis=1), -1, 1)
             )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, FloatArray, IntArray
+from pretravel.base import FEW_PLACES, MICROMETRE, FloatArray, IntArray
 from pretravel.qualification import outlier_factor
 
 FEWEST_TO_COMPARE = 5
@@ -175,12 +175,16 @@ def _of_movement(positions: FloatArray, normals: FloatArray, deviation: FloatArr
 
 def _neighbours(positions: FloatArray, normals: FloatArray, rows: IntArray) -> IntArray:
     """Rows of the points nearest to each of some, without itself, (k, m): on the same side."""
-    from scipy.spatial import cKDTree
-
     most = min(_NEIGHBOURS, len(positions) - 1)
     size = float(np.ptp(positions, axis=0).max())
     places = np.hstack([positions, size * normals])
-    found = np.asarray(cKDTree(places).query(places[rows], k=most + 1)[1])
+    if len(places) <= FEW_PLACES:
+        apart = np.linalg.norm(places[rows][:, None] - places, axis=2)
+        found = np.argsort(apart, axis=1, kind="stable")[:, : most + 1]
+    else:
+        from scipy.spatial import cKDTree
+
+        found = np.asarray(cKDTree(places).query(places[rows], k=most + 1)[1])
     # Points at one place: the point itself need not be the first.
     itself = found == rows[:, None]
     itself[~itself.any(axis=1), -1] = True

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pretravel.base import MICROMETRE, BoolArray, FloatArray
+from pretravel.base import MICROMETRE, BoolArray, FloatArray, connected, near_pairs
 from pretravel.qualification import outlier_factor
 
 _SAME_PLACE = 0.010
@@ -177,13 +177,10 @@ def _comparable(expected: FloatArray) -> bool:
 
 
 def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray) -> ScatterSums:
-    from scipy.spatial import cKDTree
-
     count = len(positions)
-    tree = cKDTree(positions)
-    if tree.count_neighbors(tree, _NEAR) > _MOST_PAIRS:
+    if count**2 > _MOST_PAIRS and _pairs_within(positions, _NEAR) > _MOST_PAIRS:
         return ScatterSums()
-    one, other = tree.query_pairs(_NEAR, output_type="ndarray").T
+    one, other = near_pairs(positions, _NEAR).T
     apart = positions[one] - positions[other]
     along = np.sum(apart * normals[one], axis=1)
     beside = np.linalg.norm(apart - along[:, None] * normals[one], axis=1)
@@ -192,11 +189,7 @@ def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray
     one, other = one[same], other[same]
     if len(one) == 0:
         return ScatterSums()
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components  # where there are repeats alone
-
-    links = coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
-    group = np.asarray(connected_components(links, directed=False)[1])
+    group = np.unique(connected(count, np.column_stack([one, other])), return_inverse=True)[1]
     size = np.bincount(group)
     first = np.unique(group, return_index=True)[1]
     height = np.sum((positions - positions[first[group]]) * normals, axis=1)
@@ -207,6 +200,13 @@ def _of_repeats(positions: FloatArray, normals: FloatArray, expected: FloatArray
     kept = dof > 0.0
     kept[kept] = _without_gross(squares[kept], known[kept], dof[kept])
     return ScatterSums(float(squares[kept].sum()), float(known[kept].sum()), float(dof[kept].sum()))
+
+
+def _pairs_within(positions: FloatArray, distance: float) -> int:
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(positions)
+    return int(tree.count_neighbors(tree, distance))
 
 
 def _without_gross(squares: FloatArray, known: FloatArray, dof: FloatArray) -> BoolArray:

@@ -63,7 +63,9 @@ def compare_kinds(
     """
     ready = replace(ready, observation=ready.observation.drawn(MOST_COMPARED))
     outs = [fold[ready.observation.groups] for fold in _folds(ready.observation)]
-    splits = [_Split(ready.observation.take(~out), ready.observation.take(out)) for out in outs]
+    splits = [
+        _Split(~out, ready.observation.take(~out), ready.observation.take(out)) for out in outs
+    ]
     scores: list[KindScore] = []
     densities: dict[str, FloatArray] = {}
     in_advance: list[float] = []
@@ -137,6 +139,8 @@ def _folds(observation: Observation) -> list[BoolArray]:
 class _Split:
     """Directions that are left out together, and the others, which all kinds are fitted to."""
 
+    kept: BoolArray
+    """Touches of the others, of all."""
     others: Observation
     hidden: Observation
 
@@ -148,9 +152,10 @@ def _left_out(
     observation, effects = ready.observation, ready.effects
     few = observation.direction_count < FEW_DIRECTIONS
     distances, variances = [], []
-    for split in splits:
+    parts = [split.others for split in splits]
+    fits = kind.fits_of_parts(whole, observation, [split.kept for split in splits], parts)
+    for split, fit in zip(splits, fits, strict=True):
         others, hidden, repeats = split.others, split.hidden, split.others.repeats
-        fit = kind.refit(whole, others) or kind.fit_near(whole, others, repeats)
         centered = kind.centered(fit, ready.setup.axial_pretravel)
         level = 0.0 if fit.tip_radius is None else fit.tip_radius - observation.tip_radius
         about = replace(hidden, center=centered.center)

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base import ConvergenceError, FloatArray, IntArray, PretravelError
+from pretravel.base import (
+    ConvergenceError,
+    FloatArray,
+    IntArray,
+    PretravelError,
+    connected,
+    near_pairs,
+)
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.impossible_touches import (
     refuse_contradictions,
@@ -16,8 +23,6 @@ from pretravel.uncertainty import SphereFit, fit_sphere
 
 _SAME_DIRECTION = 1e-3
 _CROWD = 16  # normals within one direction from which not each is compared with each
-_FEW_PLACES = 200
-"""All distances between so many take less time than the import of a tree."""
 
 
 def observe(touches: Touches, setup: QualificationSetup, rotation: FloatArray) -> Observation:
@@ -93,37 +98,11 @@ def _repeats(normals: FloatArray) -> IntArray:
     """Number the directions in order of appearance; touches of one direction share the number."""
     # The number of pairs would grow with the square of the repeats.
     places, place = _different(normals)
-    pairs = _near_pairs(places)
-    label = _joined(len(places), pairs)[place]
+    label = connected(len(places), near_pairs(places, _SAME_DIRECTION))[place]
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return np.asarray(rank[inverse.ravel()], dtype=np.int64)
-
-
-def _near_pairs(places: FloatArray) -> IntArray:
-    """The pairs of places within `_SAME_DIRECTION`, (p, 2)."""
-    if len(places) <= _FEW_PLACES:
-        apart = np.linalg.norm(places[:, None] - places, axis=2)
-        return np.argwhere(np.triu(apart <= _SAME_DIRECTION, 1))
-    from scipy.spatial import cKDTree
-
-    return np.asarray(cKDTree(places).query_pairs(_SAME_DIRECTION, output_type="ndarray"))
-
-
-def _joined(count: int, pairs: IntArray) -> IntArray:
-    """The lowest number that each of so many is connected with by pairs, (count,)."""
-    label = np.arange(count)
-    while True:
-        lowest = np.min(label[pairs], axis=1)
-        joined = label.copy()
-        for side in (0, 1):
-            np.minimum.at(joined, pairs[:, side], lowest)
-            np.minimum.at(joined, label[pairs[:, side]], lowest)
-        joined = joined[joined]
-        if np.array_equal(joined, label):
-            return label
-        label = joined
 
 
 def _different(normals: FloatArray) -> tuple[FloatArray, IntArray]:

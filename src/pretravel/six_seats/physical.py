@@ -14,7 +14,9 @@ import numpy as np
 
 from pretravel.base import (
     MICROMETRE,
+    BoolArray,
     FloatArray,
+    IntArray,
     PretravelError,
     fibonacci_cap,
     from_angles,
@@ -68,6 +70,11 @@ _DOUBTFUL_LEVEL = 0.05
 _WEIGHT_IF_MISFIT = 0.5
 """A probe that six seats do not explain has no more in advance for this kind than for another."""
 _ROUNDS = 4
+_NEAR_ROUNDS = 2
+"""From a fit to similar touches."""
+_MOST_TOGETHER = 200
+"""Directions up to which fits to parts of the touches are one search: of more, arithmetic takes
+longer than the steps themselves."""
 _SETTLED, _SETTLED_WITHOUT_NOISE = 3, 8
 _STEPS, _NEARLY = 40, 1e-3
 _FAR_ABOVE = 3.0
@@ -145,6 +152,19 @@ class PhysicalKind(KindOfMap):
             return None
         return drift_beside_seats(fit.observation, times, fit.unknowns, fit.scales.scales[0])
 
+    def fits_of_parts(
+        self,
+        fit: MapFit,
+        observation: Observation,
+        kept: Sequence[BoolArray],
+        parts: Sequence[Observation],
+    ) -> list[MapFit]:
+        assert isinstance(fit, PhysicalMapFit)
+        if observation.direction_count > _MOST_TOGETHER:
+            return super().fits_of_parts(fit, observation, kept, parts)
+        rows = [np.unique(observation.groups[touches]) for touches in kept]
+        return list(_fitted_together(fit, observation, _Parts(list(map(_problem, parts)), rows)))
+
     def weight_in_advance(self, fit: MapFit) -> float:
         assert isinstance(fit, PhysicalMapFit)
         return _WEIGHT_IF_MISFIT if fit.misfit < MISFIT_LEVEL else self.prior_weight
@@ -220,25 +240,18 @@ def fit_physical(
     Shen & Springer 1998 and Estler 1996, 1997 fit such models; Woźniak and Rodrigues 2021
     use the same statics. The correction with its own covariance: Kennedy & O'Hagan 2001.
     """
-    count = observation.direction_count
-    if count < FEWEST_FOR_SIX_SEATS:
-        raise PretravelError(
-            f"{count} directions are too few for kind physical: a six-seat probe has seven "
-            "parameters besides centre and asymmetry; touch at least "
-            f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
-        )
-    problem = SixSeatProblem(observation)
+    problem = _problem(observation)
     usual = usual_scales(repeats)
     if start is not None:
         near = usual if scales is None else replace(scales, noise=usual.noise)
-        x, weighted = _settled(problem, start, near, repeats, rounds=2)
+        x, weighted = _settled(problem, start, near, repeats, rounds=_NEAR_ROUNDS)
         return _concluded(problem, x, weighted, math.nan, repeats)
     part = SixSeatProblem(observation.drawn(SEARCHED))
     sought = _searched(part, usual, repeats)
     x, weighted, _ = sought[0]
     misfit = _misfit(part, x, weighted, repeats)
     if part.observation is not observation:
-        x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=2)
+        x, weighted = _settled(problem, x, weighted.scales[0], repeats, rounds=_NEAR_ROUNDS)
     found = _concluded(problem, x, weighted, misfit, repeats)
     if part.observation is observation and len(sought) > 1:
         others = [
@@ -246,6 +259,41 @@ def fit_physical(
         ]
         found = _averaged(found, others, np.array([each.evidence for each in sought]), problem)
     return found if repeats.dof >= WELL_KNOWN_NOISE else _with_disagreement(found, part)
+
+
+def _problem(observation: Observation) -> SixSeatProblem:
+    """Touches in enough directions."""
+    count = observation.direction_count
+    if count < FEWEST_FOR_SIX_SEATS:
+        raise PretravelError(
+            f"{count} directions are too few for kind physical: a six-seat probe has seven "
+            "parameters besides centre and asymmetry; touch at least "
+            f"{FEWEST_FOR_SIX_SEATS} directions, 25 are good"
+        )
+    return SixSeatProblem(observation)
+
+
+def _fitted_together(
+    fit: PhysicalMapFit, observation: Observation, parts: _Parts
+) -> list[PhysicalMapFit]:
+    """Fits to parts of the touches that begin at the fit to all, in one search."""
+    repeats = [problem.observation.repeats for problem in parts.problems]
+    near = [replace(fit.scales.scales[0], noise=usual_scales(each).noise) for each in repeats]
+    begun = np.repeat(fit.unknowns[None], len(near), axis=0)
+    whole = SixSeatProblem(observation)
+    x, weighted = _settled_together(whole, begun, near, repeats, _NEAR_ROUNDS, parts)
+    return [
+        _concluded(problem, own, scales, math.nan, scatter)
+        for problem, own, scales, scatter in zip(parts.problems, x, weighted, repeats, strict=True)
+    ]
+
+
+class _Parts(NamedTuple):
+    """Parts of the touches, of which each search uses one."""
+
+    problems: Sequence[SixSeatProblem]
+    rows: Sequence[IntArray]
+    """Their directions among all."""
 
 
 class _Mode(NamedTuple):
@@ -311,7 +359,7 @@ def _settled(
     rounds: int = _ROUNDS,
 ) -> tuple[FloatArray, WeightedScales]:
     """Mode and scales by turns: each determines the other."""
-    found, weighted = _settled_together(problem, x[None], [scales], repeats, rounds)
+    found, weighted = _settled_together(problem, x[None], [scales], [repeats], rounds)
     return found[0], weighted[0]
 
 
@@ -319,7 +367,7 @@ def _settled_modes(
     problem: SixSeatProblem, x: FloatArray, scales: Sequence[PriorScales], repeats: Scatter
 ) -> list[_Mode]:
     """Several modes (s, u), each with the scales that it is sought with, settled."""
-    found, weighted = _settled_together(problem, x, scales, repeats, _ROUNDS)
+    found, weighted = _settled_together(problem, x, scales, [repeats] * len(x), _ROUNDS)
     return [
         _Mode(own, scales, _reached_evidence(problem, own, scales))
         for own, scales in zip(found, weighted, strict=True)
@@ -330,17 +378,20 @@ def _settled_together(
     problem: SixSeatProblem,
     x: FloatArray,
     scales: Sequence[PriorScales],
-    repeats: Scatter,
+    repeats: Sequence[Scatter],
     rounds: int,
+    parts: _Parts | None = None,
 ) -> tuple[FloatArray, list[WeightedScales]]:
-    """Several modes, those that still move in one search."""
+    """Several modes, those that still move in one search; of parts of the touches, or of all."""
     x, now = x.copy(), list(scales)
     weighted: dict[int, WeightedScales] = {}
     going = list(range(len(x)))
     for _ in range(rounds):
-        x[going] = modes(problem, [now[place] for place in going], x[going]).x
+        rows = None if parts is None else [parts.rows[place] for place in going]
+        x[going] = modes(problem, [now[place] for place in going], x[going], rows=rows).x
         for place in going:
-            weighted[place] = weighted_scales(problem, x[place], repeats)
+            own = problem if parts is None else parts.problems[place]
+            weighted[place] = weighted_scales(own, x[place], repeats[place])
         going = [place for place in going if weighted[place].scales[0] != now[place]]
         for place in going:
             now[place] = weighted[place].scales[0]

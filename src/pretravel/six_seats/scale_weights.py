@@ -18,7 +18,7 @@ import numpy as np
 from pretravel.base import MICROMETRE, FloatArray, frozen
 from pretravel.maps import Scatter
 from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem
-from pretravel.uncertainty import ReducedRows, SharedCovariance, classes_of, reduced_rows
+from pretravel.uncertainty import ReducedRows, classes_of, reduced_rows
 
 ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Scales of asymmetry, as multiples of the usual spreads."""
@@ -156,16 +156,27 @@ def averaged_unknowns(
     if len(count) > to_touches.shape[1]:
         rows, count = _fewer_rows(to_touches, values, count)
         rows, values = rows[:, :-1], rows[:, -1]
-    means, covariance = [], np.zeros((len(before), len(before)))
-    for scales, weight in zip(weighted.scales, weighted.weights, strict=True):
-        prior = _prior_variances(problem, scales.asymmetry, scales.correction)
-        variances = scales.fixed_scatter**2 + scales.noise**2 / count
-        total = SharedCovariance(variances, rows * np.sqrt(prior))
-        whitened = total.whitened(rows * prior)
-        means.append(before + whitened.T @ total.whitened(values))
-        covariance -= weight * (whitened.T @ whitened)
-        covariance[np.diag_indices_from(covariance)] += weight * prior
-    between = np.array(means) - means[0]
+    pairs = {(scales.asymmetry, scales.correction) for scales in weighted.scales}
+    priors = {pair: _prior_variances(problem, *pair) for pair in pairs}
+    means, covariance = np.empty((len(weighted.scales), len(before))), np.zeros(2 * before.shape)
+    diagonal = np.arange(len(rows))
+    for start in range(0, len(means), _TOGETHER):
+        part = slice(start, start + _TOGETHER)
+        some, weights = weighted.scales[part], weighted.weights[part]
+        prior = np.array([priors[scales.asymmetry, scales.correction] for scales in some])
+        carried = prior[:, :, None] * rows.T  # (h, u + k, g)
+        total = rows @ carried
+        total[:, diagonal, diagonal] += [
+            scales.fixed_scatter**2 + scales.noise**2 / count for scales in some
+        ]
+        whitening = np.linalg.inv(np.linalg.cholesky(total))
+        whitened = carried @ np.swapaxes(whitening, -1, -2)
+        means[part] = before + (whitened @ (whitening @ values)[..., None])[..., 0]
+        wide = np.moveaxis(whitened * np.sqrt(weights)[:, None, None], 0, 1)
+        wide = wide.reshape(len(before), -1)
+        covariance -= wide @ wide.T
+        covariance[np.diag_indices_from(covariance)] += weights @ prior
+    between = means - means[0]
     covariance += (between.T * weighted.weights) @ between
     return np.asarray(means[0]), 0.5 * (covariance + covariance.T)
 
@@ -307,18 +318,17 @@ def _of_all_pairs(
 
 def _log_likelihood(shared: FloatArray, own: FloatArray, values: FloatArray) -> FloatArray:
     """Of values with each shared covariance (c, g, g) and own variances (o, g): (c o,)."""
-    if np.ptp(own, axis=1).max() == 0.0:  # equal repeats: own variances move all eigenvalues alike
-        eigenvalues, vectors = np.linalg.eigh(shared)
-        turned = np.einsum("cij,i->cj", vectors, values)
-        total = np.maximum(eigenvalues, 0.0)[:, None, :] + own[None, :, :1]
-        terms = np.log(total) + turned[:, None, :] ** 2 / total
-        return np.asarray(-0.5 * terms.sum(axis=-1).ravel())
-    total = np.repeat(shared[:, None], len(own), axis=1)
-    diagonal = np.arange(len(values))
+    count = len(values)
+    total = np.empty((len(shared), len(own), count + 1, count + 1))
+    total[..., :count, :count] = shared[:, None]
+    diagonal = np.arange(count)
     total[..., diagonal, diagonal] += own
+    # The values as one more row: the factor's last row is then the whitened values.
+    total[..., count, :count] = total[..., :count, count] = values
+    total[..., count, count] = 2.0 * float(values @ values) / own.min() + 1.0
     factor = np.linalg.cholesky(total)
-    whitened = np.linalg.solve(factor, values[:, None])[..., 0]
-    logarithms = np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(axis=-1)
+    logarithms = np.log(factor[..., diagonal, diagonal]).sum(axis=-1)
+    whitened = factor[..., count, :count]
     return np.asarray(-(logarithms + 0.5 * np.sum(whitened**2, axis=-1)).ravel())
 
 

@@ -238,14 +238,42 @@ def _possible(seats: SixSeats) -> BoolArray:
 
 
 class _Weighted:
-    """Residuals of touches and priors together, in units of their spreads, for several starts."""
+    """Residuals of touches and priors together, in units of their spreads, for several starts.
 
-    def __init__(self, problem: SixSeatProblem, scales: Sequence[PriorScales]) -> None:
+    With `rows` each start uses some of the directions only.
+    """
+
+    def __init__(
+        self,
+        problem: SixSeatProblem,
+        scales: Sequence[PriorScales],
+        rows: Sequence[IntArray] | None = None,
+    ) -> None:
         self.problem = problem
-        different = list(dict.fromkeys(scales))
-        self._of_start = np.array([different.index(each) for each in scales])
-        self._covariances = [problem.covariance(each) for each in different]
-        self._spread = np.array([problem.spread(each.asymmetry) for each in different])
+        count = len(problem.count)
+        parts = [np.arange(count)] * len(scales) if rows is None else rows
+        keys = [(each, part.tobytes()) for each, part in zip(scales, parts, strict=True)]
+        different = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+        self._of_start = np.array([different[key] for key in keys])
+        first = dict(reversed(list(zip(keys, parts, strict=True))))
+        self._rows = [first[key] for key in different]
+        whole = {each: problem.covariance(each) for each in dict.fromkeys(scales)}
+        self._covariances = [
+            SharedCovariance(whole[each].own[part], whole[each].shared[part])
+            for (each, _), part in zip(different, self._rows, strict=True)
+        ]
+        self._spread = np.array([problem.spread(each.asymmetry) for each, _ in different])
+        self._used = np.zeros((len(different), count), dtype=bool)
+        for used, part in zip(self._used, self._rows, strict=True):
+            used[part] = True
+        matrices = [each.whitening for each in self._covariances]
+        self._whitening: FloatArray | None = None
+        if all(matrix is not None for matrix in matrices):
+            self._whitening = np.zeros((len(different), count, count))
+            for whole_matrix, matrix, part in zip(
+                self._whitening, matrices, self._rows, strict=True
+            ):
+                whole_matrix[np.ix_(part, part)] = matrix
 
     def evaluated(
         self, x: FloatArray, starts: IntArray
@@ -257,16 +285,14 @@ class _Weighted:
         problem, used = self.problem, self._of_start[starts]
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             misses, slopes = problem.misses(x)
-        bad = ~np.all(np.isfinite(misses), axis=-1) | ~np.all(np.isfinite(slopes), axis=(-1, -2))
-        misses[bad], slopes[bad] = 0.0, 0.0
         together = np.concatenate([slopes, misses[..., None]], axis=-1)  # (s, g, u + 1)
-        whitened = np.empty_like(together)
-        for number in np.unique(used):
-            alike = used == number
-            columns = np.moveaxis(together[alike], 1, 0)  # (g, s, u + 1)
-            flat = self._covariances[number].whitened(columns.reshape(len(columns), -1))
-            whitened[alike] = np.moveaxis(flat.reshape(columns.shape), 0, 1)
+        finite = np.isfinite(together).all(axis=-1)
+        bad = ~np.all(finite | ~self._used[used], axis=-1)
+        if not finite.all():
+            together[~finite] = 0.0
+        whitened = self._whitened(together, used)
         product = np.swapaxes(whitened, -1, -2) @ whitened
+        product[bad] = 0.0
         spread = self._spread[used]
         own = (x - problem.prior)[:, problem.extra :] / spread
         gradient, matrix = product[:, :-1, -1].copy(), product[:, :-1, :-1].copy()
@@ -276,6 +302,18 @@ class _Weighted:
         matrix[bad] += np.eye(problem.size)
         cost = 0.5 * (product[:, -1, -1] + np.sum(own**2, axis=-1))
         return np.where(bad, np.inf, cost), gradient, matrix
+
+    def _whitened(self, together: FloatArray, used: IntArray) -> FloatArray:
+        """Columns (s, g, c) of some starts, independent with variance one; zero in other rows."""
+        if self._whitening is not None:
+            return np.asarray(self._whitening[used] @ together)
+        whitened = np.zeros_like(together)
+        for number in np.unique(used):
+            alike, rows = np.flatnonzero(used == number), self._rows[number]
+            columns = np.moveaxis(together[np.ix_(alike, rows)], 1, 0)  # (g, s, c)
+            flat = self._covariances[number].whitened(columns.reshape(len(columns), -1))
+            whitened[np.ix_(alike, rows)] = np.moveaxis(flat.reshape(columns.shape), 0, 1)
+        return whitened
 
     def evidence(self, cost: FloatArray, matrix: FloatArray) -> FloatArray:
         """Laplace's evidence at modes of all starts, (s,), without a common constant."""
@@ -305,6 +343,7 @@ def modes(
     starts: FloatArray,
     evaluations: int = 100,
     nothing: float = _NOTHING,
+    rows: Sequence[IntArray] | None = None,
 ) -> Modes:
     """Posterior modes at given scales, from several starts at a time.
 
@@ -318,6 +357,8 @@ def modes(
         A search stops after these.
     nothing : float
         A search also stops where no more than this is gained.
+    rows : sequence of (r,) int, optional
+        Directions that each search uses; all when not given.
 
     Returns
     -------
@@ -328,7 +369,7 @@ def modes(
     Levenberg's and Marquardt's method, each start with a damping of its own (Nielsen 1999). All
     starts that still move are evaluated together.
     """
-    weighted = _Weighted(problem, scales)
+    weighted = _Weighted(problem, scales, rows)
     x, going = starts.copy(), np.arange(len(starts))
     cost, gradient, matrix = weighted.evaluated(x, going)
     going = going[np.isfinite(cost)]

@@ -269,6 +269,11 @@ class SharedCovariance:
     def _narrow(self) -> bool:
         return bool(len(self.own) > _FEW * self.shared.shape[1])
 
+    @property
+    def whitening(self) -> FloatArray | None:
+        """The matrix W of `whitened`, (n, n), of few values; None where it is not made."""
+        return None if self._narrow else self._whitening
+
     @cached_property
     def _whitening(self) -> FloatArray:
         """Inverse of the Cholesky factor, (n, n), of few values."""

@@ -248,3 +248,29 @@ def test_directions_on_one_line_of_the_plane_are_joined_to_their_neighbours(
     for row in range(3):
         own = {order[k]: w for k, w in zip(found[row], weights[row], strict=True) if w}
         assert own == {row: pytest.approx(0.5), row + 1: pytest.approx(0.5)}
+
+
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        sphere_pattern_25(),  # rings, with many nodes on one circle
+        fibonacci_cap(30, 1.7),
+        from_angles(np.repeat([0.5, 1.0, 1.5], 5), np.tile(np.linspace(0.0, np.pi, 5), 3)),
+        np.vstack([sphere_pattern_25()[:10]] * 2),  # each twice
+        from_angles(np.radians([0.0, 90.0, 90.0, 90.0, 90.0]), np.radians([0, 0, 90, 180, 270])),
+    ],
+)
+def test_few_nodes_have_the_support_of_another_triangulation(
+    nodes: FloatArray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    directions = fibonacci_cap(2000, 2.9)
+    own = DirectionSupport(nodes).interpolation(directions)
+    monkeypatch.setattr(module, "_FEW_NODES", 0)
+    others = DirectionSupport(nodes).interpolation(directions)
+    assert own[2] == pytest.approx(others[2], abs=1e-9)
+    # Inside, the weights lead back to each direction's point of the plane.
+    inside = own[2] == 0.0
+    plane = _plane(nodes)[own[0][inside]]
+    point = np.sum(own[1][inside][:, :, None] * plane, axis=1)
+    in_triangle = own[1][inside].min(axis=1) > 1e-9
+    assert point[in_triangle] == pytest.approx(_plane(directions[inside])[in_triangle], abs=1e-9)
