@@ -53,6 +53,7 @@ though none that says anything: four touches at one polar angle do not tell heig
 ones would leave no digits of those that are shown. [um]"""
 _DETERMINED = 1e-6
 """Share of the largest singular value above which touches determine a combination of terms."""
+_TOGETHER = 50_000  # elements of the matrices of all points that are inverted in one step
 _MANY_ROWS = 2  # rows for each column from which equations for the columns are fewer
 _NEGLIGIBLE = 1e-3  # share of the largest weight
 _AZIMUTHS = np.arange(0.0, 60.0, 7.5) * DEGREE
@@ -343,7 +344,9 @@ def fit_harmonics(
     HarmonicFit
 
     >>> from pretravel.base.directions import sphere_pattern_25
-    >>> from pretravel.maps.spherical_harmonics import real_spherical_harmonics
+    >>> from pretravel.maps.spherical_harmonics import (
+    ...     degrees_and_orders, real_spherical_harmonics, sphere_terms
+    ... )
     >>> n = sphere_pattern_25()
     >>> values = 0.010 + 0.002 * real_spherical_harmonics(n, [(3, 3)])[:, 0]
     >>> each = np.arange(25)
@@ -469,9 +472,12 @@ def _posterior(
         means[place] = to_coefficients @ problem.y
         covariance += weight * own
         gains += (weight / problem.own_variances(h, problem.class_count))[:, None, None] * own
-    if by_touches.any():
-        found = _by_touches(problem, points[by_touches], weights[by_touches])
-        means[by_touches] = found[0]
+    together = max(1, _TOGETHER // problem.design.shape[0] ** 2)
+    rows = np.flatnonzero(by_touches)
+    for place in range(0, len(rows), together):
+        mine = rows[place : place + together]
+        found = _by_touches(problem, points[mine], weights[mine])
+        means[mine] = found[0]
         covariance += found[1]
         gains += found[2]
     between = means - weights @ means

@@ -83,8 +83,8 @@ def copied_rows_warnings(values: npt.ArrayLike, where: Callable[[int], str]) -> 
         The name of a row in messages: `Touches.where`.
 
     >>> log = np.random.default_rng(1).random((5, 3))
-    >>> copied_rows_warnings(np.vstack([log, log]), lambda row: f"line {row + 1}")[0][:67]
-    '5 rows from line 6 on are those from line 1 on, to the last digit: '
+    >>> copied_rows_warnings(np.vstack([log, log]), lambda row: f"line {row + 1}")[0][:65]
+    '5 rows from line 6 on are equal to those from line 1 on, to the l'
     """
     first, again, count = copied_rows(values)
     if not count:

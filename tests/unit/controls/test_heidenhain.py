@@ -85,9 +85,9 @@ def test_default_template_says_that_it_is_unverified() -> None:
     [
         ("{title[a]} {angle_deg}", "not known"),
         ("{title.__class__.__mro__} {angle_deg}", "not known"),
-        ("{angle_deg:>9999999999}", "the form of"),
-        ("{angle_deg:>{number}}", "the form of"),
-        ("{angle_deg!r}", "the form of"),
+        ("{angle_deg:>9999999999}", "the number format of"),
+        ("{angle_deg:>{number}}", "the number format of"),
+        ("{angle_deg!r}", "the number format of"),
         ("{title:.2f}\n{angle_deg}", "line 1"),
         ("{angel_deg}\n", r"line 1: .angel_deg. is not known"),
         ("hello\n", "no line with"),

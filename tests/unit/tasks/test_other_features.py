@@ -102,7 +102,7 @@ def _table(folder: Path, rows: list[str]) -> Path:
     return path
 
 
-TWICE = "rows from .* are those from .* appended twice"
+TWICE = "rows from .* are equal to those from .* appended twice"
 
 
 @pytest.mark.parametrize("digits", [6, 4])
@@ -111,7 +111,7 @@ def test_a_log_that_was_appended_twice_is_named(digits: int, tmp_path: Path) -> 
     path = _table(tmp_path, _log(25, digits, 2))
     made = Qualify(touches=(path,), diameter=25.0, tip_diameter=6.0, kind="mean").run()
     said = " ".join(made.document().warnings)
-    assert "25 rows from touch 26 (line 27) on are those from touch 1 (line 2) on" in said
+    assert "25 rows from touch 26 (line 27) on are equal to those from touch 1 (line 2) on" in said
     places = AROUND * LOBES[:, None]
     rows = [f"{x:.6f},{y:.6f},{z + 1:.6f}" for x, y, z in _scattered(places)]
     done = _compensated(tmp_path, rows * 2, "x_mm,y_mm,z_mm").run()
@@ -122,7 +122,7 @@ def test_a_log_that_was_appended_twice_is_named(digits: int, tmp_path: Path) -> 
     heights = [f"{v:.6f}" for v in RNG.normal(3.0, 5e-4, 10)]
     (tmp_path / "z.txt").write_text("\n".join(["z_mm", *heights, *heights]) + "\n")
     repeated = Repeat(log=(tmp_path / "z.txt",)).run()
-    assert "10 rows from line 12 on are those from line 2 on" in " ".join(
+    assert "10 rows from line 12 on are equal to those from line 2 on" in " ".join(
         [*repeated.document().warnings, *repeated.document().notes]
     )
 
