@@ -256,7 +256,7 @@
   function typeAgain() {
     for (const [label, value] of Object.entries(kept())) {
       const field = [...document.querySelectorAll("main input, main textarea")].find((e) => e.ariaLabel === label);
-      if (!field || field.value === value) continue;
+      if (!field || [value, value.replace(",", ".")].includes(field.value)) continue; // a comma is shown as a point
       field.value = value;
       field.dispatchEvent(new Event("input", { bubbles: true }));
       field.dispatchEvent(new Event("blur"));
