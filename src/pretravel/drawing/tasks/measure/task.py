@@ -56,8 +56,9 @@ def _features() -> list[str]:
 class Measure(LaboratoryReport):
     """Measure features from compensated points: form, size, position, distances, conformity.
 
-    Exit code 3: a feature does not conform to its tolerances, or this cannot be decided. Exit code 0
-    without --u-machine: only the errors of probing are counted; this is no statement of conformity.
+    Exit code 3: a feature does not conform to its tolerances, or this cannot be decided.
+    Exit code 0 without --u-machine: only the errors of probing are counted; this is no statement of
+    conformity.
     """
 
     name = "measure"
@@ -78,8 +79,8 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="Kind of feature, such as bore or plane, or by-label, the kind that each label names "
-            "(bore1-1). All kinds: circle, bore, boss, sphere, plane, line, cylinder, cone, "
+            help="Kind of feature, such as bore or plane, or by-label, the kind that each label "
+            "names (bore1-1). All kinds: circle, bore, boss, sphere, plane, line, cylinder, cone, "
             "torus, slot. A bore or boss at several heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
