@@ -24,6 +24,7 @@ from pretravel.prediction.trigger import predict
 from pretravel.qualification.qualifying import qualify
 from pretravel.task.example_data import example_folder
 from pretravel.touches import Touches
+from tests.support.touches_of_days import day_of
 
 _ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _SPHERE = ("--diameter", "24.9987", "--tip-diameter", "6")
@@ -60,7 +61,7 @@ def commands(sizes: Sizes) -> Figures:
         jobs: dict[str, tuple[object, ...]] = {
             "compensate": (part, "--map", at.made, "-o", at.folder / "points.csv"),
             "measure": (at.folder / "points.csv", "--feature", "bore", "--select", "bore1*"),
-            "verify": (sphere, "--map", at.made, "--diameter", "24.9987"),
+            "verify": (day_of(at.folder, 1), "--map", at.made, "--diameter", "24.9987"),
             "check": ("iso10360-5", sphere, "--diameter", "24.9987"),
             "export": (at.made, "--to", "fanuc", "-o", at.folder / "fanuc"),
             "plan-touches": ("--map", at.made, "--count", 9, "-o", nine),

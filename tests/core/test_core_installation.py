@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.touches_of_days import day_of
+
 ROOT = Path(__file__).parents[2]
 DATA = ROOT / "examples" / "data"
 LARGEST = 400e6
@@ -73,6 +75,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> Core:
 def qualified(core: Core) -> Core:
     core.run(*QUALIFY, "-o", MAP)
     core.run("compensate", "bore_touches.csv", "--map", MAP, "-o", "bore_points.csv")
+    day_of(core.folder, 1)
     return core
 
 
@@ -127,7 +130,7 @@ def test_commands_without_a_map(core: Core, words: tuple[str, ...]) -> None:
             "-o",
             "bore.html",
         ),
-        ("verify", "sphere_touches.csv", "--map", MAP, "--diameter", "25"),
+        ("verify", "day1.csv", "--map", MAP, "--diameter", "25"),
         ("plan-touches", "--map", MAP, "--count", "9", "-o", "targets_of_map.csv"),
         ("export", MAP, "--to", "linuxcnc", "-o", "subroutines"),
         ("demo", "-o", "demo"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import fnmatch
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from docs.generated_reference import END, HERE, RENEWED, columns, csv_files, ren
 from pretravel.laboratory.rig.rig_csv import BUDGET_COLUMNS, COLUMNS, MORE_BUDGET_COLUMNS
 from tests.support.commands import run
 from tests.support.examples import EXAMPLES
+from tests.support.touches_of_days import day_of
 
 SPHERE, RIG = EXAMPLES / "sphere_touches.csv", EXAMPLES / "rig"
 REFERENCE = ("--diameter", 24.9987)
@@ -91,8 +91,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         run("qualify", SPHERE, *REFERENCE, *harmonic, "-o", "map.json")
         heights = "".join(f"// probe at 5.0,5.0 is z={1.32 + 0.001 * (i % 3)}\n" for i in range(9))
         Path("octoprint.log").write_text(heights)
-        shutil.copy(EXAMPLES / "sphere_touches.csv", "today.csv")
-        run("verify", "today.csv", "--map", "map.json", *REFERENCE, "--history", "probe.jsonl")
+        run("verify", day_of(place, 1), "--map", "map.json", *REFERENCE, "--history", "probe.jsonl")
         run("pattern", "iso10360-5", "--diameter", 24.9987, "-o", "targets.csv")
         Path("logs").mkdir()
         sphere = ("map.json", "--surface", "sphere:radius=12.49935", "--targets", "targets.csv")

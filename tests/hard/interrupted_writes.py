@@ -27,6 +27,7 @@ from pathlib import Path
 
 from pretravel.base.errors import PretravelError
 from pretravel.files.probe_history import read_history
+from tests.support.touches_of_days import day_of
 
 _OLD = b'"the old output, of a run that ended well; <html>"\n'
 _BEGIN = {
@@ -96,7 +97,7 @@ COMMANDS = tuple(
         ("export", "{0}/map.json --to linuxcnc -o {0}/subroutines", ("subroutines/",), MAP),
         ("export:file", "{0}/map.json --to renishaw -o {0}/radii.txt", ("radii.txt",), MAP),
         ("plan-touches", "--map {0}/h.json --count 9 -o {0}/few.csv", ("few.csv",), HARMONIC),
-        ("verify", (f"{SPHERE} --map {{0}}/h.json --diameter 24.9987 --history {{0}}/probe.jsonl "
+        ("verify", ("{0}/day1.csv --map {0}/h.json --diameter 24.9987 --history {0}/probe.jsonl "
          "-o {0}/v.json"), ("v.json", "probe.jsonl"), HARMONIC),
         ("compare", "{0}/map.json -o {0}/compare.csv", ("compare.csv",), MAP),
         ("check", f"iso10360-5 {SPHERE} --diameter 24.9987 --tip-diameter 6 -o {{0}}/check.json",
@@ -173,6 +174,7 @@ class Folder:
         self.path = Path(tempfile.mkdtemp(prefix="interrupted-"))
         self.path.chmod(0o755)
         (self.path / "tmp").mkdir()
+        day_of(self.path, 1)  # not the touches of the map
         for other in COMMANDS:
             if set(other.outputs) & set(command.needs):
                 self.run(other)

@@ -26,6 +26,7 @@ from pretravel.task.example_data import example_folder
 from pretravel.task.listed import PLACES, task_named
 from pretravel.task.task import settings_of
 from tests.support.commands import run
+from tests.support.touches_of_days import day_of
 
 ON_SCREENS = [name for tasks in tasks_on_screens().values() for name in tasks]
 every_screen = pytest.mark.parametrize("name", ON_SCREENS)
@@ -77,6 +78,7 @@ OTHERS: dict[str, dict[str, str]] = {
     "repeat": {"log": "log.csv"},
     "align": {"touches": "bracket_touches.csv", "part": "bracket.step"},
     "plan-touches": {"map_file": "map.json"},
+    "verify": {"touches": "day1.csv"},
     "axis": {"touches": "axis_touches.csv"},
     "identify": {"map_file": "map.json"},
     "reversal": {"touches": "reversal_touches.csv"},
@@ -128,6 +130,7 @@ def dropped(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     bores = DATA / "bore_touches.csv"
     run("compensate", bores, "--map", folder / "map.json", "-o", folder / "points.csv")
     shutil.copy(sphere, folder / "touches.csv")
+    day_of(folder, 1)
     for name in (
         "part.step",
         "bracket.step",

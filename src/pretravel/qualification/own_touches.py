@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import FloatArray
+from pretravel.base import FloatArray, StaleTouchesError
 from pretravel.maps import PretravelMap
 from pretravel.qualification.quantisation import quantisation_step
 from pretravel.touches import Touches
@@ -106,11 +106,36 @@ def own_touches_warnings(
     found, compared = touches_that_made(touches, made.touch_digests)
     if found <= _by_chance(touches.positions, pretravel_map, compared):
         return []
-    part = "" if compared == len(touches) else " that were compared"
+    return [f"{_words(found, compared, len(touches))}: {consequence}"]
+
+
+def refuse_own_touches(touches: Touches, pretravel_map: PretravelMap) -> None:
+    """Refuse to verify a map with the touches that made it: nothing would be tested.
+
+    Parameters
+    ----------
+    touches : Touches
+    pretravel_map : PretravelMap
+
+    Raises
+    ------
+    StaleTouchesError
+        Nearly all touches are touches of the map.
+    """
+    found, compared = touches_that_made(touches, pretravel_map.provenance.touch_digests)
+    if found > _ALL * compared:
+        raise StaleTouchesError(
+            f"nothing was tested: {_words(found, compared, len(touches))}, and on its own touches "
+            "a map shows no change. Touch the reference again"
+        )
+
+
+def _words(found: int, compared: int, given: int) -> str:
+    part = "" if compared == given else " that were compared"
     which = f"{found} of {compared} touches{part}"
-    if found == compared == len(touches):
+    if found == compared == given:
         which = f"all {found} touches"
-    return [f"{which} are identical to touches that the map was made from: {consequence}"]
+    return f"{which} are identical to touches that the map was made from"
 
 
 def _by_chance(positions: FloatArray, pretravel_map: PretravelMap, compared: int) -> float:

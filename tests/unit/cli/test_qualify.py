@@ -11,6 +11,7 @@ from pretravel.files.map_file import read_map
 from tests.support.commands import both_outputs, rows, run
 from tests.support.examples import PART, SPHERE
 from tests.support.pictures import coloured_share
+from tests.support.touches_of_days import day_of
 
 SETUP = ("--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic")
 
@@ -82,8 +83,8 @@ class TestQualify:
         first, accepted = tmp_path / "map.json", tmp_path / "new.json"
         run("qualify", SPHERE, *SETUP, "--feed", 120, "-o", first)
         assert read_map(first).feed == 120.0
-        run("verify", SPHERE, "--map", first, "--diameter", 24.9987, "--feed", 120, "--accept",
-            accepted)  # fmt: skip
+        run("verify", day_of(tmp_path, 1), "--map", first, "--diameter", 24.9987, "--feed", 120,
+            "--accept", accepted)  # fmt: skip
         assert read_map(accepted).feed == 120.0
         updated = tmp_path / "updated.json"
         run("qualify", SPHERE, *SETUP[:2], "--prior", first, "--feed", 120, "-o", updated)

@@ -10,7 +10,8 @@ from pretravel.files.map_file import write_map
 from pretravel.files.program_log import TOUCH_COLUMNS
 from pretravel.files.touches_csv import write_touches
 from pretravel.touches import Touches
-from tests.support.commands import both_outputs
+from tests.support.commands import both_outputs, run
+from tests.support.touches_of_days import SPHERE
 from tests.unit.qualification.test_verification import old_map, touches
 
 
@@ -19,7 +20,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("stale")
     write_map(folder / "map.json", old_map())
     for day in (1, 2):
-        write_touches(folder / f"day{day}.csv", touches(day))
+        write_touches(folder / f"day{day}.csv", touches(10 + day))
     return folder
 
 
@@ -54,10 +55,10 @@ class TestLogs:
         return path
 
     def test_a_whole_log(self, folder: Path, tmp_path: Path) -> None:
-        verified(folder, self.written(tmp_path, "today.log", log_lines(touches(1))))
+        verified(folder, self.written(tmp_path, "today.log", log_lines(touches(11))))
 
     def test_a_run_that_was_stopped(self, folder: Path, tmp_path: Path) -> None:
-        lines = log_lines(touches(1))
+        lines = log_lines(touches(11))
         lines[-6:] = ["stopped,s9,1,end"]
         said = verified(folder, self.written(tmp_path, "today.log", lines), code=3)
         assert "the program did not run to its end (stopped at s9: no contact)" in said
@@ -65,10 +66,22 @@ class TestLogs:
 
     @pytest.mark.parametrize("cut", [slice(10, 11), slice(-3, None)])
     def test_fewer_touches_than_the_plan(self, folder: Path, tmp_path: Path, cut: slice) -> None:
-        lines = log_lines(touches(1))
+        lines = log_lines(touches(11))
         del lines[cut]
         path = self.written(tmp_path, "today.log", lines)
         assert "touches are in the log" in verified(folder, path, code=3)
+
+
+def test_the_touches_of_the_map_test_nothing(tmp_path: Path) -> None:
+    """They were "no change found", exit code 0, and a row of the history."""
+    made, history = tmp_path / "map.json", tmp_path / "probe.jsonl"
+    sphere = ("--diameter", 24.9987)
+    run("qualify", SPHERE, *sphere, "--tip-diameter", 6, "--kind", "mean", "-o", made)
+    common = ("--map", made, *sphere, "--history", history)
+    said = "".join(both_outputs("verify", SPHERE, *common, code=3))
+    assert "nothing was tested: all 75 touches are identical to touches that the map" in said
+    assert "no change found" not in said
+    assert not history.exists()
 
 
 class TestHistory:

@@ -87,6 +87,13 @@ class TestPosition:
         assert found.guard_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
         assert found.rejection_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
 
+    def test_the_bands_near_zero_are_those_at_the_limit(self) -> None:
+        """What errors add to a small value changes the value, not where a limit is proven."""
+        near = position_conformity(np.array([0.0006, 0.0008]), 1e-6 * np.eye(2), 0.2, 0.95)
+        found = near.with_value(0.0011, 0.0015)
+        assert found.guard_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
+        assert found.rejection_band == pytest.approx(2.0 * 1.6449e-3, rel=0.02)
+
     def test_a_zone_that_is_narrow_against_u_proves_nothing(self) -> None:
         """P of the zone is 0.1 %, on its centre too; the value is inside, so it has not failed."""
         found = position_conformity(np.zeros(2), 1e-6 * np.eye(2), 1e-4, 0.95)

@@ -17,6 +17,7 @@ from pretravel.tasks.qualify.summary import judgement
 from pretravel.touches import Touches
 from tests.support.commands import run
 from tests.support.examples import SPHERE
+from tests.support.touches_of_days import day_of
 
 
 @pytest.mark.parametrize(
@@ -72,8 +73,8 @@ def test_of_a_verification(
     probe_map, made = tmp_path / "map.json", tmp_path / "verified.json"
     run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "harmonic",
         "-o", probe_map)  # fmt: skip
-    run("verify", SPHERE, "--map", probe_map, "--diameter", 24.9987 - moved_mm, "-o", made,
-        code=code)  # fmt: skip
+    run("verify", day_of(tmp_path, 1), "--map", probe_map, "--diameter", 24.9987 - moved_mm,
+        "-o", made, code=code)  # fmt: skip
     assert read_result(made).document.judgement == Judgement(*expected)
 
 

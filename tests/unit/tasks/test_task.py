@@ -13,7 +13,8 @@ from pretravel.tasks.compensate import Compensate
 from pretravel.tasks.verify import Verify
 from tests.support.commands import run
 from tests.support.example_maps import example_map
-from tests.support.examples import PART, SPHERE
+from tests.support.examples import PART
+from tests.support.touches_of_days import day_of
 
 
 def test_points_are_written_in_every_format_that_has_them(tmp_path: Path) -> None:
@@ -36,7 +37,10 @@ def test_the_lines_of_python_write_an_accepted_map_once(tmp_path: Path, accepts:
     old, new = tmp_path / "old.json", tmp_path / "new.json"
     write_map(old, example_map("harmonic"))
     task = Verify(
-        touches=(SPHERE,), map_file=old, diameter=24.9987, accept=new if accepts else None
+        touches=(day_of(tmp_path, 1),),
+        map_file=old,
+        diameter=24.9987,
+        accept=new if accepts else None,
     )
     assert "result.write" not in python_lines(task)
     _lines_are_run(task)

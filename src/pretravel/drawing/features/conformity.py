@@ -92,6 +92,8 @@ class Conformity:
     of_touched_points : bool
         Whether the decision is about the touched points alone, as that about a form is: a larger
         form between them is not seen.
+    bonus : float
+        Part of `upper` by which the size of a feature enlarges the tolerance (ISO 2692). [mm]
     """
 
     name: str
@@ -106,6 +108,7 @@ class Conformity:
     verdict: ConformityVerdict
     dof: float = math.inf
     of_touched_points: bool = False
+    bonus: float = 0.0
 
     @property
     def coverage(self) -> float:
@@ -113,15 +116,12 @@ class Conformity:
         return _quantile(self.dof, self.required)
 
     def with_value(self, value: float, u: float) -> Conformity:
-        """The same decision, with a value from which the effect of noise was subtracted. [mm]"""
-        less = self.value - value
-        return replace(
-            self,
-            value=value,
-            u=u,
-            guard_band=self.guard_band + less,
-            rejection_band=self.rejection_band - less,
-        )
+        """The same decision, with a value from which the effect of noise was subtracted. [mm]
+
+        The bands stay those of values from which nothing was subtracted: they hold at the limit,
+        where less is subtracted than near zero.
+        """
+        return replace(self, value=value, u=u)
 
 
 def _quantile(dof: float, probability: float) -> float:
@@ -318,7 +318,9 @@ def zone_conformity(
     verdict = _verdict(found, required, u)
     if verdict is ConformityVerdict.DOES_NOT_CONFORM and value < limit + band:
         verdict = ConformityVerdict.UNDECIDED
-    return Conformity(name, value, u, -math.inf, limit, guard, band, found, required, verdict, dof)
+    return Conformity(
+        name, value, u, -math.inf, limit, guard, band, found, required, verdict, dof, bonus=bonus
+    )
 
 
 def _inside(

@@ -89,6 +89,8 @@ def verification_document(
     )
 
 
+_FEWER = 0.95
+"""Share of the degrees of freedom below which a report gives the reason."""
 _TESTS = 3
 """They share the rate of false alarms."""
 _UNTIL_THEN = "; do not use it until the cause is found"
@@ -192,11 +194,15 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     )
     if math.isnan(result.repeatability):
         return (tests,)
-    dof = number_text(result.repeatability_dof, decimals(0))
+    dof = f"{number_text(result.repeatability_dof, decimals(0))} effective degrees of freedom"
+    all_dof = result.touches - sum(len(each.rows) for each in result.gross)
+    all_dof -= len(result.directions)
+    if result.repeatability_dof < _FEWER * all_dof:
+        dof += f" of {all_dof}: some touches scatter more than most, or some directions"
     step = f"; positions in steps of {value_text(result.step / MICROMETRE, 'µm')}"
     return (
         KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",
-                  remark=f"{dof} degrees of freedom" + (step if result.step else "")),
+                  remark=dof + (step if result.step else "")),
         tests,
     )  # fmt: skip
 

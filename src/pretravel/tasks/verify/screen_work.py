@@ -50,7 +50,7 @@ def check_today(inputs: Inputs) -> DailyResult:
     Raises
     ------
     StaleTouchesError
-        The history has these touches already, of an earlier day.
+        The history has these touches already, of an earlier day, or the map was made from them.
     PretravelError
         As `Verify.run`; the history is that of another probe.
     """
@@ -155,7 +155,7 @@ def _judgement(made: VerifiedProbe) -> Judgement:
         return Judgement("bad", "Changed: qualify again")
     touches = made.readings.in_machine_axes().touches
     if own_touches_warnings(touches, read_map(made.task.map_file), ""):
-        return Judgement("caution", "Nothing was checked: these touches made the map")
+        return Judgement("caution", "Doubtful: touches of the map are among these")
     return Judgement("good", "No change found")
 
 

@@ -39,8 +39,8 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
-    The exit code is also 3 if nothing could be tested, because the run is incomplete or the history
-    already contains these touches.
+    The exit code is also 3 if nothing could be tested: the run is incomplete, the map was made from
+    these touches, or the history already contains them.
 
     The old map is kept unless --accept names a new one.
     """
@@ -91,8 +91,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         Raises
         ------
         StaleTouchesError
-            The log is that of a run that was stopped, touches are missing, or the history has these
-            touches already.
+            The log is that of a run that was stopped, touches are missing, the map was made from
+            these touches, or the history has them already.
         """
         from pretravel.files import (
             HISTORY_ENDING,
@@ -102,7 +102,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             read_map,
             refuse_known_touches,
         )
-        from pretravel.qualification import qualify_like, verify
+        from pretravel.qualification import qualify_like, refuse_own_touches, verify
 
         if self.history is not None and self.history.suffix.lower() != HISTORY_ENDING:
             raise PretravelError(
@@ -122,6 +122,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
                 f"{self.touches_name}: {readings.unfinished}. The probe is not verified: remove "
                 "the cause, and touch the reference again"
             )
+        refuse_own_touches(measured, old_map)
         if self.history is not None:
             check_history(self.history, old_map)
             again = self.accept is not None

@@ -112,13 +112,17 @@ def _motions_table(alignment: Alignment) -> Table:
             Column.of("motion", MOTIONS),
             Column.of("placement of the origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
-            Column.of("U", [*(stated[:3] / MICROMETRE), *stated[3:]], digits=Digits(3, True)),
+            Column.of(
+                "U at the middle of the touches",
+                [*(stated[:3] / MICROMETRE), *stated[3:]],
+                digits=Digits(3, True),
+            ),
             Column.of("unit of U", ["µm"] * 3 + ["°"] * 3),
         ),
         title="Placement of the part in the machine",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
-        "these axes. U (k = 2, more where few touches show the form of the faces) holds at the "
-        "middle of the touches; at the origin, U of a shift is larger by the distance times U of "
+        "these axes. U: k = 2, more where few touches show the form of the faces. At the "
+        "origin, U of a shift is larger by its distance from the middle of the touches times U of "
         "the rotations. U is empty where the touches do not determine a motion.",
     )
 

@@ -23,7 +23,7 @@ from pretravel.drawing.tolerances.tolerances import (
     Together,
     side_of_failure,
 )
-from pretravel.show import Column, Table, number_text, significant
+from pretravel.show import Column, Table, decimals, number_text, significant
 
 CHARACTERISTIC_SYMBOLS = {
     "position": "⊕", "flatness": "▱", "roundness": "○", "cylindricity": "/○/", "straightness": "―",
@@ -61,6 +61,8 @@ class ToleranceLine:
         Not numbers where nothing was measured. [mm or degrees]
     at_most : float or None
         The upper end of a form that is not distinguished from the errors of the points. [mm]
+    bonus : float
+        Part of the upper limit that is the growth of the zone by a size at M or L. [mm]
     verdict : ConformityVerdict
     words : str
         The verdict in words, with its reason.
@@ -77,6 +79,7 @@ class ToleranceLine:
     verdict: ConformityVerdict
     words: str
     at_most: float | None = None
+    bonus: float = 0.0
 
     @property
     def level(self) -> VerdictLevel:
@@ -92,8 +95,11 @@ class ToleranceLine:
 
     @property
     def limits(self) -> str:
-        """``11.95 to 12.05 mm``; ``0.1 mm`` of a zone."""
-        low, high = (f"{end:.7g}" for end in (self.lower, self.upper))
+        """``11.95 to 12.05 mm``; ``0.1 mm`` of a zone; ``0.1 + 0.0116 (M) mm`` with its growth."""
+        low, high = (f"{end:.7g}" for end in (self.lower, self.upper - self.bonus))
+        if self.bonus > 0.0:
+            sign = "(L)" if "(L)" in self.characteristic.partition(" to ")[0] else "(M)"
+            high += f" + {number_text(self.bonus, decimals(4))} {sign}"
         if math.isnan(self.upper):
             return ""
         if math.isinf(self.upper):
@@ -229,6 +235,7 @@ def _line(
         decided.verdict,
         f"{words}: {reason}" if reason else words,
         ends[1] if ends is not None and below else None,
+        decided.bonus,
     )
 
 
@@ -304,7 +311,7 @@ def lines_data(lines: Sequence[ToleranceLine]) -> Table:
 def count_words(
     lines: Sequence[ToleranceLine], features: Sequence[InspectedFeature], u_machine: float
 ) -> str:
-    """What the lines say together: ``7 of 9 tolerances conform; 2 features without a tolerance``.
+    """What the lines say together: ``7 of 9 conform; 2 features without a tolerance``.
 
     Parameters
     ----------
@@ -328,8 +335,7 @@ def count_words(
     words = verdict_words(ConformityVerdict.CONFORMS, u_machine)
     of = f"{good} of {len(lines)}"
     if words == "conforms":
-        tolerances = f"tolerance{'s' * (len(lines) > 1)}"
-        parts.append(f"{of} {tolerances} {words if good == 1 else 'conform'}")
+        parts.append(f"{of} {words if good == 1 else 'conform'}")
     else:
         parts.append(f"{of} {words}")
     labels = {name for line in lines for name in line.feature.split(", ")}

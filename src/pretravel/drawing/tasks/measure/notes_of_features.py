@@ -29,7 +29,7 @@ from pretravel.show import (
 )
 
 _ASSOCIATION = (
-    "the features are fitted by least squares (Gaussian association), not as the largest inscribed "
+    "fitted by least squares (Gaussian association), not as the largest inscribed "
     "or smallest circumscribed ones. The form (roundness, flatness, …) is the form of the surface "
     "at the touched points, with bounds for any shape; the surface between the points is not "
     "measured. The measured range also contains the noise"
@@ -49,8 +49,11 @@ def notes_of(
     statements: LaboratoryStatements | None,
 ) -> list[str]:
     """What the features are, what of them is form, and by which rule they were decided."""
-    notes = [_ASSOCIATION] if any(not f.is_extreme for f in features) else []
-    notes += _extreme_notes([f for f in features if f.is_extreme])
+    extreme = [f for f in features if f.is_extreme]
+    fitted = [shown_name(f) for f in features if not f.is_extreme]
+    which = f"{', '.join(fitted)}:" if extreme else "the features are"
+    notes = [f"{which} {_ASSOCIATION}"] if fitted else []
+    notes += _extreme_notes(extreme)
     lost = [f for f in features if f.association.dof > 0 and f.form.measured <= f.form.most_noise]
     if lost:
         alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])

@@ -104,8 +104,10 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         rows,
         explanation="Uncompensated: with the tip radius alone. u: standard uncertainty of the "
         "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
-        "residuals). A form has bounds instead (95 %, at the touched points): at most alone if the "
-        "points show no form, only their own errors. The measured range contains these errors.",
+        "residuals). Forms, and distances near zero, have bounds (95 %; of a form at the touched "
+        "points), and U is the larger of their distances from the value. Of a form that is not "
+        "larger than the errors of the points make it, only 'at most' is given. The measured range "
+        "contains these errors.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -203,8 +205,9 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
         ),
         title="Decisions",
         explanation="Inside the tolerance by at least the guard band: accepted. Outside it by more "
-        "than the rejection band: rejected. Otherwise: undecided. P: probability that the true "
-        "value is inside the tolerance.",
+        "than the rejection band: rejected. Otherwise: undecided. Of centres, axes and "
+        "median planes the bands hold at the limit: for a value before the correction near zero, "
+        "with the u that it has there. P: probability that the true value is inside the tolerance.",
     )
 
 

@@ -57,6 +57,8 @@ class Measure(LaboratoryReport):
     """Measure features from compensated points: form, size, position, distances, conformity.
 
     Exit code 3: a feature does not conform to its tolerances, or this cannot be decided.
+    Exit code 0 without --u-machine: only the errors of probing are counted; this is no statement of
+    conformity.
     """
 
     name = "measure"
@@ -77,10 +79,9 @@ class Measure(LaboratoryReport):
     feature: Annotated[
         str | None,
         Field(
-            help="Kind of feature, such as bore, plane or by-label. All kinds: circle, bore, "
-            "boss, sphere, plane, line, cylinder, cone, torus, slot, by-label. by-label: "
-            "the labels name the kind, such as bore1-1; a bore or boss at several "
-            "heights is a cylinder.",
+            help="Kind of feature, such as bore or plane, or by-label, the kind that each label "
+            "names (bore1-1). All kinds: circle, bore, boss, sphere, plane, line, cylinder, cone, "
+            "torus, slot. A bore or boss at several heights is a cylinder.",
             words={BY_LABEL: "what the labels say (bore1-1, plane2-1)"},
             names=_features,
             metavar="FEATURE",
@@ -654,7 +655,7 @@ class MeasuredFeatures(Result):
         if any(each.conformities for each in self.features) and not task.u_machine_um:
             warnings.append(
                 "u contains only the errors of probing. For a statement of conformity, give the u "
-                "of the machine as well (geometry, temperature, clamping)"
+                "of the machine as well (--u-machine: geometry, temperature, clamping)"
             )
         if any(each.conformities and each.feature.is_extreme for each in self.features):
             warnings.append(
