@@ -125,7 +125,9 @@ def _controls_without_feed() -> list[str]:
 FormOnControl: TypeAlias = Literal["auto", "formula", "table"] | None
 CONTROL_FORM = Field(
     help="formula (exact, for harmonic, mean and physical maps), table (interpolated) or auto: on "
-    "linuxcnc the formula, on other controls a table where its error is small enough.",
+    "linuxcnc the formula; on other controls a table whose error is within --tolerance (by default "
+    "0.02 µm, or half of the map's u if that is more), otherwise the formula. A map without formula "
+    "gets a table.",
     words={
         "": "Usual: automatic",
         "auto": "Automatic",
@@ -173,7 +175,7 @@ class Export(Task):
         float | None,
         Field(
             help="Largest deviation of the interpolated table from the map, in µm; by default "
-            "0.02, or half of the map's u.",
+            "0.02. With --form auto half of the map's u also suffices.",
             only=(_controls("tolerance"),),
             without=(When("form", ("formula",)),),
             range=(1e-6, 1000.0),
