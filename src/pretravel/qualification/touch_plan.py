@@ -161,7 +161,7 @@ def _u_updated(prior: DriftedMap, with_centre: FloatArray) -> FloatArray:
     )
     old_map = prior.pretravel_map
     design = old_map.basis.design(old_map.support.spread) @ stated
-    return np.sqrt(np.maximum(np.sum((design @ with_centre) * design, axis=1), 0.0))
+    return np.asarray(np.sqrt(np.maximum(np.sum((design @ with_centre) * design, axis=1), 0.0)))
 
 
 def _candidates(old_map: PretravelMap, ring: bool) -> FloatArray:

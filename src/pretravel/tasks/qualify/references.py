@@ -90,8 +90,8 @@ class OnReferences(Task):
     block: Annotated[
         Lengths | None,
         Field(
-            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels, of these "
-            "lengths in mm. Give the calibrated distance of opposite faces (50.8), or the three "
+            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels (lengths "
+            "in mm). Give the calibrated distance of opposite faces (50.8), or the three "
             "distances along x, y and z with the block not turned (25.4,50.8,76.2). The column "
             "reference of the file gives the turn of the block in degrees: block@90.",
             parse=block_lengths,
