@@ -25,7 +25,7 @@ def _commands(page: str = "docs/tour.md", heading: str = "") -> list[list[str]]:
     return [shlex.split(line, comments=True) for line in block.splitlines()]
 
 
-FIRST_PATH = _commands("README.md", "## First path")
+FIRST_PATH = _commands("README.md", "## First steps")
 
 
 def _outputs(words: list[str]) -> Iterator[str]:

@@ -216,6 +216,6 @@ def coarse_table_warnings(table: LookupTable, tolerance: float) -> tuple[str, ..
     warning = (
         f"the table deviates from the map by up to {table.largest_error / MICROMETRE:.3f} µm, more "
         f"than the tolerance of {tolerance / MICROMETRE:g} µm: there are too few variables for a "
-        "finer table. The form 'formula' needs no table, where the map has one"
+        "finer table. If the map has a formula, the form 'formula' needs no table"
     )
     return (warning,)

@@ -359,7 +359,7 @@ def _checks(
         )
     if surroundings.known:
         known = ", ".join(obstacle.words for obstacle in surroundings.obstacles)
-        checked.append(f"moves against {known}. Other obstacles are not known")
+        checked.append(f"the moves do not hit {known}. Other obstacles are not checked")
     else:
         unchecked.append("moves against the part, because its geometry was not given")
     return tuple(checked), tuple(unchecked)

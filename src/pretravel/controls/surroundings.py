@@ -87,10 +87,9 @@ class SphereObstacle:
     @property
     def words(self) -> str:
         """See `Obstacle`."""
-        shank = (
-            f"a vertical shank of {self.shank_diameter:g} mm" if self.shank_diameter else "no shank"
-        )
-        return f"the sphere with {shank} below it"
+        if not self.shank_diameter:
+            return "the sphere, no shank given"
+        return f"the sphere with a vertical shank of {self.shank_diameter:g} mm below it"
 
     @property
     def top(self) -> float:

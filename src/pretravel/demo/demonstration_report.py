@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,6 +77,12 @@ _RING_TEXT = (
         "errors of the best kinds."
     ),
 )
+_HOW_MANY = ("none is", "one is", "both are")
+"""Of two bores."""
+_PART_TEXT = (
+    "The spread after compensation is much larger than U of a point: it is that of the part, whose "
+    "form and place compensation leaves as they are."
+)
 _RING_TITLE = "Centroid KP-3 in a ring gauge: maps fitted to all 72 directions"
 
 
@@ -144,13 +151,13 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
         title="pretravel: from touches to compensated points",
         verdict=_verdict(job),
         figures=(
-            KeyFigure("curved part", left["mean radius", "part"], "µm",
-                      remark="largest error with one radius for all; eight radii "
-                      f"{value_text(left['eight sectors', 'part'], 'µm')}; map U = "
-                      f"{value_text(2.0 * u_part, 'µm')}"),
-            KeyFigure("Centroid KP-3, real data", ring["mean"], "µm",
-                      remark="rms error with one radius for all; map "
-                      f"{value_text(ring[BEST], 'µm')}"),
+            KeyFigure("curved part", "largest error "
+                      f"{value_text(left['mean radius', 'part'], 'µm')} with one radius, "
+                      f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii; with "
+                      f"the map U = {value_text(2.0 * u_part, 'µm')}"),
+            KeyFigure("Centroid KP-3, real data", "rms error "
+                      f"{value_text(ring['mean'], 'µm')} with one radius, "
+                      f"{value_text(ring[BEST], 'µm')} with the map"),
         ),
         tables=(_bores_table(job),),
     )  # fmt: skip
@@ -166,8 +173,9 @@ def _verdict(job: MainJob) -> str:
     outside = sum(not LIMITS[0] <= size <= LIMITS[1] for size in _uncompensated_diameters(job))
     inside = sum(bore.verdict is ConformityVerdict.CONFORMS for bore in job.bores)
     return (
-        f"Two bores, tolerance {_limits()}: with the tip radius alone {outside} outside, with the "
-        f"map {inside} inside. This is no statement of conformity: u of the machine is not given"
+        f"Two bores, tolerance {_limits()}: corrected by the tip radius alone {_HOW_MANY[outside]} "
+        f"outside, by the map {_HOW_MANY[inside]} inside. This is no statement of conformity: u of "
+        "the machine is not given"
     )
 
 
@@ -209,7 +217,7 @@ def demonstration_document(
                 "The probe, qualified on the sphere"
             ),
             features_document(job.bores).as_section("Two bores"),
-            points_document(job.points).as_section("A curved part, compensated"),
+            _part_section(job),
             Section(
                 "Errors of each kind of map",
                 tuple(text.format(noise=noise) for text in _SPHERE_TEXT),
@@ -224,6 +232,11 @@ def demonstration_document(
         ),
         pictures=tuple(pictures),
     )
+
+
+def _part_section(job: MainJob) -> Section:
+    section = points_document(job.points).as_section("A curved part, compensated")
+    return replace(section, paragraphs=(*section.paragraphs, _PART_TEXT))
 
 
 def _errors_table(errors: Sequence[KindErrors], *, on_part: bool) -> Table:

@@ -27,7 +27,8 @@ class Demo(Task):
         Path | None,
         Field(
             help="Folder of sphere_touches.csv, bore_touches.csv, part_touches.csv and "
-            "kp3_ring.csv; the default is the example data of the package."
+            "kp3_ring.csv; the default is the example data of the package.",
+            metavar="FOLDER",
         ),
     ] = None
     output: Annotated[

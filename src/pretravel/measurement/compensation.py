@@ -390,7 +390,8 @@ def feed_note(touches: TouchSummary, pretravel_map: PretravelMap) -> str:
         return ""
     return (
         "neither the map nor the touches have a feed (column feed_mm_min): feeds that differ by "
-        "100 mm/min cause errors of 3.3 µm (signal delay of 2 ms) that are not in U"
+        "100 mm/min cause errors of 3.3 µm (if the signal delay is 2 ms, a usual value) that are "
+        "not in U"
     )
 
 

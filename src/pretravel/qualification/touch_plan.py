@@ -50,6 +50,8 @@ class TouchPlan:
         without new touches, and with these. [mm]
     u_old : (m,) float
         That of the old map when it was made. [mm]
+    u_updated : (d,) float
+        What the updated map is expected to give over all of its directions. [mm]
     """
 
     directions: FloatArray
@@ -59,6 +61,7 @@ class TouchPlan:
     u_before: FloatArray
     u_after: FloatArray
     u_old: FloatArray
+    u_updated: FloatArray
 
 
 def plan_touches(
@@ -134,7 +137,8 @@ def plan_touches(
     order = _varied_order(candidates[chosen])
     directions = candidates[chosen][order]
     size = old_map.basis.size
-    after = problem.covariance_after(chosen)[:size, :size]
+    with_centre = problem.covariance_after(chosen)
+    after = with_centre[:size, :size]
     return TouchPlan(
         directions=frozen(directions),
         normals=frozen(directions @ old_map.rotation.T),
@@ -143,7 +147,21 @@ def plan_touches(
         u_before=frozen(np.sqrt(prior.variance(places, prior.covariance))),
         u_after=frozen(np.sqrt(prior.variance(places, after))),
         u_old=frozen(np.sqrt(prior.variance(places, old_map.covariance.matrix))),
+        u_updated=frozen(_u_updated(prior, with_centre)),
     )
+
+
+def _u_updated(prior: DriftedMap, with_centre: FloatArray) -> FloatArray:
+    """As the old map has it: seen from the centre that the touches give, or without a shift."""
+    axes = prior.axes
+    stated = (
+        np.hstack([np.eye(len(prior.shift)), -prior.shift])
+        if prior.from_center
+        else np.hstack([prior.without_shift, np.zeros((len(prior.shift), axes))])
+    )
+    old_map = prior.pretravel_map
+    design = old_map.basis.design(old_map.support.spread) @ stated
+    return np.asarray(np.sqrt(np.maximum(np.sum((design @ with_centre) * design, axis=1), 0.0)))
 
 
 def _candidates(old_map: PretravelMap, ring: bool) -> FloatArray:

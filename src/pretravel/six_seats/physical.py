@@ -598,7 +598,8 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
             "follows from the model and is not measured"
         )
     return (
-        "the six-seat model. Its common shift, which touches do not distinguish from the centre, "
-        f"has u = {float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. The shift cancels in "
+        "the six-seat model. Touches on a sphere cannot separate a shift of its centre from a "
+        "pretravel that changes as the cosine of the direction; the model separates them with u = "
+        f"{float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. Such a shift cancels in "
         f"distances, and u of the map does not contain it{tip}"
     )

@@ -126,8 +126,8 @@ Diameter: TypeAlias = Annotated[float, DIAMETER]
 RING = Field(help="The reference is a ring gauge.", label="The reference is a ring gauge")
 Ring: TypeAlias = Annotated[bool, RING]
 U_DIAMETER = Field(
-    help="Standard uncertainty of the diameter, in µm: U of the certificate, divided by its k; "
-    "0.2 is assumed when not given.",
+    help="Standard uncertainty of the diameter, in µm; default: 0.2, assumed; on the certificate "
+    "U, divided by its k.",
     range=U_OF_DIAMETER,
     label="Standard uncertainty of the diameter",
     hint="Half of U (k = 2) on the certificate; 0.2 µm is assumed where it is empty",
@@ -288,10 +288,10 @@ class PlacedPart(Task):
     place: Annotated[
         str | None,
         Field(
-            help="Placement of the part's frame in the machine: the file of pretravel align "
-            "(.json), whose touches are in the machine's frame; or x,y,z in mm, then rotations "
-            "about the machine's x, y and z axes in degrees, in that order. The probe is not "
-            "rotated.",
+            help="Placement of the part's frame in the machine (x,y,z in mm, then rotations about "
+            "x, y, z in degrees); or the file of pretravel align (.json), whose "
+            "touches are in the machine's frame. The rotations are about the machine's axes, in "
+            "that order; the probe is not rotated.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,
             word=is_placement,

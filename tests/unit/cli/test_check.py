@@ -148,7 +148,7 @@ class TestStandards:
             ),
             (
                 ["iso10360-5", SPHERE, "--diameter", 25, "--size-limit", 1],
-                "or a map: give one of them (--tip-diameter",
+                "give one of them (--tip-diameter",
             ),
             (["iso230-10", SPHERE, "--diameter", 25, "--size-limit", 1], "only for iso10360-5"),
             # Refused before the touches are read: that there are none is not the first thing told.

@@ -51,7 +51,7 @@ class TestCommands:
         mill.write_text(run("machine"))
         run("plan", PART, "--spacing", 25, "--margin", 5, "-o", plan)
         told = run("program", "part", mill, plan, "--surface", PART, "-o", out)
-        assert "checked: moves" in told
+        assert "checked: the moves" in told
         text = out.read_text()
         assert all(f"(touch {row['label']})" in text for row in rows(plan))
 

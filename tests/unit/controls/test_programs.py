@@ -270,7 +270,7 @@ class TestProgram:
         limits = np.array([[-500.0, 500.0]] * 3)
         machine = replace(MACHINE, work=work_placement(0, 0, 0), limits=limits)
         made = _planned(Targets(12.5 * UP, UP), machine, obstacles=[BALL])
-        sphere = "moves against the sphere with no shank below it. Other obstacles are not known"
+        sphere = "the moves do not hit the sphere, no shank given. Other obstacles are not checked"
         assert made.checked == ("the machine's limits", sphere)
         assert made.unchecked == ()
         text = linuxcnc_program(made, "a_log.ngc")

@@ -19,6 +19,7 @@ from pretravel.laboratory.standards.iso230_10_tip_offset import check_tip_offset
 from pretravel.laboratory.standards.iso10360_5 import check_iso10360_5
 from pretravel.laboratory.standards.standard_check import (
     RANGE_AS_DEFINED,
+    U_WITHOUT_NOISE,
     CalibratedSphere,
     StandardCheck,
     StandardFigure,
@@ -83,7 +84,7 @@ class TestMachineTools:
         assert [budget.combined for budget in check.budgets] == [0.25 * UM, 0.25 * UM]
         assert [budget.result for budget in check.budgets] == ["P_FTU,2D", "P_FTU,3D"]
         assert check.standard == "ISO 230-10, probing"
-        assert check.notes[-1] == RANGE_AS_DEFINED
+        assert check.notes[-1] == RANGE_AS_DEFINED + U_WITHOUT_NOISE
         assert check.tip_offset is None
 
     def test_along_another_axis(self) -> None:
@@ -195,11 +196,13 @@ class TestMeasuringMachines:
         assert only.places == pytest.approx(N * (12.5 + off)[:, None] + [1, 2, 3], abs=1e-12)
         # How the pattern was read, and that its noise belongs to the figure.
         assert len(check.notes) == 2
-        assert check.notes[1] == RANGE_AS_DEFINED
+        assert check.notes[1] == RANGE_AS_DEFINED + U_WITHOUT_NOISE
 
     def test_without_a_tip_there_is_no_size(self) -> None:
         check = check_iso10360_5(_touches(N), SPHERE)
         assert len(check.figures) == 1
+        bare = check_iso10360_5(_touches(N), CalibratedSphere(25.0))
+        assert bare.notes[-1] == RANGE_AS_DEFINED  # no u is given that could contain the noise
         assert check.notes[1] == "a size error needs the tip's diameter, or a map"
         assert check.sets[0].fit.radius == pytest.approx(15.5, rel=1e-12)
 

@@ -131,7 +131,7 @@ def test_gauge_is_stated() -> None:
     assert u[2] > 0.7 * apart
     assert along < 0.35e-3
     assert np.all(np.abs(result.center - [120.0, -40.0, 7.0]) < 3.0 * u)
-    assert "Its common shift" in result.pretravel_map.provenance.gauge
+    assert "a shift of its centre" in result.pretravel_map.provenance.gauge
 
 
 def test_too_few_directions() -> None:
@@ -320,7 +320,7 @@ def test_the_gauge_is_told_in_micrometres(case: str) -> None:
     sizes = np.array([0.11, 0.34, 0.58, 0.9][: problem.extra]) * UM
     said = physical._gauge(problem, x, np.diag(np.append(sizes, np.full(18, 5.0)) ** 2))
     along = "" if case == "ring" else ", 0.58 µm along"
-    assert f"has u = 0.34 µm across the axis{along}. The shift cancels" in said
+    assert f"with u = 0.34 µm across the axis{along}. Such a shift cancels" in said
     tip = ". The tip's diameter, 6.0140 mm, u = 1.8 µm, follows from the model"
     assert (tip in said) == (case == "tip unknown")
     assert ("tip" in said) == (case == "tip unknown")

@@ -137,7 +137,7 @@ class FormOfPart:
         """The same by sizes and shapes with their probabilities, (trials, n). [mm]
 
         Few residuals leave the size uncertain: a form of the size of `excess` alone would have
-        too few large movements, as the normal law has beside Student's t.
+        too few large movements, as the normal law has compared with Student's t.
         """
         if self.by_prior or not self.families:
             return self.drawn(trials, generator, count)

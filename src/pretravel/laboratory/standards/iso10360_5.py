@@ -28,6 +28,7 @@ from pretravel.laboratory.standards.standard_check import (
     DIAMETER_OF_REFERENCE,
     FORM_OF_REFERENCE,
     RANGE_AS_DEFINED,
+    U_WITHOUT_NOISE,
     UNCHECKED,
     CalibratedSphere,
     FittedSet,
@@ -158,7 +159,7 @@ def check_iso10360_5(
             f"memory, for {smallest:g} to {largest:g} mm (or to 51 mm, with a 2-inch sphere): "
             "check your edition of the standard"
         )
-    notes.append(RANGE_AS_DEFINED)
+    notes.append(RANGE_AS_DEFINED + ("" if form.u_test is None else U_WITHOUT_NOISE))
     sets = tuple(
         FittedSet(f"run {run}", fit, points[rows], form.limit)
         for run, (fit, rows) in enumerate(zip(fits, runs, strict=True), start=1)

@@ -18,6 +18,7 @@ from pretravel.laboratory.standards.standard_check import (
     ALONG_Z,
     FORM_OF_REFERENCE,
     RANGE_AS_DEFINED,
+    U_WITHOUT_NOISE,
     UNCHECKED,
     CalibratedSphere,
     FittedSet,
@@ -105,7 +106,8 @@ def check_iso230_10(
     figures = tuple(test.figure for test in tests if test.figure is not None)
     sets = tuple(test.fitted for test in tests if test.fitted is not None)
     notes = tuple(test.note for test in tests if test.note)
-    notes += (RANGE_AS_DEFINED,) if sets else ()
+    if sets:
+        notes += (RANGE_AS_DEFINED + ("" if sphere.u_of_form is None else U_WITHOUT_NOISE),)
     if not figures:
         raise PretravelError("these touches allow none of the tests: " + "; ".join(notes))
     if tip_diameter is not None and sets:

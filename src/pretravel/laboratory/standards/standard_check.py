@@ -36,9 +36,11 @@ DIAMETER_OF_REFERENCE = "calibration of the reference's diameter"
 """Sources of the uncertainty of test values."""
 RANGE_AS_DEFINED = (
     "by definition, the probing error of form is the range of these touches, which contains their "
-    "noise and differs from run to run. u of the test value does not contain this"
+    "noise and differs from run to run"
 )
 """A note of tests whose figure is the range of residuals."""
+U_WITHOUT_NOISE = "; u of the test value does not contain this"
+"""The same where u is given."""
 
 
 class LimitOutcome(Enum):

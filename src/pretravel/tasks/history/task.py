@@ -69,7 +69,7 @@ class History(
     """Show how a probe drifts over time, and when its next qualification is due.
 
     The input is a folder of touches, one file for each day; or the history file of pretravel verify
-    --history, which is shown as a control chart.
+    --history, which --plot shows as a control chart.
     """
 
     name = "history"

@@ -51,7 +51,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
     return Document(
         title=title,
         verdict=f"{len(plan.directions)} touches bring u of the map from "
-        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, common shift left out",
+        f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, "
+        "a displacement of all points together left out",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
                       remark="rms, when it was made"),
@@ -60,8 +61,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
                       remark=f"at most {number_text(float(plan.u_after.max()) / MICROMETRE)} µm; "
                       f"for a repeatability of {number_text(noise)} µm"),
-            KeyFigure("common shift", "moves the whole part and cancels in distances; u of the "
-                      "updated map contains it, and is therefore larger"),
+            KeyFigure("u of the updated map", _rms(plan.u_updated), "µm",
+                      remark=_of_update(plan)),
             KeyFigure("usual drift", f"size {drift.level / MICROMETRE:.2f} µm, "
                       f"amplitude {100.0 * drift.scale:.1f} %, "
                       f"turn {drift.turn / DEGREE:.2f}°, form {100.0 * drift.form:.1f} %",
@@ -70,6 +71,17 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         tables=(_directions_table(plan),),
         pictures=(Picture("u today and with the touches", lambda: touch_plan_view(plan, title)),),
     )  # fmt: skip
+
+
+def _of_update(plan: TouchPlan) -> str:
+    """What u contains that pretravel qualify --prior prints."""
+    shown = "rms over the whole map, as pretravel qualify --prior prints it"
+    if not plan.prior.from_center:
+        return shown
+    return (
+        f"{shown}: with a displacement of all points together, which looks the same as a displaced "
+        "centre of the sphere and cancels in distances"
+    )
 
 
 def _rms(values: FloatArray) -> float:

@@ -90,10 +90,10 @@ class OnReferences(Task):
     block: Annotated[
         Lengths | None,
         Field(
-            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels: give the "
-            "calibrated distance of opposite faces in mm (50.8), or the three distances along x, y "
-            "and z with the block not turned (25.4,50.8,76.2). The column reference of the file "
-            "gives the turn of the block in degrees: block@90.",
+            help="The reference is a gauge block, a 1-2-3 block or a pair of parallels (lengths "
+            "in mm). Give the calibrated distance of opposite faces (50.8), or the three "
+            "distances along x, y and z with the block not turned (25.4,50.8,76.2). The column "
+            "reference of the file gives the turn of the block in degrees: block@90.",
             parse=block_lengths,
             metavar="L or X,Y,Z",
             states="a block or a reference gives its shape and size itself",
@@ -102,10 +102,10 @@ class OnReferences(Task):
     reference: Annotated[
         tuple[StatedReference, ...],
         Field(
-            help="One of several references that are fitted together, such as "
-            "r50=ring:50.0003:0.3. NAME: as in the column reference or at the beginning of the "
-            "labels (r50/1); SHAPE: block, ring (bore), pin (boss) or sphere; SIZE: in mm, or "
-            "unknown; u: standard uncertainty of the size, in µm. May be repeated.",
+            help="One of several references that are fitted together, with SIZE in mm and u in µm, "
+            "such as r50=ring:50.0003:0.3. NAME: as in the column reference or at "
+            "the beginning of the labels (r50/1); SHAPE: block, ring (bore), pin (boss) or sphere; "
+            "SIZE may be unknown; u: standard uncertainty of the size. May be repeated.",
             parse=stated_reference,
             metavar="NAME=SHAPE:SIZE:u",
             states="a block or a reference gives its shape and size itself",

@@ -91,7 +91,7 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
         KeyFigure("pretravel", Span.of(value / MICROMETRE), "µm", remark="over the whole map"),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
-            remark="rms over the whole map, common shift included; when the old map was made: "
+            remark="rms over the whole map; when the old map was made: "
             f"{number_text(float(np.sqrt(np.mean(old_u**2))) / MICROMETRE, decimals(2))} µm",
         ),
         KeyFigure(

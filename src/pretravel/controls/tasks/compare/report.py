@@ -87,7 +87,7 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 
 def _shown(method: str) -> str:
-    return "map (its 2 u and u)" if method == FULL_MAP else _SHOWN.get(method, method)
+    return "map (2 u and u)" if method == FULL_MAP else _SHOWN.get(method, method)
 
 
 def _colour(method: str) -> Colour:
@@ -114,9 +114,11 @@ def _errors_table(result: Comparison) -> Table:
     return Table(
         tuple(columns),
         explanation="Max, rms: largest and root-mean-square difference of each correction from the "
-        "map. The row of the map has 2 u and u instead (empty for a prediction). The radii of "
-        "a control hold in one plane, its tool length along the axis; between them it combines "
-        "both.",
+        "map. The row of the map has 2 u and u instead, from the rms of u over all directions "
+        "(empty for a prediction). The radii of a control hold in one plane, its tool length along "
+        "the axis; between plane and axis the control combines radius and length. Two axis radii: "
+        "one for touches along X, one for touches along Y. Woźniak's constant: a formula with one "
+        "constant for the triangle of the probe.",
     )
 
 

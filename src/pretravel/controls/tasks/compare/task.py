@@ -41,7 +41,7 @@ def _controls_with_maps() -> list[str]:
 def _control_help() -> str:
     *names, last = _controls_with_maps()
     return (
-        "Compare also the correction by this control with the files of pretravel export: "
+        "Include the correction that this control makes with the files of pretravel export: "
         f"{', '.join(names)} or {last}."
     )
 
@@ -49,8 +49,9 @@ def _control_help() -> str:
 class Compare(Reported):
     """Compare the errors that corrections leave, from none to the full map; or compare two probes.
 
-    The corrections are the tip radius alone, one radius for all, two axis radii, four directions,
-    eight radii (as touched, or made from the map), Woźniak's constant and the full map. The errors
+    The corrections are the tip radius alone, one radius for all, two axis radii (along X and along
+    Y), four directions, eight radii (as touched, or made from the map), Woźniak's constant (a
+    formula with one constant for the triangle of the probe) and the full map. The errors
     are those on the equator, in all directions and, with --part, on a part, in µm. Of two probes
     (MAP and PROBE), the predicted forces, pretravels and their contributions are compared.
 

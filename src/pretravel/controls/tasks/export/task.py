@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 _RADII_TABLE = "csv"
 """A table of effective radii, which no control reads directly."""
+_TABLES = ("radii", _RADII_TABLE)
+"""Exports to read, not for a control."""
 
 
 def _labels() -> dict[str, str]:
@@ -47,8 +49,10 @@ def _control_help() -> str:
 
     usable = CONTROLS.usable().items()
     listed = "; ".join(f"{name}, {control.label}" for name, control in usable)
+    controls = ", ".join(name for name in control_names() if name not in _TABLES)
     return (
-        f"One of {', '.join(control_names())}: {listed}; {_RADII_TABLE}, table of effective radii."
+        f"A control ({controls}) or a table ({', '.join(_TABLES)}): {listed}; {_RADII_TABLE}, "
+        "table of effective radii."
     )
 
 
@@ -125,7 +129,9 @@ def _controls_without_feed() -> list[str]:
 FormOnControl: TypeAlias = Literal["auto", "formula", "table"] | None
 CONTROL_FORM = Field(
     help="formula (exact, for harmonic, mean and physical maps), table (interpolated) or auto: on "
-    "linuxcnc the formula, on other controls a table where its error is small enough.",
+    "linuxcnc the formula; on other controls a table whose error is within the tolerance (0.02 "
+    "µm, or half of the map's u if that is more), otherwise the formula. A map without formula "
+    "gets a table.",
     words={
         "": "Usual: automatic",
         "auto": "Automatic",
@@ -173,12 +179,12 @@ class Export(Task):
         float | None,
         Field(
             help="Largest deviation of the interpolated table from the map, in µm; by default "
-            "0.02, or half of the map's u.",
+            "0.02. With --form auto half of the map's u also suffices.",
             only=(_controls("tolerance"),),
             without=(When("form", ("formula",)),),
             range=(1e-6, 1000.0),
             label="Largest deviation from the map",
-            hint="Empty: 0.02 µm, or half of the map's u",
+            hint="Empty: 0.02 µm, or half of the map's u if that is more",
         ),
     ] = None
     base: Annotated[

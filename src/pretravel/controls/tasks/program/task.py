@@ -519,7 +519,7 @@ def _planned(
 
 
 class ProgramMdi(Task):
-    """Write the subroutine pretravel_sphere, which touches a reference sphere when MDI calls it.
+    """Write the subroutines that all programs need, and pretravel_sphere for MDI.
 
     The command needs neither a map nor a machine file. With a map, pretravel export --to linuxcnc
     writes the same subroutine together with the cycles that compensate.

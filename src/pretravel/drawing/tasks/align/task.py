@@ -66,8 +66,9 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     start: Annotated[
         str | None,
         Field(
-            help="Approximate placement of the part: x,y,z in mm, then rotations about the "
-            "machine's x, y and z axes in degrees, in that order; or a file of pretravel align. "
+            help="Approximate placement of the part (x,y,z in mm, then rotations about x, "
+            "y, z in degrees); or a file of pretravel align. The rotations are about the machine's "
+            "axes, in that order. "
             "Without a start, the placement follows from the plan (--plan), or is searched.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,

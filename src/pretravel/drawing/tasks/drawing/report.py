@@ -51,7 +51,7 @@ def drawing_document(model: ModelDrawing) -> Document:
                     Column.of("item", [each.what for each in lines]),
                     Column.of("limits or zone", [each.limits for each in lines]),
                     Column.of("datums", [each.datums for each in lines]),
-                    Column.of("faces", [each.faces for each in lines]),
+                    Column.of("face no.", [each.faces for each in lines]),
                     Column.of("evaluated", ["no" if each.left_out else "yes" for each in lines]),
                 )
             ),

@@ -66,7 +66,7 @@ def notes_of(
         excess = Span.of([feature.errors.excess / MICROMETRE for feature in rough])
         notes.append(
             f"{', '.join(map(shown_name, rough))}: the residuals are larger than the errors of the "
-            f"points explain. Another {_range_text(excess)} (standard deviation) is "
+            f"points can explain. A further {_range_text(excess)} (standard deviation) is "
             f"{FORM_OF_PART}, or touches scatter more than those on the reference. Its effect on "
             "size and position is in u, with the correlation of the shapes that the residuals show"
         )
@@ -74,8 +74,8 @@ def notes_of(
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
         notes.append(
-            f"{RULE} ISO 14253-1:2017: proven with a probability of "
-            f"{100 * first.required:g} %, at one limit {first.coverage:.3f} u. "
+            f"{RULE} ISO 14253-1:2017, with a probability of {100 * first.required:g} %; the "
+            f"guard band at a single limit is {first.coverage:.3f} u. "
             + comparison_sentence("ISO 14253-1", statements)
         )
     return notes

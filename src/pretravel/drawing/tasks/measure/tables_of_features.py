@@ -240,8 +240,8 @@ def budget_section(inspected: InspectedFeature) -> Section:
         figures=(
             KeyFigure("range without form", form.noise / MICROMETRE, "µm",
                       remark="mean range of points on a perfect surface, from their errors"),
-            KeyFigure("subtracted", (form.measured - form.value) / MICROMETRE, "µm",
-                      remark="from the measured range, for the errors of the points"),
+            KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
+                      remark="from the measured range"),
         ),
         tables=(table,),
         detail=True,

@@ -103,7 +103,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     The definitions were written without the texts of the standards and have not been checked
     against them: there is no statement of conformity, unless the file of the laboratory (--lab)
     declares that the laboratory has checked them.
-    Exit code 3: a figure exceeds its limit.
+    Exit code 3: a test value exceeds its limit.
     """
 
     name = "check"
@@ -208,7 +208,7 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
     output: Annotated[
         Path | None,
         output(
-            "Figures: .csv; the report: .json, or a page, .html or .pdf.",
+            "Test values: .csv; the report: .json, or a page, .html or .pdf.",
             ".csv",
             ".json",
             *PAGES,
