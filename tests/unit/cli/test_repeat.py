@@ -20,7 +20,7 @@ def _log(path: Path, first: float = 1.3, series: int = 1) -> Path:
 
 def test_the_answer_and_its_parts(tmp_path: Path) -> None:
     out = " ".join(run("repeat", _log(tmp_path / "a.log")).split())
-    assert out.startswith("if you touch once more, it will differ by less than")
+    assert out.startswith("the next touch will differ by less than")
     assert "first touch differs yes, by -2" in out
     assert "contains the first touch" in out
     assert "no drift is detected" in out

@@ -131,7 +131,7 @@ def test_gauge_is_stated() -> None:
     assert u[2] > 0.7 * apart
     assert along < 0.35e-3
     assert np.all(np.abs(result.center - [120.0, -40.0, 7.0]) < 3.0 * u)
-    assert "Its common shift" in result.pretravel_map.provenance.gauge
+    assert "shift of the whole map" in result.pretravel_map.provenance.gauge
 
 
 def test_too_few_directions() -> None:

@@ -162,7 +162,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         return KeyFigure(
             name, change.value / factor, unit, replace(digits, signed=True),
             change.u / factor, "", digits,
-            remark=f"{what}; {limit} is detected in 95 % of cases",
+            remark=f"{what}; a change of {limit} would be detected in 95 % of cases",
         )  # fmt: skip
 
     return (
@@ -196,7 +196,7 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     step = f"; positions in steps of {value_text(result.step / MICROMETRE, 'µm')}"
     return (
         KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",
-                  remark=f"{dof} degrees of freedom" + (step if result.step else "")),
+                  remark=f"{dof} effective degrees of freedom" + (step if result.step else "")),
         tests,
     )  # fmt: skip
 
