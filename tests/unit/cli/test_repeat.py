@@ -35,7 +35,7 @@ def test_files_and_picture(tmp_path: Path) -> None:
     assert rows[1].startswith("1,1,2,1.3,0,")
     assert len(rows) == 11
     run("repeat", log, "-o", page)
-    assert "once more" in page.read_text(encoding="utf-8")
+    assert "next touch" in page.read_text(encoding="utf-8")
     run("repeat", log, "-o", tmp_path / "a.report.json")
     assert json.loads((tmp_path / "a.report.json").read_text(encoding="utf-8"))
 

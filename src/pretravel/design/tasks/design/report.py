@@ -106,8 +106,8 @@ def _at_end(factor: Factor, value: Level) -> str:
     low, high = factor.range
     near = 1e-3 * (high - low)
     if value <= low + near:
-        return "lower"
-    return "upper" if value >= high - near else ""
+        return "lower end of the range"
+    return "upper end of the range" if value >= high - near else ""
 
 
 def _quantities_table(found: FoundDesign) -> Table:
@@ -124,6 +124,8 @@ def _quantities_table(found: FoundDesign) -> Table:
                       significant(4)),
             Column.of("at most", [_end(limits.get(n), "at_most") for n in names], "",
                       significant(4)),
+            Column("limit", tuple(_reached(limits.get(n), found.best.quantities[n])
+                                  for n in names)),
         ),
         title="What it does",
     )  # fmt: skip
@@ -132,6 +134,12 @@ def _quantities_table(found: FoundDesign) -> Table:
 def _end(limit: object, name: str) -> float:
     value = getattr(limit, name, math.nan)
     return value if math.isfinite(value) else math.nan
+
+
+def _reached(limit: object, value: float) -> str:
+    """Whether the best design lies at a limit, up to what the search leaves."""
+    ends = [_end(limit, name) for name in ("at_least", "at_most")]
+    return "reached" if any(abs(value - end) <= 2e-3 * abs(end) for end in ends) else ""
 
 
 def _front_pictures(found: FoundDesign, title: str) -> tuple[Picture, ...]:
