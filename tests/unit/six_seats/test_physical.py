@@ -319,8 +319,8 @@ def test_the_gauge_is_told_in_micrometres(case: str) -> None:
     x[problem.axes : problem.extra] = 7.0 * UM
     sizes = np.array([0.11, 0.34, 0.58, 0.9][: problem.extra]) * UM
     said = physical._gauge(problem, x, np.diag(np.append(sizes, np.full(18, 5.0)) ** 2))
-    along = "" if case == "ring" else ", 0.58 µm along"
-    assert f"has u = 0.34 µm across the axis{along}. The shift cancels" in said
+    along = "" if case == "ring" else " and 0.58 µm along it"
+    assert f"with u = 0.34 µm across the axis{along}. This shift cancels" in said
     tip = ". The tip's diameter, 6.0140 mm, u = 1.8 µm, follows from the model"
     assert (tip in said) == (case == "tip unknown")
     assert ("tip" in said) == (case == "tip unknown")
