@@ -145,10 +145,10 @@ app = typer.Typer(
     name="pretravel",
     cls=Commands,
     help="Predict, calibrate and compensate the pretravel of touch-trigger probes."
-    "\n\nThe command demo shows a result of example data. The command app opens the workbench in "
-    "the browser. With your own files: convert FILE shows how pretravel reads your touches, "
-    "qualify makes a map from touches on a sphere, compensate applies the map to touches on a "
-    "part, measure evaluates the points.",
+    "\n\nThe command demo shows a result from the example data. The command app opens the "
+    "workbench in the browser. With your own files: convert FILE shows how pretravel reads your "
+    "touches, qualify makes a map from touches on a sphere, compensate applies the map to touches "
+    "on a part, measure evaluates the points.",
     epilog="Example: pretravel qualify sphere.csv --diameter 25 --tip-diameter 6 -o map.json"
     f"\n\nExit codes: 0: done. {FAULT}: a fault, with a message. {ANSWER}: a result that a script "
     "must notice: the probe has changed (verify), a value is outside its limit or tolerance "

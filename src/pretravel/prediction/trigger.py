@@ -191,8 +191,8 @@ def _why_never(probe: Probe) -> str:
             "triggers. Lower threshold_N of [trigger], or raise the preload."
         )
     return (
-        "a force in that direction unloads no seat. This tripod cannot probe at polar angles well "
-        "above 90°."
+        "a force in that direction unloads no seat. At polar angles towards 180° the part pushes "
+        "the tip away from the spindle, and the tripod into its seats."
     )
 
 

@@ -588,7 +588,7 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
     """What pretravel is relative to, in words."""
     axes = problem.axes
     u_gauge = np.sqrt(np.diag(covariance)[:axes]) / MICROMETRE
-    along = "" if axes == 2 else f", {u_gauge[2]:.2f} µm along"
+    along = "" if axes == 2 else f" and {u_gauge[2]:.2f} µm along it"
     tip = ""
     if not problem.observation.tip_known:
         radius = problem.observation.tip_radius + float(unknowns[axes])
@@ -598,8 +598,8 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
             "follows from the model and is not measured"
         )
     return (
-        "the six-seat model. Touches on a sphere cannot separate a shift of its centre from a "
-        "pretravel that changes as the cosine of the direction; the model separates them with u = "
-        f"{float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. Such a shift cancels in "
-        f"distances, and u of the map does not contain it{tip}"
+        "the six-seat model (a tripod that rests on six seats). Touches cannot separate a shift of "
+        "the whole map from a shift of the reference's centre; the model fixes it, with u = "
+        f"{float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. This shift cancels in "
+        f"distances; u of the map does not contain it{tip}"
     )

@@ -139,7 +139,8 @@ U_TEMPERATURE = Field(
     label="Standard uncertainty of its temperature",
 )
 SPHERE_FORM = Field(
-    help="Form deviation of the reference, highest to lowest point, in µm; default: grade 5 ball.",
+    help="Form deviation of the reference, highest to lowest point, in µm; default: that of a "
+    "grade 5 ball (0.13).",
     range=DEVIATION_OF_FORM,
     label="Form deviation of the reference",
 )
@@ -182,8 +183,8 @@ ProbeName: TypeAlias = Annotated[
 ]
 QuantityWord: TypeAlias = Literal["pretravel", "sensing_distance", "trigger_force"]
 SHOWN_QUANTITY = Field(
-    help="Quantity of the first line and of the pictures, which also show the force. The sensing "
-    "distance is the deflection across the axis (Rodrigues 2021).",
+    help="Quantity that the summary and the pictures show (the pictures always show the force "
+    "as well). The sensing distance is the deflection across the axis (Rodrigues 2021).",
     label="Quantity of the pictures",
     words={
         "pretravel": "pretravel",
@@ -224,7 +225,7 @@ CONTACT_MODEL = Field(
 )
 ContactModel: TypeAlias = Annotated[str, CONTACT_MODEL]
 GRAVITY = Field(
-    help="Direction of the weight in the machine's frame. Without it, weight is neglected.",
+    help="Direction of gravity in the machine's frame (without it, weight is neglected).",
     parse=unit_vector,
     metavar="X,Y,Z",
 )
@@ -240,7 +241,8 @@ UPRIGHT = Vector(0, 0, 1)
 Azimuths: TypeAlias = Annotated[
     Angles,
     Field(
-        help="Azimuths in the probe's frame, in degrees: start:stop:step, a list a,b,c, or one.",
+        help="Azimuths of the surface normal in the probe's frame, in degrees: start:stop:step, a "
+        "list a,b,c, or one.",
         parse=angles,
         metavar="ANGLES",
     ),
@@ -248,8 +250,8 @@ Azimuths: TypeAlias = Annotated[
 Polars: TypeAlias = Annotated[
     Angles,
     Field(
-        help="Polar angles in degrees: start:stop:step, a list a,b,c, or one; 90 is a vertical "
-        "wall.",
+        help="Polar angles of the surface normal, in degrees: start:stop:step, a list a,b,c, or "
+        "one; 90 is a vertical wall.",
         parse=polar_angles,
         metavar="ANGLES",
     ),

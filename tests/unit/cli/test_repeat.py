@@ -20,7 +20,7 @@ def _log(path: Path, first: float = 1.3, series: int = 1) -> Path:
 
 def test_the_answer_and_its_parts(tmp_path: Path) -> None:
     out = " ".join(run("repeat", _log(tmp_path / "a.log")).split())
-    assert out.startswith("if you touch once more, it will differ by less than")
+    assert out.startswith("the next touch will differ by less than")
     assert "first touch differs yes, by -2" in out
     assert "contains the first touch" in out
     assert "no drift is detected" in out
@@ -35,7 +35,7 @@ def test_files_and_picture(tmp_path: Path) -> None:
     assert rows[1].startswith("1,1,2,1.3,0,")
     assert len(rows) == 11
     run("repeat", log, "-o", page)
-    assert "once more" in page.read_text(encoding="utf-8")
+    assert "next touch" in page.read_text(encoding="utf-8")
     run("repeat", log, "-o", tmp_path / "a.report.json")
     assert json.loads((tmp_path / "a.report.json").read_text(encoding="utf-8"))
 

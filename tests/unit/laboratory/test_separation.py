@@ -129,7 +129,7 @@ class TestLeastSquares:
             1e12 * expected, rel=1e-6, abs=1e-7
         )
         assert found.repeated is pair
-        note = next(note for note in found.notes if "repeated configuration (12, 23)" in note)
+        note = next(note for note in found.notes if "repeated pair (12, 23)" in note)
         assert "has the variance 0.4 µm² from 9 repeats" in note
         assert f"has {1e6 * now[19]:.3g} µm² there" in note
 

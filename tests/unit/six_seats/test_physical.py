@@ -131,7 +131,7 @@ def test_gauge_is_stated() -> None:
     assert u[2] > 0.7 * apart
     assert along < 0.35e-3
     assert np.all(np.abs(result.center - [120.0, -40.0, 7.0]) < 3.0 * u)
-    assert "a shift of its centre" in result.pretravel_map.provenance.gauge
+    assert "shift of the whole map" in result.pretravel_map.provenance.gauge
 
 
 def test_too_few_directions() -> None:
@@ -319,8 +319,8 @@ def test_the_gauge_is_told_in_micrometres(case: str) -> None:
     x[problem.axes : problem.extra] = 7.0 * UM
     sizes = np.array([0.11, 0.34, 0.58, 0.9][: problem.extra]) * UM
     said = physical._gauge(problem, x, np.diag(np.append(sizes, np.full(18, 5.0)) ** 2))
-    along = "" if case == "ring" else ", 0.58 µm along"
-    assert f"with u = 0.34 µm across the axis{along}. Such a shift cancels" in said
+    along = "" if case == "ring" else " and 0.58 µm along it"
+    assert f"with u = 0.34 µm across the axis{along}. This shift cancels" in said
     tip = ". The tip's diameter, 6.0140 mm, u = 1.8 µm, follows from the model"
     assert (tip in said) == (case == "tip unknown")
     assert ("tip" in said) == (case == "tip unknown")

@@ -495,7 +495,7 @@ def _notes(
         j = design.probe_place(repeated.probe)
         own = float(variances[i] + variances[j])
         notes.append(
-            f"the repeated configuration ({repeated.machine}, {repeated.probe}) has the variance "
+            f"the repeated pair ({repeated.machine}, {repeated.probe}) has the variance "
             f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats; the "
             f"separation, which uses it, has {own / _SQUARE_MICROMETRE:.3g} µm² there"
         )
@@ -507,7 +507,7 @@ def _movable_words(shares: _Shares, variances: FloatArray) -> str:
     if shares.negative:
         return ""
     if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
-        return ". Here, no others are possible without a negative variance"
+        return ". Here only these shares avoid a negative variance"
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
     return (
         f". Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "

@@ -167,10 +167,11 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
             title="Deviation from nominal before and after"
             if nominal
             else "Errors that simpler corrections would leave, according to the map",
-            explanation="Along the normal, positive outside; spread is the standard deviation. Tip "
-            "radius alone: the tip centre less the tip radius, without compensation. One radius "
-            "for all: the same with the radius that fits these points best (least squares); a "
-            "radius from a sphere fits them less well.",
+            explanation="Along the normal, positive outside; spread is the standard deviation. "
+            + ("What the map leaves is the part's own deviation, apart from u. " if nominal else "")
+            + "Tip radius alone: the reading (spindle point) less the tip radius, uncompensated. "
+            "One radius for all: the same with the radius that fits these points best (least "
+            "squares); a radius from a sphere fits them less well.",
         ),
     )
 

@@ -102,9 +102,8 @@ class Compensate(
     machine: Annotated[
         Path | None,
         Field(
-            help="Errors of machine and probe by direction, from pretravel separate: "
-            ".json or .csv. The variances in the direction of each touch replace the repeatability "
-            "of the map.",
+            help="Variances of machine and probe by direction, from pretravel separate (.json or "
+            ".csv), which replace the map's repeatability in u. The points stay the same.",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),

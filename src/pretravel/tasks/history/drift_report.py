@@ -156,7 +156,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
     moving = ", ".join(_movement(one) for one in drift.drifting)
     due, time = drift.first_due()
     _, early = drift.first_due(early=True)
-    before = f"at the earliest on {_date(drift.moment(early))} (95 %{_sooner(drift)})"
+    on = f"on {_date(drift.moment(early))}"
+    before = f"at the earliest {on} (95 %{_sooner(drift)})"
     if early <= drift.times[-1]:
         before = f"and may be beyond {limit} already (more than 5 % probable)"
     if due is not None and time <= drift.times[-1]:
@@ -175,10 +176,13 @@ def drift_verdict(drift: DriftOverTime) -> str:
         return f"{after}no steady drift is detected; {moved}, and {reach}"
     if not math.isfinite(early):
         return f"{after}no drift is detected"
-    hidden = "a drift that these days do not show"
+    hidden = "a drift too small to be detected in these days"
     if early <= drift.times[-1]:
         return f"{after}no drift is detected; {hidden} {before.removeprefix('and ')}"
-    return f"{after}no drift is detected; {hidden} could reach {limit} {before}"
+    return (
+        f"{after}no drift is detected; {hidden} could reach {limit} {on} at the earliest "
+        f"(95 %{_sooner(drift)})"
+    )
 
 
 def _sooner(drift: DriftOverTime) -> str:
@@ -227,7 +231,8 @@ def _kind_words(one: QuantityCourse) -> str:
     words = {"drift": "drift", "random walk": "random walk", "scatter": "no drift detected"}
     course = one.course
     walking = f"; u {course.walking.slope[1]:.2g} for a random walk" if course.may_walk else ""
-    return f"{words[course.kind]}, p = {course.p_slope:.2g} for such a trend by chance{walking}"
+    chance = f"p = {course.p_slope:.2g}: probability of such a trend by chance"
+    return f"{words[course.kind]}, {chance}{walking}"
 
 
 def drift_tables(drift: DriftOverTime) -> tuple[Table, ...]:
@@ -282,7 +287,7 @@ def _courses_table(
         (
             Column.of("since", [_date(begin) for begin, _ in rows]),
             Column.of("quantity", [one.quantity.name for _, one in rows]),
-            Column.of("it is", [c.kind for c in course]),
+            Column.of("behaviour", [c.kind for c in course]),
             Column.of("days", [float(len(c.series)) for c in course], "", decimals(0)),
             Column.of("trend per day", [c.slope for c in course], "", significant(3)),
             Column.of("u", [c.u_slope for c in course], "", significant(2)),

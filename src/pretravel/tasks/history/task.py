@@ -127,7 +127,7 @@ class History(
         float | None,
         Field(
             help="Allowed change of the map, in µm: a new qualification is due when the drift "
-            "exceeds it. By default the expanded uncertainty of the map (U = 2 u).",
+            "exceeds it; default: the map's expanded uncertainty, U = 2 u.",
             range=(0.001, 1000.0),
         ),
     ] = None

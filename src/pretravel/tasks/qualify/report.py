@@ -96,7 +96,7 @@ def qualification_document(
             *_outlier_figures(result),
             *_assumed_figures(result),
             *_map_figures(result),
-            KeyFigure("reference of map", pretravel_map.provenance.gauge, detail=True),
+            KeyFigure("zero of the map", pretravel_map.provenance.gauge, detail=True),
         ),
         tables=(_scores_table(scores),) if scores else (),
         sections=(

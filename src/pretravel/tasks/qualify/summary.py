@@ -48,7 +48,7 @@ def verdict(result: Qualification, point: Budget) -> str:
         Of a point on a part, from `part_point_budget`.
     """
     known = (
-        f"a point on a part has U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
+        f"a point on a part typically has U = {value_text(point.expanded() / MICROMETRE, 'µm')} "
         f"(k = {number_text(point.coverage_factor())})"
     )
     repeats = value_text(result.repeatability / MICROMETRE, "µm")
@@ -109,7 +109,7 @@ def summary_figures(
         ),
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
-            remark=f"largest {value_text(float(u[worst]) / MICROMETRE, 'µm')} at "
+            remark=f"rms; largest {value_text(float(u[worst]) / MICROMETRE, 'µm')} at "
             f"{describe(directions[worst])}",
         ),
         KeyFigure("next", result.next_step or _use(saved)),

@@ -164,7 +164,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
         return KeyFigure(
             name, change.value / factor, unit, replace(digits, signed=True),
             change.u / factor, "", digits,
-            remark=f"{what}; {limit} is detected in 95 % of cases",
+            remark=f"{what}; a change of {limit} would be detected in 95 % of cases",
         )  # fmt: skip
 
     return (

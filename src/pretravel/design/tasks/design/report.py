@@ -50,7 +50,7 @@ def design_document(found: FoundDesign) -> Document:
     model = str(study.prediction.get("model", "analytic"))
     return Document(
         title=title,
-        verdict=f"{title}: {goal.replace('_', ' ')} {number_text(after, significant(4))} {unit} "
+        verdict=f"{title}: {_words(goal)} {number_text(after, significant(4))} {unit} "
         f"instead of {number_text(before, significant(4))} {unit}{share}",
         tables=(_free_table(found), _quantities_table(found), *_front_tables(found)),
         pictures=(
@@ -75,6 +75,11 @@ def _directions(found: FoundDesign) -> FloatArray:
     return grid(found.wish.study.directions.polar, found.wish.study.directions.azimuth)
 
 
+def _words(quantity: str) -> str:
+    """A quantity of a specification as a reader sees it."""
+    return quantity.replace("_", " ").replace("pretravel lobes", "pretravel lobe amplitude")
+
+
 def _free_table(found: FoundDesign) -> Table:
     factors = found.wish.study.factors
     return Table(
@@ -82,7 +87,10 @@ def _free_table(found: FoundDesign) -> Table:
             Column("free quantity", tuple(factor.key for factor in factors)),
             Column("best", tuple(_cell(found.best.levels[f.key]) for f in factors), "",
                    significant(5)),
-            Column("at a limit", tuple(_at_end(f, found.best.levels[f.key]) for f in factors)),
+            Column(
+                "at an end of its range",
+                tuple(_at_end(f, found.best.levels[f.key]) for f in factors),
+            ),
         ),
         title="The best design",
     )  # fmt: skip
@@ -108,7 +116,7 @@ def _quantities_table(found: FoundDesign) -> Table:
     meanings = known_quantities()
     return Table(
         (
-            Column("quantity", tuple(name.replace("_", " ") for name in names)),
+            Column("quantity", tuple(_words(name) for name in names)),
             Column("unit", tuple(shown_unit(meanings[name].unit) for name in names)),
             Column.of("start", [found.start.quantities[n] for n in names], "", significant(4)),
             Column.of("best", [found.best.quantities[n] for n in names], "", significant(4)),
@@ -116,6 +124,8 @@ def _quantities_table(found: FoundDesign) -> Table:
                       significant(4)),
             Column.of("at most", [_end(limits.get(n), "at_most") for n in names], "",
                       significant(4)),
+            Column("limit", tuple(_reached(limits.get(n), found.best.quantities[n])
+                                  for n in names)),
         ),
         title="What it does",
     )  # fmt: skip
@@ -124,6 +134,12 @@ def _quantities_table(found: FoundDesign) -> Table:
 def _end(limit: object, name: str) -> float:
     value = getattr(limit, name, math.nan)
     return value if math.isfinite(value) else math.nan
+
+
+def _reached(limit: object, value: float) -> str:
+    """Whether the best design lies at a limit, up to what the search leaves."""
+    ends = [_end(limit, name) for name in ("at_least", "at_most")]
+    return "reached" if any(abs(value - end) <= 2e-3 * abs(end) for end in ends) else ""
 
 
 def _front_pictures(found: FoundDesign, title: str) -> tuple[Picture, ...]:
@@ -151,9 +167,7 @@ def front_chart(found: FoundDesign) -> PlaneChart:
     PlaneChart
     """
     names = (found.wish.goal, found.wish.second)
-    axes = [
-        Axis(name.replace("_", " "), shown_unit(known_quantities()[name].unit)) for name in names
-    ]
+    axes = [Axis(_words(name), shown_unit(known_quantities()[name].unit)) for name in names]
     x, y = (np.array([d.quantities[n] for d in found.front]) for n in names)
     start = [found.start.quantities[name] for name in names]
     labels = tuple(_levels_text(design) for design in found.front)
@@ -197,7 +211,7 @@ def _front_tables(found: FoundDesign) -> tuple[Table, ...]:
         Table(
             (
                 *(
-                    Column.of(n.replace("_", " "), [d.quantities[n] for d in found.front], "",
+                    Column.of(_words(n), [d.quantities[n] for d in found.front], "",
                               significant(4))
                     for n in names
                 ),

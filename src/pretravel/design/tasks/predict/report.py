@@ -57,7 +57,8 @@ def prediction_document(
         f"force {_range(trigger.force, 'N', 3)} in {len(trigger.force)} directions",
         figures=(
             KeyFigure("trigger force", Span.of(trigger.force), "N", decimals(3)),
-            KeyFigure("sensing distance", Span.of(trigger.sensing_distance / MICROMETRE), "µm"),
+            KeyFigure("sensing distance", Span.of(trigger.sensing_distance / MICROMETRE), "µm",
+                      remark="deflection across the axis"),
             KeyFigure("pretravel", Span.of(trigger.pretravel / MICROMETRE), "µm", remark=where),
         ),
         tables=(shares_table(trigger),),

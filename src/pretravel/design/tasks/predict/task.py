@@ -67,9 +67,9 @@ class Predict(Reported):
     friction: Annotated[
         float | None,
         Field(
-            help="Coulomb's coefficient of friction at the seats (likely 0.1 to 0.3): the third "
-            "of three equal touches is predicted, by the models analytic and fem; wozniak has it "
-            "in closed form. The default is that of the description, 0 in the catalogue.",
+            help="Coefficient of friction at the seats (Coulomb), for the third of three equal "
+            "touches; likely 0.1 to 0.3; by the models analytic and fem; wozniak has it in closed "
+            "form; default: that of the description, 0 in the catalogue.",
             range=FRICTION,
         ),
     ] = None
@@ -78,7 +78,12 @@ class Predict(Reported):
     quantity: ShownQuantity = "pretravel"
     output: Annotated[
         Path | None,
-        output("Map: .json; table: .csv, .nc; or a page, .html or .pdf.", *MAPS, ".nc", *PAGES),
+        output(
+            "Map: .json, or .csv, a table with the forces; arrays: .nc; or a page, .html or .pdf.",
+            *MAPS,
+            ".nc",
+            *PAGES,
+        ),
     ] = None
 
     @property

@@ -241,7 +241,8 @@ def budget_section(inspected: InspectedFeature) -> Section:
             KeyFigure("range without form", form.noise / MICROMETRE, "µm",
                       remark="mean range of points on a perfect surface, from their errors"),
             KeyFigure("noise subtracted", (form.measured - form.value) / MICROMETRE, "µm",
-                      remark="from the measured range"),
+                      remark="from the measured range, for the errors of the points" if form.value
+                      else "the whole measured range: the errors of the points explain it"),
         ),
         tables=(table,),
         detail=True,

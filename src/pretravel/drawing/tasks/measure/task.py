@@ -140,8 +140,8 @@ class Measure(LaboratoryReport):
     by_prefix: Annotated[
         bool,
         Field(
-            help="Make one feature of all labels that differ in the last number only: bore1-1, "
-            "bore1-2, …",
+            help="Make a feature of each group of labels that differ in the last number only "
+            "(bore1-1, bore1-2 … are bore1).",
             option="--group",
             label="One feature for each name before a number",
             without=("drawing",),

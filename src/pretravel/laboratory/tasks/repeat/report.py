@@ -116,10 +116,7 @@ def answer_sentence(judged: RepeatSeries) -> str:
         )
     reach = _um(judged.reach)
     expected = value_text(judged.expected, "mm", decimals(4))
-    return (
-        f"if you touch once more, it will differ by less than {reach} from {expected}, in 95 % of "
-        "cases"
-    )
+    return f"the next touch will differ by less than {reach} from {expected}, in 95 % of cases"
 
 
 def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...]:
@@ -130,7 +127,7 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
                                     ("a jump", bool(judged.jumps))) if on]  # fmt: skip
     contained = f", which contains {' and '.join(inside)}" if inside else ""
     return (
-        KeyFigure("touches", f"{len(judged.values)}, {int(np.sum(judged.kept))} of them usual"),
+        KeyFigure("touches", _touches_words(judged)),
         KeyFigure("noise of a touch", judged.noise / MICROMETRE, "µm", _digits(judged.noise),
                   remark=f"standard deviation; of all touches {plain}{contained}"),
         KeyFigure("drift", judged.drift / MICROMETRE, "µm/touch",
@@ -140,6 +137,13 @@ def _figures(judged: RepeatSeries, lines: Sequence[int]) -> tuple[KeyFigure, ...
         KeyFigure("step of the positions", _step_words(judged)),
         KeyFigure("outliers and jumps", _breaks_words(judged, lines)),
     )  # fmt: skip
+
+
+def _touches_words(judged: RepeatSeries) -> str:
+    count, left_out = len(judged.values), int(np.sum(~np.asarray(judged.kept)))
+    if not left_out:
+        return f"{count}"
+    return f"{count}, of which {left_out} {'is' if left_out == 1 else 'are'} left out of the noise"
 
 
 def _um(length: float) -> str:
@@ -181,7 +185,7 @@ def _first_words(judged: RepeatSeries) -> str:
 def _step_words(judged: RepeatSeries) -> str:
     if not judged.step:
         return "none seen"
-    return f"{_um(judged.step)}, or a part of it: the resolution of one touch"
+    return f"{_um(judged.step)}, or an integer fraction of it: the resolution of one touch"
 
 
 def _breaks_words(judged: RepeatSeries, lines: Sequence[int]) -> str:
@@ -242,8 +246,8 @@ def _series_table(series: Sequence[NamedSeries]) -> Table:
             Column.of("jumps", [float(len(one.jumps)) for one in judged], "", decimals(0)),
         ),
         "Each series",
-        "next within: half of the interval of 95 % of the next touch; plain: standard deviation of "
-        "all touches, with drift and first touch in it.",
+        "next within: half of the interval of 95 % of the next touch; all touches: their standard "
+        "deviation, with drift and first touch in it.",
     )  # fmt: skip
 
 
@@ -311,9 +315,7 @@ def _touches_chart(judged: RepeatSeries, title: str) -> PlaneChart:
         Dots(number[kept], y[kept], "touches", "series1"),
     ]
     if not kept.all():
-        marks.append(
-            Dots(number[~kept], y[~kept], "not usual", "limit", symbol="diamond", size=7.0)
-        )
+        marks.append(Dots(number[~kept], y[~kept], "left out", "limit", symbol="diamond", size=7.0))
     return PlaneChart(f"{title}touches", Axis("touch", "", 0.4, len(y) + 1.8),
                       Axis(f"position − {middle:.4f} mm", "µm"), tuple(marks))  # fmt: skip
 

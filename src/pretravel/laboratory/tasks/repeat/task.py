@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Repeat(Reported):
-    """Evaluate repeated touches of one point: noise, drift, first touch, limits of the next."""
+    """Evaluate repeated touches of one point: noise, drift, first touch, interval of the next."""
 
     name = "repeat"
     example = "pretravel repeat octoprint.log --plot repeat.png"

@@ -73,7 +73,7 @@ def certificate_document(
     number = stated.certificate.number
     return Document(
         title="Calibration certificate" + (f" {number}" if number else ""),
-        verdict="Touch-trigger probe, calibrated on a rig after the Abbé principle: "
+        verdict="Touch-trigger probe, calibrated on a rig that follows the Abbe principle: "
         + _mean_pretravel(certificate),
         sections=(
             Section("Data", figures=tuple(map(stated_figure, stated.of_certificate()))),

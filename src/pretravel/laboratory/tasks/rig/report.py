@@ -105,7 +105,11 @@ def rig_document(
         figures=(
             *performance_figures(calibration),
             *_force_figures(calibration, forces),
-            expanded_figure("U of pretravel", budget, "mean of the direction with fewest touches"),
+            expanded_figure(
+                "U of a direction",
+                budget,
+                "of the mean pretravel of the direction with the fewest touches, with the budget",
+            ),
             *(KeyFigure("LEFT OUT", sentence) for sentence in left_out_sentences(calibration)),
         ),
         tables=(direction_table(calibration, forces),),

@@ -61,9 +61,9 @@ class Rig(LaboratoryReport):
     traces: Annotated[
         tuple[Path, ...],
         Field(
-            help="Traces rig_AZIMUTH_REPEAT.csv with time_s,ruler_mm,laser_mm,contact,trigger; "
-            "rig_030p45_1.csv: polar angle 45°; rig_+Z_1.csv: an axis. Files, a folder or a name "
-            "with *.",
+            help="Traces (files, a folder or a name with *) with time_s,ruler_mm,laser_mm,contact,"
+            "trigger, named by direction and repeat, such as rig_030_1.csv (azimuth 30°), "
+            "rig_030p45_1.csv (polar angle 45°) or rig_+Z_1.csv (along an axis).",
             positional=True,
             reads=_traces_meant,
         ),
@@ -81,8 +81,9 @@ class Rig(LaboratoryReport):
     budget: Annotated[
         Path | None,
         Field(
-            help="Uncertainty budget of the rig, .csv: source,type,uncertainty_um,per_metre_um; "
-            "the default is that of Ren 2020, Table 2.",
+            help="Uncertainty budget of the rig, .csv with source,type,uncertainty_um,"
+            "per_metre_um (standard uncertainties, k = 1, in µm and in µm per metre of "
+            "pretravel); default: that of Ren 2020, Table 2.",
             reads=True,
         ),
     ] = None

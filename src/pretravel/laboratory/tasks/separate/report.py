@@ -160,9 +160,9 @@ def _range_figures(result: Separation) -> tuple[KeyFigure, ...]:
             found.value / _SQUARE,
             "µm²",
             decimals(3),
-            remark=f"{'not explained by chance' if found.differs else 'explained by chance'}: 95 % "
-            "of the ranges of equal variances are below "
-            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))}; p = "
+            remark=f"{'not explained by chance' if found.differs else 'explained by chance'}: if "
+            "all variances were equal, the range would be below "
+            f"{value_text(found.by_chance / _SQUARE, 'µm²', decimals(3))} in 95 % of tests; p = "
             f"{number_text(found.probability, significant(2))}",
         )
         for side, found in zip(("machine", "probe"), ranges_of_variances(result.used), strict=True)

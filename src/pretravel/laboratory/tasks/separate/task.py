@@ -51,9 +51,9 @@ class Separate(LaboratoryReport):
     readings: Annotated[
         tuple[Path, ...],
         Field(
-            help="CSV: machine_index,probe_index,error_um; or touches of the reference's equator "
-            "at each orientation of the probe: x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg, in one file "
-            "or in one for each setup: files, a folder or a name with *.",
+            help="CSV with machine_index,probe_index,error_um, or touches of the reference's "
+            "equator at each orientation of the probe (x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg), in "
+            "one file or in one for each setup: files, a folder or a name with *.",
             positional=True,
             metavar="READINGS",
             reads=files_meant,
@@ -74,17 +74,17 @@ class Separate(LaboratoryReport):
     repeat_variance: Annotated[
         float | None,
         Field(
-            help="Variance of one configuration, measured by repeats, in µm².",
+            help="Variance of one pair of directions, measured by repeats, in µm².",
             range=_VARIANCE,
             unit="µm²",
-            label="Variance of one configuration, by repeats",
+            label="Variance of one pair, by repeats",
         ),
     ] = None
     repeat_pair: Annotated[
         Indices | None,
         Field(
-            help="Indices of the repeated configuration.",
-            label="Indices of the repeated configuration",
+            help="Indices of the repeated pair.",
+            label="Indices of the repeated pair",
             only=("repeat_variance",),
             hint="Machine and probe: 1,1",
             parse=indices,
@@ -213,7 +213,7 @@ class Separate(LaboratoryReport):
             return None
         if repeated is None:
             raise PretravelError(
-                "the variance of repeats needs the indices of its configuration",
+                "the variance of repeats needs the indices of its pair",
                 inputs=("repeat_variance", "repeat_pair"),
             )
         return RepeatedPair(*repeated, variance * MICROMETRE**2, count=self.repeat_count)
