@@ -474,8 +474,8 @@ def _posterior(
         gains += (weight / problem.own_variances(h, problem.class_count))[:, None, None] * own
     together = max(1, _TOGETHER // problem.design.shape[0] ** 2)
     rows = np.flatnonzero(by_touches)
-    for place in range(0, len(rows), together):
-        mine = rows[place : place + together]
+    for first in range(0, len(rows), together):
+        mine = rows[first : first + together]
         found = _by_touches(problem, points[mine], weights[mine])
         means[mine] = found[0]
         covariance += found[1]
