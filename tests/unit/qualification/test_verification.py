@@ -354,7 +354,8 @@ class TestHistory:
         (found,) = data_of(tmp_path / "v.json")["Verification"]
         assert (found["changed"], found["decision"]) == (1.0, "accepted new.json")
         assert found["size_um"] == pytest.approx(2.0, abs=4.0 * found["u_size_um"])
-        run("verify", tmp_path / "bent.csv", "--map", tmp_path / "new.json", "--diameter", 25)
+        write_touches(tmp_path / "next.csv", touches(13, size=0.002))
+        run("verify", tmp_path / "next.csv", "--map", tmp_path / "new.json", "--diameter", 25)
         told = run("history", probe, "-o", tmp_path / "h.csv", "--plot", tmp_path / "h.png")
         assert "replaced by new.json" in told
         assert [row["changed"] for row in rows(tmp_path / "h.csv")] == ["0", "1"]
