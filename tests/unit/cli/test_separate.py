@@ -69,7 +69,7 @@ class TestSeparate:
     @pytest.mark.parametrize(
         ("options", "words"),
         [
-            (["--repeat-variance", "0.8"], "needs the indices of its configuration"),
+            (["--repeat-variance", "0.8"], "needs the indices of its pair"),
             (["--repeat-variance", "0.8", "--repeat-pair", "25,1"], "no reading has machine"),
             (["--method", "magic"], "not one of 'reml', 'least-squares'"),
             (["--pair", "1.5,2"], "whole numbers"),

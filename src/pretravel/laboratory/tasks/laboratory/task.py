@@ -6,7 +6,7 @@ from pretravel.task import SILENT, Progress, Task, TextResult
 
 
 class Laboratory(Task):
-    """Print a file to edit with the laboratory, its instrument and reference (for --lab)."""
+    """Print a file to edit with the laboratory, its instrument and reference (--lab)."""
 
     name = "laboratory"
     example = "pretravel laboratory > lab.toml"
