@@ -243,8 +243,12 @@
   document.addEventListener("focusout", (event) => window.socket?.connected && keep(event));
 
   // What is still being typed while the page is left or loaded again is typed once more, too: a field tells the server
-  // after a pause.
-  let typedAt = 0;
+  // after a pause. What it has told is not typed again.
+  let typedAt = -Infinity;
+  function told(name, message) {
+    const value = JSON.stringify(document.activeElement?.value);
+    if (name === "event" && message?.args?.includes(value)) typedAt = -Infinity;
+  }
   for (const leaving of ["beforeunload", "pagehide"]) {
     window.addEventListener(leaving, () => {
       const field = document.activeElement;
@@ -256,7 +260,7 @@
   function typeAgain() {
     for (const [label, value] of Object.entries(kept())) {
       const field = [...document.querySelectorAll("main input, main textarea")].find((e) => e.ariaLabel === label);
-      if (!field || [value, value.replace(",", ".")].includes(field.value)) continue; // a comma is shown as a point
+      if (!field || field.value === value) continue;
       field.value = value;
       field.dispatchEvent(new Event("input", { bubbles: true }));
       field.dispatchEvent(new Event("blur"));
@@ -275,6 +279,7 @@
     if (new URLSearchParams(location.search).get("project") !== shown)
       history.replaceState(null, "", `${location.pathname}?project=${shown}`);
     typeAgain();
+    window.socket.onAnyOutgoing(told);
     window.socket.on("disconnect", () => {
       window.did_handshake = false; // what is sent now waits until the server knows this page again
       connected(false);
