@@ -51,7 +51,7 @@ def test_everything_that_is_stated_is_printed(command: tuple[object, ...], tmp_p
         assert statement.text in page
     assert 'class="open"' not in page
     order = ["name <of> laboratory", "number <of> certificate", "serial_number <of> item",
-             "serial_number <of> reference", "Results", "expanded" if "rig" in command else "u of",
+             "serial_number <of> reference", "Results", "expanded" if "rig" in command else "from run to run",
              "Input files", "Signature", "End of certificate"]  # fmt: skip
     places = [page.index(words) for words in order]
     assert places == sorted(places)
