@@ -123,7 +123,7 @@ def _table(state: ScreenState, rows: list[ToleranceRow], work: Work) -> None:
         if shown == [key]:
             return
         shown[:] = [key]
-        results = [] if found is None else found.features.lines
+        results = [] if found is None else found.made.lines
         kinds = {row.feature: str(row.stated.get("kind", "")) for row in now if row.stated}
         for line, row in zip(lines, now, strict=False):
             line.show_result(_line_of(row, kinds.get(row.feature, ""), results))
