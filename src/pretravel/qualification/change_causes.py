@@ -88,7 +88,7 @@ class LikelyCause:
 
     Attributes
     ----------
-    name : str
+    name : Cause
         One of `CAUSES`, or `Cause.CHANCE`: a false alarm.
     probability : float
         Among all causes.

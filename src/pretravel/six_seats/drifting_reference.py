@@ -30,7 +30,7 @@ class _Drifting(SixSeatProblem):
 
     def __init__(self, observation: Observation, times: FloatArray) -> None:
         super().__init__(observation)
-        self._still = SixSeatProblem(observation)
+        self.still = SixSeatProblem(observation)
         self._times = np.bincount(observation.groups, times) / self.count
         self.drift = slice(self.extra, self.extra + self.axes)
         self.extra += self.axes
@@ -38,7 +38,7 @@ class _Drifting(SixSeatProblem):
         self.azimuth += self.axes
 
     def misses(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        values, slopes = self._still.misses(np.delete(x, self.drift, axis=-1))
+        values, slopes = self.still.misses(np.delete(x, self.drift, axis=-1))
         # A centre moved by s adds n·s; the drift is that of pretravel, which is smaller then.
         later = -slopes[..., : self.axes] * self._times[:, None]
         values = values + np.einsum("...ga,...a->...g", later, x[..., self.drift])
@@ -66,7 +66,7 @@ def drift_beside_seats(
     ReferenceDrift or None
     """
     drifting = _Drifting(observation, times)
-    without = modes(SixSeatProblem(observation), [scales], x[None]).evidence[0]
+    without = modes(drifting.still, [scales], x[None]).evidence[0]
     tried = [
         replace(scales, asymmetry=size, correction=_NO_CORRECTION, fixed_scatter=0.0)
         for size in _ASYMMETRIES
