@@ -6,6 +6,7 @@ import logging
 import math
 import os
 import sys
+import threading
 import time
 import warnings
 from pathlib import Path
@@ -154,6 +155,9 @@ def lines_to_keep(work: Work) -> None:
     )
     download_button("Refused", "no.txt", refused)
     download_button("Flawed", "no.txt", lambda path: 1 / 0)
+    go_on = threading.Event()
+    download_button("Slow", "slow.txt", lambda path: path.write_text(f"{go_on.wait(300.0)}"))
+    ui.button("Go on", on_click=go_on.set)
 
 
 class ComponentsScreen(Screen):

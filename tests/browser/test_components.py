@@ -229,6 +229,16 @@ def test_a_long_table_is_shown_in_parts_and_sorted_as_a_whole(
     assert table.locator("td:nth-child(2)").first.inner_text() == "-524.00"
 
 
+def test_a_file_that_takes_seconds_says_that_it_is_being_made(screen: Any) -> None:
+    drop(screen, "a.txt", b"1\n")
+    with screen.expect_download() as download:
+        screen.get_by_role("button", name="Slow").click()
+        screen.wait_for_selector("text=Making slow.txt")
+        screen.get_by_role("button", name="Go on").click()
+    assert Path(download.value.path()).read_text() == "True"
+    screen.wait_for_selector("text=Making slow.txt", state="detached")
+
+
 def test_a_result_is_downloaded_and_its_command_copied(screen: Any) -> None:
     drop(screen, "a.txt", b"1\n")
     screen.wait_for_selector("text=lines, times")

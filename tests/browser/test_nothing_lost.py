@@ -217,20 +217,6 @@ def test_a_tab_of_before_a_new_start_says_what_to_do(fresh_tab: Any, tmp_path: P
         fresh_tab.wait_for_selector(".lost:has-text('open the address that it printed')")
 
 
-def test_a_page_that_takes_seconds_says_that_it_is_being_made(
-    page: Any, workbench: RunningWorkbench
-) -> None:
-    opened(page, f"{workbench.address}metrologist")
-    page.get_by_role("button", name="Try it with example data").click()
-    page.wait_for_selector(".verdict")
-    settled(page)
-    screens.tab(page, "Files")
-    with page.expect_download():
-        page.get_by_role("button", name="Certificate (PDF)").click()
-        page.wait_for_selector("text=Making certificate.pdf")
-    page.wait_for_selector("text=Making certificate.pdf", state="detached")
-
-
 def test_a_large_file_counts_while_it_is_read(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}task/convert")
     row = b"p,12.345,-23.456,34.567,0.6,0.0,0.8\n"  # numbers alone are read in less than a second
