@@ -83,7 +83,6 @@ from .readings import written_format as written_format
 from .repeat_log import RepeatLog as RepeatLog
 from .repeat_log import read_repeats as read_repeats
 from .roles_of_columns import column_roles as column_roles
-from .rows_in_a_row import EACH_ROW as EACH_ROW
 from .several_files import files_meant as files_meant
 from .several_files import files_of as files_of
 from .several_files import read_series as read_series

@@ -30,7 +30,6 @@ from pretravel.files.misses import named_misses
 from pretravel.files.netcdf import StoredVariable, read_dataset
 from pretravel.files.points_writing import NO_CAUSE, SHARED, UNCOMPENSATED, listed_numbers
 from pretravel.files.readings import ALL, chosen
-from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts, one_normal
 from pretravel.files.tables import read_parquet_table
@@ -41,6 +40,7 @@ from pretravel.touches import (
     length_of_run,
     refuse_several,
     refuse_several_runs,
+    rows_in_a_row_warnings,
 )
 
 _WHAT = "compensated points"

@@ -20,13 +20,11 @@ from pretravel.files.file_format import (
 from pretravel.files.format_registry import format_named, format_of
 from pretravel.files.preview import look_at
 from pretravel.files.readings import chosen
-from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
 from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import contacts
 from pretravel.files.table_formats import CSV, PARQUET
 from pretravel.files.touch_columns import read_touch_columns
-from pretravel.qualification import FEWEST_REPEATS
-from pretravel.touches import copied_rows_warnings
+from pretravel.touches import FEWEST_REPEATS, copied_rows_warnings, rows_in_a_row_warnings
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
 _AXES: tuple[MachineAxis, ...] = ("x", "y", "z")

@@ -16,8 +16,14 @@ from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import FORMATS
 from pretravel.files.program_log import LOG_ENDING
 from pretravel.files.readings import read_readings
-from pretravel.files.rows_in_a_row import rows_in_a_row_warnings
-from pretravel.touches import WORD_COLUMNS, Touches, copied_rows_warnings, with_spindle, without
+from pretravel.touches import (
+    WORD_COLUMNS,
+    Touches,
+    copied_rows_warnings,
+    rows_in_a_row_warnings,
+    with_spindle,
+    without,
+)
 
 _TABLES = (".csv", ".tsv", ".txt", ".xyz", ".asc", ".dat", ".log")
 """Endings of text files that can have touches, in addition to those of the formats."""

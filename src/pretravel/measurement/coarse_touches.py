@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pretravel.maps import PretravelMap
-from pretravel.qualification import coarse_warnings, step_of_measured
-from pretravel.touches import Touches
+from pretravel.touches import Touches, coarse_warnings, step_of_measured
 
 
 def with_step_of_touches(

@@ -22,7 +22,7 @@ from pretravel.base import (
     frozen,
 )
 from pretravel.measurement.scatter_on_part import ScatterOnPart
-from pretravel.qualification import quantisation_step
+from pretravel.touches import quantisation_step
 
 FIXED_SCATTER = "fixed scatter"
 """The cause in `Points.shared` that is common to points with the same normal, and to no others:

@@ -12,7 +12,6 @@ from .drifts import DailyQuantity as DailyQuantity
 from .drifts import DriftOverTime as DriftOverTime
 from .drifts import QuantityCourse as QuantityCourse
 from .drifts import drift_over_time as drift_over_time
-from .map_warnings import fewest_copies as fewest_copies
 from .outliers import FEWEST_LEFT as FEWEST_LEFT
 from .outliers import outlier_factor as outlier_factor
 from .own_touches import own_touches_warnings as own_touches_warnings
@@ -32,19 +31,10 @@ from .qualification import radius_budget as radius_budget
 from .qualifying import qualified as qualified
 from .qualifying import qualify as qualify
 from .qualifying import qualify_like as qualify_like
-from .quantisation import COARSE_STEP as COARSE_STEP
-from .quantisation import coarse_warnings as coarse_warnings
-from .quantisation import kept_by_directions as kept_by_directions
-from .quantisation import kept_by_repeats as kept_by_repeats
-from .quantisation import quantisation_step as quantisation_step
-from .quantisation import refuse_coarse as refuse_coarse
-from .quantisation import step_of_measured as step_of_measured
-from .quantisation import step_of_readings as step_of_readings
 from .reference_fit import ReferenceFit as ReferenceFit
 from .reference_fit import Term as Term
 from .reference_fit import fit_references as fit_references
 from .references import Reference as Reference
-from .repeat_series import FEWEST_REPEATS as FEWEST_REPEATS
 from .repeat_series import RepeatSeries as RepeatSeries
 from .repeat_series import autocorrelation as autocorrelation
 from .repeat_series import judged_repeats as judged_repeats

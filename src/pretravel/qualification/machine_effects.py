@@ -16,14 +16,6 @@ from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.maps import Observation, QualificationSetup
 from pretravel.qualification.first_touches import FirstTouches, first_touches
 from pretravel.qualification.outliers import FEWEST_LEFT, repeat_outliers
-from pretravel.qualification.quantisation import (
-    coarse_warnings,
-    kept_by_directions,
-    kept_by_repeats,
-    quantisation_step,
-    refuse_coarse,
-    step_of_touches,
-)
 from pretravel.qualification.touch_order import (
     between_predecessors,
     drift_columns,
@@ -36,7 +28,15 @@ from pretravel.qualification.touch_order import (
 )
 from pretravel.qualification.two_states import TwoStates, logarithm_of_columns, two_states
 from pretravel.qualification.within_directions import centred_within
-from pretravel.touches import Touches
+from pretravel.touches import (
+    Touches,
+    coarse_warnings,
+    kept_by_directions,
+    kept_by_repeats,
+    quantisation_step,
+    refuse_coarse,
+    step_of_touches,
+)
 
 DRIFT_LEVEL = 0.01
 """Probability that a drift is subtracted although there is none."""

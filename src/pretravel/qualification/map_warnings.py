@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray, describe, polar_angle
+from pretravel.base import DEGREE, MICROMETRE, describe, polar_angle
 from pretravel.maps import (
     BEFORE_CONTACT,
     IMPLAUSIBLE_PRETRAVEL,
@@ -23,14 +23,6 @@ FEWEST_TO_SEE_LOBES = 8
 """Directions below which the lobes of three rods are not seen."""
 LOWEST_POLAR = 60.0 * DEGREE
 """Touches that do not reach this polar angle hardly determine centre and radius. [rad]"""
-_FEWEST_COPIES = 5
-"""Repeats from which copies are distinguished from chance."""
-_MOST_BY_CHANCE = 0.1
-"""Share of touches in steps of 0.01 µm, with a noise of 0.1 µm, that are rarely like the one before
-in all digits."""
-_COARSE = 0.1 * MICROMETRE
-_COPIES_IN_STEPS = 41.0
-"""Repeats for each µm of the step: with a noise of 0.1 µm all are alike in 1 % of logs."""
 
 
 def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
@@ -51,51 +43,6 @@ def repeat_warnings(repeatability: Scatter, *, repeated: bool) -> list[str]:
             "Touch each direction several times"
         )
     ]
-
-
-def fewest_copies(step: float) -> float:
-    """Repeats that are all alike, from which they are copies and not alike by chance.
-
-    Parameters
-    ----------
-    step : float
-        Of the positions; zero where none is seen. [mm]
-    """
-    return max(_FEWEST_COPIES, _COPIES_IN_STEPS * step / MICROMETRE)
-
-
-def copied_readings(positions: FloatArray, groups: IntArray, step: float = 0.0) -> int:
-    """Touches that are copies of others to the last digit, by a log that stored readings twice.
-
-    Parameters
-    ----------
-    positions : (n, 3) float
-        In the axes of the machine. Coarse digits can be alike by chance: in steps of 0.1 µm single
-        touches are not called copies, in longer ones a few repeats neither. [mm]
-    groups : (n,) int
-        Number of the direction of each touch.
-    step : float
-        Of the positions, as it was found. [mm]
-
-    Returns
-    -------
-    int
-        All repeats of each direction, where they are alike; else those that are alike with the
-        touch before, where they are more than chance explains.
-    """
-    count, directions = len(groups), int(groups.max()) + 1
-    repeats = count - directions
-    steps = positions / _COARSE
-    coarse = max(step, _COARSE if bool(np.all(np.abs(steps - np.round(steps)) < 1e-4)) else 0.0)
-    if repeats < fewest_copies(coarse):
-        return 0
-    first = np.unique(groups, return_index=True)[1]
-    if np.abs(positions - positions[first[groups]]).max() == 0.0:
-        return repeats
-    if coarse >= _COARSE:
-        return 0
-    copies = int(np.sum(np.all(positions[1:] == positions[:-1], axis=1)))
-    return copies if copies >= max(_FEWEST_COPIES, _MOST_BY_CHANCE * count) else 0
 
 
 def copy_warnings(copies: int, count: int) -> list[str]:

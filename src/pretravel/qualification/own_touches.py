@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from pretravel.base import FloatArray, StaleTouchesError
 from pretravel.maps import PretravelMap
-from pretravel.qualification.quantisation import quantisation_step
-from pretravel.touches import Touches
+from pretravel.touches import Touches, quantisation_step
 
 _DIGITS = 12
 """Hexadecimal digits of a digest: two of a million touches are alike with a chance of 0.2 %."""

@@ -31,8 +31,7 @@ from pretravel.maps import (
 from pretravel.qualification.delay import SignalDelay
 from pretravel.qualification.machine_effects import MachineEffects
 from pretravel.qualification.outliers import Outlier
-from pretravel.qualification.quantisation import COARSE_STEP
-from pretravel.touches import Touches
+from pretravel.touches import COARSE_STEP, Touches
 from pretravel.uncertainty import Budget, Component
 
 GOOD_PROBE = 0.5 * MICROMETRE

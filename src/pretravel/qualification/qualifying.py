@@ -46,7 +46,6 @@ from pretravel.qualification.delay import separated_delay, several_feeds, travel
 from pretravel.qualification.kind_weights import averaged, compare_kinds
 from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.map_warnings import (
-    copied_readings,
     copy_warnings,
     height_warnings,
     map_warnings,
@@ -57,7 +56,14 @@ from pretravel.qualification.outliers import Outlier, gross_errors
 from pretravel.qualification.own_touches import touch_digests
 from pretravel.qualification.qualification import PreparedTouches, Qualification
 from pretravel.qualification.slow_drift import drift_of_fits, with_drift, without_drift
-from pretravel.touches import Touches, TouchesLike, as_touches, at_rest, refuse_several
+from pretravel.touches import (
+    Touches,
+    TouchesLike,
+    as_touches,
+    at_rest,
+    copied_readings,
+    refuse_several,
+)
 
 _LOG = logging.getLogger(__name__)
 

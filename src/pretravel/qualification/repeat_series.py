@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import BoolArray, FloatArray, PretravelError, frozen
-from pretravel.qualification.quantisation import repeat_step, tied_step
 from pretravel.qualification.series_breaks import Break, break_at, breaks_of
 from pretravel.qualification.series_courses import (
     CERTAIN,
@@ -26,9 +25,8 @@ from pretravel.qualification.series_courses import (
     weighed_noises,
 )
 from pretravel.qualification.time_series import TimeSeries, determined_noise
+from pretravel.touches import FEWEST_REPEATS, repeat_step, tied_step
 
-FEWEST_REPEATS = 5
-"""The first one can be apart; level, drift and noise of the others need four."""
 LEVEL = 0.95
 """Probability that the next touch lies in its interval."""
 _STEPS_APART = 1.5

@@ -36,8 +36,14 @@ from pretravel.qualification.machine_effects import without_machine
 from pretravel.qualification.observe import observe
 from pretravel.qualification.outliers import Outlier, median_of_groups
 from pretravel.qualification.own_touches import own_touches_warnings
-from pretravel.qualification.quantisation import quantisation_step, repeat_step
-from pretravel.touches import Touches, TouchesLike, as_touches, refuse_several
+from pretravel.touches import (
+    Touches,
+    TouchesLike,
+    as_touches,
+    quantisation_step,
+    refuse_several,
+    repeat_step,
+)
 
 _MOST_GROSS = 0.1
 """Share of the touches that can be left out as gross errors; more of them are a change."""

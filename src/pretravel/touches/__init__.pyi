@@ -1,7 +1,22 @@
 """What other rooms use of this one."""
 
+from .copied_rows import EACH_ROW as EACH_ROW
+from .copied_rows import copied_readings as copied_readings
 from .copied_rows import copied_rows_warnings as copied_rows_warnings
+from .copied_rows import rows_in_a_row_warnings as rows_in_a_row_warnings
+from .quantisation import COARSE_STEP as COARSE_STEP
+from .quantisation import coarse_warnings as coarse_warnings
+from .quantisation import kept_by_directions as kept_by_directions
+from .quantisation import kept_by_repeats as kept_by_repeats
+from .quantisation import quantisation_step as quantisation_step
+from .quantisation import refuse_coarse as refuse_coarse
+from .quantisation import repeat_step as repeat_step
+from .quantisation import step_of_measured as step_of_measured
+from .quantisation import step_of_readings as step_of_readings
+from .quantisation import step_of_touches as step_of_touches
+from .quantisation import tied_step as tied_step
 from .targets import Targets as Targets
+from .touches import FEWEST_REPEATS as FEWEST_REPEATS
 from .touches import GLANCING as GLANCING
 from .touches import WORD_COLUMNS as WORD_COLUMNS
 from .touches import Touches as Touches

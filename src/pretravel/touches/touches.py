@@ -35,6 +35,9 @@ from pretravel.base import (
     frozen,
 )
 
+FEWEST_REPEATS = 5
+"""Touches of one point: the first can be apart; level, drift and noise of the others need four."""
+
 TouchesLike: TypeAlias = Union["Touches", npt.ArrayLike, str, Path]
 """What functions take in the place of touches, see `as_touches`."""
 

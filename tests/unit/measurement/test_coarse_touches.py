@@ -16,9 +16,9 @@ from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.coarse_touches import with_step_of_touches
 from pretravel.measurement.compensation import apply
 from pretravel.measurement.points import Points
-from pretravel.qualification.quantisation import step_of_measured
 from pretravel.tasks.compensate import Compensate, CompensatedTouches
 from pretravel.touches import Touches
+from pretravel.touches.quantisation import step_of_measured
 from tests.support.example_maps import mean_map
 
 MAP = replace(

@@ -16,12 +16,12 @@ from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport, some_directions
 from pretravel.qualification.map_warnings import (
-    copied_readings,
     copy_warnings,
     height_warnings,
     map_warnings,
     repeat_warnings,
 )
+from pretravel.touches.copied_rows import copied_readings
 from pretravel.uncertainty.covariance import Covariance
 
 NODES = fibonacci_cap(40, 90.0 * DEGREE)

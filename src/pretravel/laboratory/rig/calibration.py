@@ -15,7 +15,7 @@ from pretravel.laboratory.rig.lobes import scatter_about_lobes
 from pretravel.laboratory.rig.outliers import TraceOutlier, outlier_messages, outlying_rows
 from pretravel.laboratory.rig.trace import RigTouch
 from pretravel.maps import BEFORE_CONTACT, LARGEST_PRETRAVEL
-from pretravel.qualification import kept_by_repeats, refuse_coarse
+from pretravel.touches import kept_by_repeats, refuse_coarse
 from pretravel.uncertainty import COVERAGE, COVERAGE_FACTOR, coverage_factor
 
 _NAME = re.compile(r"_(-?\d+(?:\.\d+)?)(?:p(\d+(?:\.\d+)?))?_\d+$")

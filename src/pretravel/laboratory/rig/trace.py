@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, PretravelError, frozen
-from pretravel.qualification import step_of_readings
+from pretravel.touches import step_of_readings
 
 REFERENCE_TEMPERATURE = 20.0
 """Of dimensions (ISO 1). [°C]"""

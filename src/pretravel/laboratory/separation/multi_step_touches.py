@@ -19,8 +19,7 @@ from pretravel.base import (
     probe_rotation,
 )
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
-from pretravel.qualification import quantisation_step
-from pretravel.touches import Touches
+from pretravel.touches import Touches, quantisation_step
 from pretravel.uncertainty import fit_sphere
 
 _ACROSS = 2.0 * DEGREE

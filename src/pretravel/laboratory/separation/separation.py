@@ -37,7 +37,7 @@ from pretravel.laboratory.separation.variances import (
     pair_variance_of,
     restricted_likelihood_variances,
 )
-from pretravel.qualification import coarse_warnings, kept_by_directions
+from pretravel.touches import coarse_warnings, kept_by_directions
 from pretravel.uncertainty import COVERAGE, coverage_factor
 
 Method = Literal["reml", "least-squares", "paper"]

@@ -14,7 +14,7 @@ from pretravel.files import CsvTable, read_csv_table
 from pretravel.laboratory.separation.multi_step_readings import MultiStepReadings
 from pretravel.laboratory.separation.plan import SeparationPlan
 from pretravel.laboratory.separation.separation import Separation
-from pretravel.qualification import quantisation_step
+from pretravel.touches import quantisation_step
 
 _LARGEST = 10_000.0  # µm
 _LARGEST_INDEX = 1_000_000

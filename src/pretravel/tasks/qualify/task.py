@@ -237,9 +237,9 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
         readings : FileReadings
             In the axes of the machine.
         """
-        from pretravel.files import EACH_ROW
         from pretravel.maps import AUTO, KINDS
         from pretravel.qualification import qualified
+        from pretravel.touches import EACH_ROW
 
         names = list(KINDS) if self.kind == AUTO else [self.kind]
         wished = [self.kind_of_map(name) for name in names]

@@ -21,12 +21,12 @@ from pretravel.drawing.tolerances.tolerances import (
     Together,
 )
 from pretravel.files import LaboratoryStatements, comparison_sentence
-from pretravel.qualification import COARSE_STEP
 from pretravel.show import (
     Span,
     number_text,
     value_text,
 )
+from pretravel.touches import COARSE_STEP
 
 _ASSOCIATION = (
     "fitted by least squares (Gaussian association), not as the largest inscribed "

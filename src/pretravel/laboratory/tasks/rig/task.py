@@ -378,7 +378,7 @@ class CalibratedRig(Result):
         """Irregularities of the traces, and doubts about the budget."""
         from pretravel.laboratory.rig.budget import budget_doubts, repeatability_doubts
         from pretravel.laboratory.rig.scale import scale_doubts
-        from pretravel.qualification import coarse_warnings
+        from pretravel.touches import coarse_warnings
 
         return [
             *(f"{touch.trace}: {note}" for touch in self.touches for note in touch.notes),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.files import ReadingOptions, points_and_notes, read_series
-from pretravel.files.rows_in_a_row import EACH_ROW, rows_in_a_row
+from pretravel.touches.copied_rows import EACH_ROW, rows_in_a_row
 from tests.support.examples import EXAMPLES
 
 ROWS = (EXAMPLES / "sphere_touches.csv").read_text("utf-8").splitlines()

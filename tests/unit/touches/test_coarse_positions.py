@@ -10,10 +10,10 @@ from pretravel.base.errors import PretravelError
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.qualification import Qualification
 from pretravel.qualification.qualifying import qualify
-from pretravel.qualification.quantisation import quantisation_step
 from pretravel.qualification.verification import verify
 from pretravel.tasks.qualify.summary import judgement, summary_figures
 from pretravel.touches import Touches
+from pretravel.touches.quantisation import quantisation_step
 
 PLACE = np.array([212.34471, -87.91233, -301.45612])
 BETWEEN = fibonacci_cap(200)

@@ -15,7 +15,7 @@ from pretravel.base.directions import (
     sphere_pattern_25,
     unit,
 )
-from pretravel.qualification.quantisation import (
+from pretravel.touches.quantisation import (
     _USUAL_STEPS,
     _common_divisor,
     quantisation_step,
