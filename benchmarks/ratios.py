@@ -43,7 +43,7 @@ from pretravel.six_seats.uneven_seats import PARAMETERS, six_seat_response
 from pretravel.surface.cad.step_part import read_step_part
 from pretravel.touches import Touches
 from pretravel.touches.targets import Targets
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.sphere_fit import fit_sphere
 from tests.support.errors_by_trials import points_by_trials, sphere_by_trials
 from tests.support.monte_carlo import MonteCarlo
 

@@ -127,11 +127,11 @@ from .touches.targets import Targets as Targets
 
 # the two shared types
 from .touches.touches import Touches as Touches
+from .uncertainty.circle_fit import fit_circle as fit_circle
+from .uncertainty.cone_fit import fit_cone as fit_cone
 from .uncertainty.covariance import Covariance as Covariance
-from .uncertainty.fitting.circle import fit_circle as fit_circle
-from .uncertainty.fitting.cone import fit_cone as fit_cone
-from .uncertainty.fitting.cylinder import fit_cylinder as fit_cylinder
-from .uncertainty.fitting.plane import fit_plane as fit_plane
-from .uncertainty.fitting.sphere import fit_sphere as fit_sphere
+from .uncertainty.cylinder_fit import fit_cylinder as fit_cylinder
+from .uncertainty.plane_fit import fit_plane as fit_plane
+from .uncertainty.sphere_fit import fit_sphere as fit_sphere
 
 __version__: str

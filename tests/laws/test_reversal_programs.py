@@ -15,7 +15,7 @@ from pretravel.controls.program import plan_program
 from pretravel.files.logs.pretravel_log import read_own_log
 from pretravel.files.touches_csv import read_touches
 from pretravel.touches.targets import Targets
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.sphere_fit import fit_sphere
 from tests.support.commands import run
 from tests.support.judged_programs import ERROR, MACHINE, touches_on_sphere
 from tests.support.machine_model.judgement import violations

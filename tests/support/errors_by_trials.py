@@ -14,7 +14,7 @@ from pretravel.measurement.measured_spheres import MeasuredSphere
 from pretravel.measurement.point_errors import PointErrors, errors_of_points, total_covariance
 from pretravel.measurement.points import Points
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import SphereFit
+from pretravel.uncertainty.sphere_fit import SphereFit
 from tests.support.monte_carlo import MonteCarlo, Validation, monte_carlo, validate
 from tests.support.propagation import Propagated
 

@@ -15,7 +15,13 @@ from pretravel.measurement.point_errors import (
 )
 from pretravel.measurement.points import Points
 from pretravel.touches import Touches
-from pretravel.uncertainty import Budget, Component, Covariance, SphereFit, fit_sphere
+from pretravel.uncertainty import (
+    Budget,
+    Component,
+    Covariance,
+    SphereFit,
+    fit_sphere,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,11 @@ import numpy as np
 from pretravel.base import MICROMETRE, FloatArray, frozen
 from pretravel.maps import Scatter
 from pretravel.six_seats.six_seat_fit import PriorScales, SixSeatProblem
-from pretravel.uncertainty import ReducedRows, classes_of, reduced_rows
+from pretravel.uncertainty import (
+    ReducedRows,
+    classes_of,
+    reduced_rows,
+)
 
 ASYMMETRY_SCALES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Scales of asymmetry, as multiples of the usual spreads."""

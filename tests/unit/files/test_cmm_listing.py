@@ -14,7 +14,7 @@ from pretravel.files.format_registry import format_of
 from pretravel.files.logs.cmm_listing import read_cmm_listing
 from pretravel.files.readings import read_readings
 from pretravel.files.source_file import SourceFile
-from pretravel.uncertainty.fitting.circle import fit_circle
+from pretravel.uncertainty.circle_fit import fit_circle
 from tests.support.commands import rows, run
 from tests.support.control_logs import CMM_LISTING_FILE, written
 

@@ -25,7 +25,7 @@ from pretravel.qualification.qualifying import qualified
 from pretravel.qualification.qualifying import qualify as qualify_with_all_kinds
 from pretravel.tasks.qualify import Qualify
 from pretravel.touches import Touches
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.sphere_fit import fit_sphere
 from tests.support.examples import EXAMPLES
 from tests.support.plain_qualification import qualify_plainly as qualify
 from tests.support.reference_touches import sphere_touches

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
+from pretravel.uncertainty.circle_fit import fit_circle
+from pretravel.uncertainty.cone_fit import fit_cone
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.fitting.circle import fit_circle
-from pretravel.uncertainty.fitting.cone import fit_cone
-from pretravel.uncertainty.fitting.cylinder import fit_cylinder
-from pretravel.uncertainty.fitting.plane import fit_plane
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.cylinder_fit import fit_cylinder
+from pretravel.uncertainty.plane_fit import fit_plane
+from pretravel.uncertainty.sphere_fit import fit_sphere
 
 
 def _frame(rng: np.random.Generator) -> np.ndarray:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.errors import PretravelError
-from pretravel.uncertainty.covariance import Covariance, SharedCovariance
-from pretravel.uncertainty.row_reduction import classes_of, reduced_rows
+from pretravel.uncertainty.covariance import Covariance, SharedCovariance, classes_of, reduced_rows
 
 
 @pytest.mark.parametrize("count", [5, 40])  # fewer than twice the shared errors, and more

@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.base.directions import fibonacci_cap, sphere_pattern_25, unit
 from pretravel.base.errors import PretravelError
-from pretravel.uncertainty.fitting.sphere import fit_sphere
+from pretravel.uncertainty.sphere_fit import fit_sphere
 
 
 class TestSphereFit:

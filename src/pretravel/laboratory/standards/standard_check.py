@@ -23,7 +23,12 @@ from pretravel.laboratory.standards.tip_offset import TipOffset
 from pretravel.maps import PretravelMap
 from pretravel.measurement import apply
 from pretravel.touches import Touches
-from pretravel.uncertainty import COVERAGE_FACTOR, Budget, Component, SphereFit
+from pretravel.uncertainty import (
+    COVERAGE_FACTOR,
+    Budget,
+    Component,
+    SphereFit,
+)
 
 ALONG_Z = (0.0, 0.0, 1.0)
 """The axis of a probe along the z axis of the machine."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, PretravelError, frozen, unit
-from pretravel.uncertainty.fitting.feature import (
+from pretravel.uncertainty.feature_fit import (
     FLAT,
     Fit,
     ScaledPoints,
@@ -18,7 +18,7 @@ from pretravel.uncertainty.fitting.feature import (
     fitted_from_axes,
     least_squares_parameters,
 )
-from pretravel.uncertainty.fitting.sphere import algebraic_sphere
+from pretravel.uncertainty.sphere_fit import algebraic_sphere
 
 _STEP = 1e-6  # of a difference, in sizes of the points
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, frozen, unit
-from pretravel.uncertainty.fitting.feature import (
+from pretravel.uncertainty.feature_fit import (
     Fit,
     ScaledPoints,
     about_axis,

@@ -8,7 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, PretravelError, frozen
-from pretravel.uncertainty.fitting.feature import FLAT, Fit, checked_points
+from pretravel.uncertainty.feature_fit import (
+    FLAT,
+    Fit,
+    checked_points,
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

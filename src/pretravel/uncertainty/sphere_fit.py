@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from pretravel.base import ConvergenceError, FloatArray, PretravelError, as_numbers, frozen
 from pretravel.uncertainty.covariance import Covariance
-from pretravel.uncertainty.fitting.feature import (
+from pretravel.uncertainty.feature_fit import (
     FLAT,
     Fit,
     checked_points,

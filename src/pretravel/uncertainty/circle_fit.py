@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy.typing as npt
 
 from pretravel.base import FloatArray, frozen
-from pretravel.uncertainty.fitting.feature import across, checked_points
-from pretravel.uncertainty.fitting.plane import PlaneFit, fit_plane
-from pretravel.uncertainty.fitting.sphere import SphereFit, fit_sphere
+from pretravel.uncertainty.feature_fit import across, checked_points
+from pretravel.uncertainty.plane_fit import PlaneFit, fit_plane
+from pretravel.uncertainty.sphere_fit import SphereFit, fit_sphere
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,0 @@
-"""Least-squares features: plane, sphere, circle and cylinder, with their covariances."""
