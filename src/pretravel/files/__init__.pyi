@@ -5,7 +5,9 @@ from .bundle_file import anonymous_map as anonymous_map
 from .bundle_file import anonymous_touches as anonymous_touches
 from .bundle_file import versions as versions
 from .bundle_file import write_bundle as write_bundle
+from .column_names import LENGTH_UNITS as LENGTH_UNITS
 from .column_names import ROLES as ROLES
+from .column_names import unit_of as unit_of
 from .csv_table import CsvTable as CsvTable
 from .csv_table import csv_table_text as csv_table_text
 from .csv_table import read_csv_table as read_csv_table
@@ -76,12 +78,11 @@ from .program_log import LOG_HEAD as LOG_HEAD
 from .program_log import SUBROUTINE_TOUCH_COLUMNS as SUBROUTINE_TOUCH_COLUMNS
 from .program_log import SURFACE_POINT_COLUMNS as SURFACE_POINT_COLUMNS
 from .program_log import TOUCH_COLUMNS as TOUCH_COLUMNS
+from .readings import chosen as chosen
 from .readings import read_directions as read_directions
 from .readings import read_readings as read_readings
 from .readings import write_readings as write_readings
 from .readings import written_format as written_format
-from .repeat_log import RepeatLog as RepeatLog
-from .repeat_log import read_repeats as read_repeats
 from .roles_of_columns import column_roles as column_roles
 from .several_files import files_meant as files_meant
 from .several_files import files_of as files_of
@@ -94,11 +95,13 @@ from .source_file import shortened as shortened
 from .star_file import is_star_file as is_star_file
 from .star_file import read_star as read_star
 from .star_file import write_star as write_star
+from .stated_normals import contacts as contacts
 from .stated_normals import one_normal as one_normal
 from .table_formats import CSV as CSV
 from .table_formats import PARQUET as PARQUET
 from .tables import write_table as write_table
 from .text_table import read_text_table as read_text_table
+from .touch_columns import read_touch_columns as read_touch_columns
 from .touch_scatter_file import read_touch_scatter as read_touch_scatter
 from .touches_csv import read_normals as read_normals
 from .touches_csv import read_plan as read_plan

@@ -7,8 +7,8 @@ import pytest
 from pretravel.base.errors import InputError
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.readings import read_readings
-from pretravel.files.repeat_log import read_repeats
 from pretravel.files.source_file import SourceFile
+from pretravel.laboratory.repeat_log import read_repeats
 
 MM = ReadingOptions(units="mm")
 

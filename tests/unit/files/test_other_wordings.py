@@ -17,8 +17,8 @@ from pretravel.base.errors import InputError, PretravelError
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.readings import read_readings, touches_meant
-from pretravel.files.repeat_log import read_repeats
 from pretravel.files.source_file import SourceFile
+from pretravel.laboratory.repeat_log import read_repeats
 from pretravel.measurement.missed_points import missed_points
 from tests.support.commands import run
 from tests.support.control_logs import written

@@ -17,8 +17,12 @@ from pretravel.files.file_format import FilePositions, ReadingOptions
 from pretravel.files.format_registry import format_of
 from pretravel.files.map_json import json_of_map
 from pretravel.files.readings import read_readings
-from pretravel.files.repeat_log import LoggedSeries, _in_a_rhythm, read_repeats
 from pretravel.files.source_file import SourceFile
+from pretravel.laboratory.repeat_log import (
+    LoggedSeries,
+    _in_a_rhythm,
+    read_repeats,
+)
 from pretravel.maps.provenance import QualificationSetup
 from pretravel.measurement.compensation import apply
 from pretravel.qualification.drifts import DailyQuantity, drift_over_time

@@ -25,7 +25,7 @@ from pretravel.task import (
 )
 
 if TYPE_CHECKING:
-    from pretravel.files import RepeatLog
+    from pretravel.laboratory.repeat_log import RepeatLog
     from pretravel.qualification import RepeatSeries
     from pretravel.show import Document
 
@@ -92,7 +92,8 @@ class Repeat(Reported):
 
     def run(self, progress: Progress = SILENT) -> JudgedLogs:
         """Read the logs and judge each series."""
-        from pretravel.files import ReadingOptions, read_repeats
+        from pretravel.files import ReadingOptions
+        from pretravel.laboratory.repeat_log import read_repeats
         from pretravel.qualification import judged_repeats, step_of_repeats
 
         options = ReadingOptions(units=self.units, columns=self.columns, series=self.series)

@@ -7,8 +7,8 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.repeat_log import read_repeats
 from pretravel.files.source_file import SourceFile
+from pretravel.laboratory.repeat_log import read_repeats
 
 HEIGHTS = (1.3200, 1.3175, 1.3250, 1.3200, 1.3025)
 

@@ -10,20 +10,25 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray
-from pretravel.files.column_names import LENGTH_UNITS, unit_of
-from pretravel.files.file_format import (
+from pretravel.files import (
+    CSV,
+    LENGTH_UNITS,
+    PARQUET,
     FilePositions,
     FileReadings,
     ReadingOptions,
+    Source,
+    SourceFile,
+    chosen,
+    contacts,
+    format_named,
+    format_of,
+    look_at,
     missed_sentence,
+    opened,
+    read_touch_columns,
+    unit_of,
 )
-from pretravel.files.format_registry import format_named, format_of
-from pretravel.files.preview import look_at
-from pretravel.files.readings import chosen
-from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.files.stated_normals import contacts
-from pretravel.files.table_formats import CSV, PARQUET
-from pretravel.files.touch_columns import read_touch_columns
 from pretravel.touches import FEWEST_REPEATS, copied_rows_warnings, rows_in_a_row_warnings
 
 MachineAxis: TypeAlias = Literal["x", "y", "z"]
