@@ -47,11 +47,12 @@ def prose_of(text: str) -> str:
 def texts_of_python(source: str) -> str:
     """Docstrings and texts of two words or more, each at its line."""
     lines = [""] * (source.count("\n") + 2)
+    code = source.encode().split(b"\n")  # columns are counted in bytes
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             text = prose_of(node.value)
             if len(text.split()) > 1:
-                long = '"""' in (ast.get_source_segment(source, node) or "")[:5]
+                long = b'"""' in code[node.lineno - 1][node.col_offset :][:5]
                 for offset, line in enumerate(text.split("\n") if long else [text]):
                     lines[node.lineno - 1 + offset] += " " + " ".join(line.split())
     return "\n".join(lines)
