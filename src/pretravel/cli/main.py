@@ -192,9 +192,9 @@ def run() -> None:
         _fail("there is not enough memory for this; use fewer directions or touches")
     except OSError as error:
         _fail(f"{error.filename or ''}: {error.strerror or error}".lstrip(": "))
-    except ModuleNotFoundError as error:
-        _fail(f"the Python package '{error.name}' is missing: pip install {error.name}")
-    except Exception:
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and not str(error.name).startswith("pretravel"):
+            _fail(f"the Python package '{error.name}' is missing: pip install {error.name}")
         _fail(f"{traceback.format_exc()}\nthis is an internal error of pretravel; please report it")
 
 

@@ -78,6 +78,8 @@ from .program_log import LOG_HEAD as LOG_HEAD
 from .program_log import SUBROUTINE_TOUCH_COLUMNS as SUBROUTINE_TOUCH_COLUMNS
 from .program_log import SURFACE_POINT_COLUMNS as SURFACE_POINT_COLUMNS
 from .program_log import TOUCH_COLUMNS as TOUCH_COLUMNS
+from .readings import ALL as ALL
+from .readings import SERIES_COLUMNS as SERIES_COLUMNS
 from .readings import chosen as chosen
 from .readings import read_directions as read_directions
 from .readings import read_readings as read_readings

@@ -219,7 +219,7 @@ def chosen(
             words.pop("part", None)
             words.pop("pass", None)
         else:
-            keep &= _rows_of(words, ("part", "pass", "orientation"), name, path, "series")
+            keep &= _rows_of(words, SERIES_COLUMNS, name, path, "series")
     if not keep.any():
         raise InputError(
             "no touch is of the tip and the series that are chosen",
@@ -234,6 +234,8 @@ def chosen(
 
 ALL = "all"
 """Chosen as the series: the parts and passes of a file are one series."""
+SERIES_COLUMNS = ("part", "pass", "orientation")
+"""Columns whose words are chosen as the series."""
 
 
 def _rows_of(

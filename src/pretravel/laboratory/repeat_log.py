@@ -11,9 +11,11 @@ import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray
 from pretravel.files import (
+    ALL,
     CSV,
     LENGTH_UNITS,
     PARQUET,
+    SERIES_COLUMNS,
     FilePositions,
     FileReadings,
     ReadingOptions,
@@ -137,22 +139,41 @@ def read_repeats(
     file = opened(source)
     heights = None if file_format else _column_of_heights(file, options)
     if heights is not None:
-        return _checked(file, [heights], 0, "the column of heights", ())
+        log = _checked(file, [heights], 0, "the column of heights", ())
+        return _named(file, log, options.series)
     stated = (PARQUET if file.ending == ".parquet" else CSV) if options.columns else None
     known = stated or (format_of(file) if file_format is None else format_named(file_format))
     if known in (CSV, PARQUET) and (one := _one_coordinate(file, options)) is not None:
-        return one
-    looking = replace(options, anywhere=True, look_only=True, plan=None)
+        return _named(file, one, options.series)
+    looking = replace(options, anywhere=True, look_only=True, plan=None, series=())
     if known.name == "g2core" and options.offset is None:
         looking = replace(looking, offset=(0.0, 0.0, 0.0))
     found, unit_known = look_at(file, looking, known)
-    found = chosen(found, options)
+    rows = found if isinstance(found, FilePositions) else found.touches
+    given = {word for column in SERIES_COLUMNS for word in rows.words.get(column, ())}
+    named = [name for name in options.series if name not in given]
+    found = chosen(
+        found, replace(options, series=tuple(n for n in options.series if n in {*given, ALL}))
+    )
     if not unit_known:
         raise file.error("the table has no unit; give the units, mm or inch", inputs=("units",))
     warnings = (_ONCE,) if known.name == "probeopen" else ()
     if isinstance(found, FilePositions):
-        return _of_positions(file, found, axis, warnings)
-    return _of_touches(file, found, (*warnings, *found.notes()))
+        log = _of_positions(file, found, axis, warnings)
+    else:
+        log = _of_touches(file, found, (*warnings, *found.notes()))
+    return _named(file, log, named)
+
+
+def _named(file: SourceFile, log: RepeatLog, names: Sequence[str]) -> RepeatLog:
+    """The series of these names, which labels or places gave them; all where none is named."""
+    there = [one.name for one in log.series]
+    names = [name for name in names if name != ALL]
+    for name in names:
+        if name not in there:
+            shown = ", ".join(filter(None, there)) or "one, without a name"
+            raise file.error(f"no series is '{name}'; there are: {shown}", inputs=("series",))
+    return replace(log, series=tuple(s for s in log.series if not names or s.name in names))
 
 
 def _column_of_heights(file: SourceFile, options: ReadingOptions) -> LoggedSeries | None:

@@ -80,7 +80,7 @@ def words_used(documents: Iterable[Document]) -> tuple[GlossaryEntry, ...]:
     ['pretravel']
     """
     text = "\n".join(part for document in documents for part in _texts(document))
-    text = text.replace("standard deviation", "")  # no deviation of a point
+    text = re.sub("standard deviation|Deviations from the procedure", "", text)  # not of a point
     return tuple(entry for entry in glossary() if _pattern(entry.words).search(text))
 
 

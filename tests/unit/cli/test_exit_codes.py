@@ -21,6 +21,7 @@ from tests.support.examples import SPHERE
 from tests.unit.qualification.test_verification import check, old_map, touches
 
 COMMAND = [sys.executable, "-c", "from pretravel.cli.main import run; run()"]
+INTERNAL = "an internal error of pretravel; please report it"
 YESTERDAY = b'{"map": "of yesterday"}'
 
 
@@ -49,11 +50,24 @@ class TestVerify:
         (tmp_path / "map.json").write_bytes(content[: int(cut * len(content))])
         run("verify", folder / "same.csv", "--map", tmp_path / "map.json", "--diameter", 25, code=2)
 
+    @pytest.mark.parametrize(
+        ("error", "words"),
+        [
+            (KeyError("not foreseen"), ("KeyError: 'not foreseen'", INTERNAL)),
+            (ModuleNotFoundError(name="pretravel.gone"), ("ModuleNotFoundError", INTERNAL)),
+            (ModuleNotFoundError(name="numpy"), ("'numpy' is missing: pip install numpy",)),
+        ],
+    )
     def test_a_flaw_of_pretravel_is_a_fault_that_is_shown(
-        self, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+        self,
+        folder: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        capsys: pytest.CaptureFixture[str],
+        error: Exception,
+        words: tuple[str, ...],
     ) -> None:
         def fails(*_: object, **__: object) -> None:
-            raise KeyError("not foreseen")
+            raise error
 
         monkeypatch.setattr(derived, "check_files", fails)
         monkeypatch.setattr(sys, "argv", ["pretravel", *map(str, _arguments(folder))])
@@ -61,8 +75,8 @@ class TestVerify:
             main.run()
         assert stop.value.code == 2
         shown = capsys.readouterr().err
-        assert "KeyError: 'not foreseen'" in shown
-        assert "an internal error of pretravel; please report it" in shown
+        assert all(word in shown for word in words)
+        assert ("pip install" in shown) != (INTERNAL in shown)
 
 
 class TestWhoReadsTheOutput:

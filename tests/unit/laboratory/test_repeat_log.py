@@ -47,6 +47,20 @@ def test_one_series_in_many_forms(text: str, units: str | None) -> None:
     assert found.series[0].values == pytest.approx(HEIGHTS, abs=1e-7)
 
 
+def test_a_series_is_chosen_by_the_name_that_labels_give_it() -> None:
+    rows = [f"1,2,{z:.4f},A/{n}\n" for n, z in enumerate(HEIGHTS)]
+    rows += [f"1,2,{z + 1.0:.4f},B/{n}\n" for n, z in enumerate(HEIGHTS)]
+    log = _log("x_mm,y_mm,z_mm,label\n" + "".join(rows), "a.csv")
+    one = read_repeats(log, ReadingOptions(series=("B",)))
+    assert [series.name for series in one.series] == ["B"]
+    assert one.series[0].values == pytest.approx(np.add(HEIGHTS, 1.0))
+    with pytest.raises(InputError, match=r"a\.csv: no series is 'C'; there are: A, B"):
+        read_repeats(log, ReadingOptions(series=("C",)))
+    heights = _log("z_mm\n" + "".join(f"{z:.4f}\n" for z in HEIGHTS))
+    with pytest.raises(InputError, match="no series is 'A'; there are: one, without a name"):
+        read_repeats(heights, ReadingOptions(series=("A",)))
+
+
 def test_each_order_is_a_series_of_its_own() -> None:
     """The first touch of each can be apart; a place touched less often is counted."""
     text = _klipper(HEIGHTS) + _klipper(HEIGHTS[::-1]) + _klipper(HEIGHTS[:2], "5.000,5.000")

@@ -423,11 +423,14 @@ class _Shares:
         As in `Separation`. [mm²]
     negative : bool
         Whether a pair has a negative variance, as least squares may find it.
+    equal : bool
+        Whether machine and probe have the same mean variance.
     """
 
     variances: FloatArray
     movable: FloatArray
     negative: bool
+    equal: bool
 
 
 def _shares(design: MultiStepDesign, values: FloatArray) -> _Shares:
@@ -440,7 +443,7 @@ def _shares(design: MultiStepDesign, values: FloatArray) -> _Shares:
     moved = 0.5 * (low + high) if negative else min(max(0.0, low), high)
     shared = half - design.signs * moved
     movable = np.array([shared[: design.split].min(), shared[design.split :].min()])
-    return _Shares(shared, movable, negative)
+    return _Shares(shared, movable, negative, moved == 0.0)
 
 
 def _projection_to_fixed_share(design: MultiStepDesign) -> FloatArray:
@@ -478,10 +481,9 @@ def _notes(
         )
     of_variances = (
         "the readings determine the variance of each pair of directions, but not the shares of "
-        "machine and probe in it (the matrix of the variances is rank deficient by one). The "
-        "reported shares are equal, or as nearly equal as is possible without a negative variance"
+        "machine and probe in it (the matrix of the variances is rank deficient by one). "
     )
-    notes = [of_errors, of_variances + _movable_words(shares, variances)]
+    notes = [of_errors, of_variances + _share_words(shares, variances)]
     if shares.negative:
         notes.append(
             "least squares gives some pairs a negative variance, which is impossible; use the "
@@ -494,22 +496,29 @@ def _notes(
         i = design.machine_place(repeated.machine)
         j = design.probe_place(repeated.probe)
         own = float(variances[i] + variances[j])
+        of_repeats = repeated.variance * math.sqrt(2.0 / max(repeated.count - 1, 1))
         notes.append(
             f"the repeated pair ({repeated.machine}, {repeated.probe}) has the variance "
-            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats; the "
-            f"separation, which uses it, has {own / _SQUARE_MICROMETRE:.3g} µm² there"
+            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats "
+            f"alone (u = {of_repeats / _SQUARE_MICROMETRE:.2g} µm²); the separation, from all "
+            f"readings and these repeats, gives {own / _SQUARE_MICROMETRE:.3g} µm² there"
         )
     return notes
 
 
-def _movable_words(shares: _Shares, variances: FloatArray) -> str:
-    """How far the shares can differ from half each."""
+def _share_words(shares: _Shares, variances: FloatArray) -> str:
+    """Which shares are given, and how far they can differ from these."""
     if shares.negative:
-        return ""
+        return "No shares avoid a negative variance; those given have the least negative ones"
+    given = (
+        "The shares given are equal"
+        if shares.equal
+        else "Equal shares would make a variance negative; those given are the nearest to equal"
+    )
     if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
-        return ". Here only these shares avoid a negative variance"
+        return f"{given}. No other shares avoid a negative variance"
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
     return (
-        f". Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        f"{given}. Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
         f"direction, or {to_machine:.3g} µm² of each probe direction to each machine direction"
     )

@@ -179,7 +179,9 @@ def _first_words(judged: RepeatSeries) -> str:
         return f"yes, by {size} (u = {_um(first.u)})"
     if judged.step and 0.5 * judged.step < abs(first.size) <= 1.5 * judged.step:
         return f"no: {size} is one step of the positions, which rounding makes too"
-    return f"no: {size} is within the noise: larger by chance with probability {first.p_value:.2g}"
+    return (
+        f"no: {size} is within the noise; {first.p_value:.0%} of series have a larger one by chance"
+    )
 
 
 def _step_words(judged: RepeatSeries) -> str:

@@ -84,7 +84,8 @@ class Repeat(Reported):
     output: Annotated[
         Path | None,
         output(
-            "Each touch with its drift, noise and step: .csv; or a page, .html or .pdf.",
+            "Each touch with the level fitted there, what is left, and whether it counts: .csv; or "
+            "a page, .html or .pdf.",
             ".csv",
             *PAGES,
         ),

@@ -73,8 +73,7 @@ def certificate_document(
     number = stated.certificate.number
     return Document(
         title="Calibration certificate" + (f" {number}" if number else ""),
-        verdict="Touch-trigger probe, calibrated on a rig that follows the Abbe principle: "
-        + _mean_pretravel(certificate),
+        verdict="Touch-trigger probe, calibrated on a rig: " + _mean_pretravel(certificate),
         sections=(
             Section("Data", figures=tuple(map(stated_figure, stated.of_certificate()))),
             Section("Results by direction", tables=(_results_table(certificate),)),
@@ -176,7 +175,8 @@ def _uncertainty_section(certificate: CalibrationCertificate) -> Section:
         formula = (
             f"U(L) = {number_text(budget.coverage_factor())} · "
             f"√({number_text(constant / MICROMETRE, decimals(4))}² + "
-            f"({number_text(slope * 1e6, decimals(3))} L)²) µm, L in m; below at L = {length}."
+            f"({number_text(slope * 1e6, decimals(3))} L)²) µm, where L is the pretravel in m; "
+            f"the budget below is for L = {length}."
         )
     source = certificate.budget_source
     return Section(
