@@ -12,6 +12,7 @@ from typing import Any
 
 from nicegui import Client, ui
 
+from pretravel.app.components.layout import problem_said
 from pretravel.app.jobs import Work, flaw_message, without_folder
 from pretravel.base import PretravelError, temporary_folder
 
@@ -69,7 +70,7 @@ def prepared_button(
         except Exception as error:
             problem = str(error) if isinstance(error, PretravelError) else flaw_message()
             with client:
-                ui.notify(problem, type="negative", multi_line=True, close_button="Close")
+                problem_said(problem)
         else:
             client.download(content, name)
         finally:

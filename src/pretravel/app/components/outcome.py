@@ -287,12 +287,13 @@ def _show_running(work: Work) -> None:
         bar = ui.element("progress")
         bar.props["aria-label"] = work.job.title
         text("span", work.job.title, "running-title")
-        stage = text("span", "", "running-stage").props('aria-hidden="true"')
+        stage = text("span", work.progress, "running-stage").props('aria-hidden="true"')
         clock = text("span", "", "running-clock").props('aria-hidden="true"')
         ui.button("Cancel", on_click=work.cancel).props("no-caps outline")
 
-    def tick() -> None:
-        stage.text = work.progress
-        clock.text = f"{work.elapsed():.0f} s"
+        def tick() -> None:
+            stage.text = work.progress
+            clock.text = f"{work.elapsed():.0f} s"
 
-    ui.timer(0.5, tick)
+        ui.timer(0.5, tick)
+        here([work.listen], tick)  # a stage can be short

@@ -8,7 +8,17 @@ from typing import Any, Literal, TypeAlias
 
 from nicegui import ui
 
-from pretravel.app import ScreenState, Work, here, live, note, rebuild, sign_and_word, text
+from pretravel.app import (
+    ScreenState,
+    Work,
+    here,
+    live,
+    note,
+    problem_said,
+    rebuild,
+    sign_and_word,
+    text,
+)
 from pretravel.base import PretravelError
 from pretravel.drawing.screen.rows import (
     CHARACTERISTICS,
@@ -77,7 +87,7 @@ def _fill_buttons(state: ScreenState, points: Work) -> None:
         try:
             put(await asyncio.to_thread(filled_rows, *files))
         except PretravelError as error:
-            ui.notify(str(error), type="warning", multi_line=True, close_button="Close")
+            problem_said(str(error))
 
     def by_faces() -> None:
         result: PartResult = points.result
