@@ -113,7 +113,7 @@ _CUT_OR_COVERED = """() => {
       for (const name of axis?.ticktext ?? [])
         if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
     const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
-        + '.xtick text, .ytick text, .annotation-text, .slider-label')]
+        + '.xtick text, .ytick text, .angularaxistick text, .annotation-text, .slider-label')]
       .filter((one) => one.textContent.trim() && one.checkVisibility()
         && +getComputedStyle(one).fillOpacity)
       .map((one) => [one.textContent, one.getBoundingClientRect()]);
