@@ -91,7 +91,8 @@ def seen_at(page: Any, size: tuple[int, int]) -> None:
     page.wait_for_function(
         """() => [...document.querySelectorAll('main .plot-area')]
              .filter((one) => one.checkVisibility())
-             .every((one) => one.layout && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
+             .every((one) => one.querySelector('.main-svg')
+               && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
     )
 
 

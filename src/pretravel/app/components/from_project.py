@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from nicegui import Client, background_tasks, ui
 
@@ -26,7 +27,7 @@ def made_map() -> object | None:
     return None if work.outdated or work.result is None else work.result.qualified
 
 
-def _qualifying() -> Work:
+def _qualifying() -> Work[Any]:
     state = SESSION.project.screen(QUALIFYING.name)
     return WORKS.of(state, object_at(QUALIFYING.jobs[0]))
 

@@ -10,6 +10,7 @@ from nicegui import ui
 
 from pretravel.app import (
     ScreenState,
+    ShownResult,
     Work,
     here,
     live,
@@ -29,6 +30,7 @@ from pretravel.drawing.screen.rows import (
 )
 from pretravel.drawing.screen.work import TOLERANCES, PartResult, filled_rows
 from pretravel.drawing.tasks.measure.lines import ToleranceLine
+from pretravel.drawing.tasks.measure.task import MeasuredFeatures
 from pretravel.show import Judgement
 
 _HEADINGS = ("feature", "characteristic", "limits", "datums", "value", "U", "k", "verdict", "")
@@ -50,7 +52,11 @@ def rows_in(state: ScreenState) -> list[ToleranceRow]:
     return restored(str(state.settings.get(TOLERANCES) or ""))
 
 
-def tolerance_table(state: ScreenState, points: Work, measured: Callable[[], Work]) -> None:
+def tolerance_table(
+    state: ScreenState,
+    points: Work[PartResult],
+    measured: Callable[[], Work[ShownResult[MeasuredFeatures]]],
+) -> None:
     """The buttons that fill the table, and the table.
 
     Parameters
@@ -76,7 +82,7 @@ def tolerance_table(state: ScreenState, points: Work, measured: Callable[[], Wor
     live([state.listen], show, lambda: [row.feature for row in rows_in(state)])
 
 
-def _fill_buttons(state: ScreenState, points: Work) -> None:
+def _fill_buttons(state: ScreenState, points: Work[PartResult]) -> None:
     result: PartResult = points.result
 
     def put(rows: Sequence[ToleranceRow]) -> None:
@@ -109,7 +115,9 @@ def _fill_buttons(state: ScreenState, points: Work) -> None:
         clear.props("no-caps flat")
 
 
-def _table(state: ScreenState, rows: list[ToleranceRow], work: Work) -> None:
+def _table(
+    state: ScreenState, rows: list[ToleranceRow], work: Work[ShownResult[MeasuredFeatures]]
+) -> None:
     """A line for each row; its fields stay while the results next to them come."""
     lines: list[_Line] = []
     with ui.element("div").classes("table-frame").props(
