@@ -77,6 +77,14 @@ def wait_long(inputs: Inputs) -> str:
     return "done"
 
 
+def hold(inputs: Inputs) -> str:
+    """Work that does not end by itself where the file has this name."""
+    file = inputs.file("held")
+    while file.name == "waits.txt":
+        time.sleep(0.1)
+    return f"{len(file.read_text().splitlines())} line of {file.name}"
+
+
 def quick(inputs: Inputs) -> int:
     """Work in another process that prints, as some libraries do."""
     os.write(1, b"noise of a library\n")
@@ -88,6 +96,7 @@ LINES = Job(
     "lines", count_lines, "Counting", settings=("factor",), files=("texts",), needs=("texts",)
 )
 LONG = Job("long", wait_long, "Waiting", automatic=False, own_process=True)
+HELD = Job("held", hold, "Holding", files=("held",), needs=("held",), own_process=True)
 QUICK = Job("quick", quick, needs=("texts",), automatic=False, own_process=True)
 
 
@@ -95,6 +104,7 @@ def show(state: ScreenState) -> None:
     places = screen_places()
     with places.inputs:
         file_drop(state, "texts", "Texts", endings=(".txt",), several=True, limit=100_000)
+        file_drop(state, "held", "Held", endings=(".txt",))
         with panel("Settings"):
             number_field(state, "factor", "Factor", unit="mm", default=2.0, limits=(0.0, 100.0))
             slider_field(
@@ -110,6 +120,7 @@ def show(state: ScreenState) -> None:
         follow(state, LINES, lambda document: picture.update_figure(product(document)))
         with panel("Long work"):
             outcome(state, LONG, lambda result: None, button="Wait")
+        outcome(state, HELD, lambda said: text("p", said))
         outcome(state, QUICK, lambda result: None, button="Count files")
         replaced_button(state)
         count = 1050

@@ -14,7 +14,7 @@ import pytest
 
 from pretravel.drawing.screen.work import example_map
 from pretravel.task.example_data import example_folder
-from tests.browser.screens import drop, settled
+from tests.browser.screens import chosen_with_a_key, drop, settled
 from tests.browser.test_certificate import sixty_traces
 from tests.browser.workbench_server import RunningWorkbench, new_context, opened
 from tests.support.pdf_text import pdf_pages
@@ -143,9 +143,7 @@ def german(browser: Any, workbench: RunningWorkbench) -> Iterator[Any]:
     """A page of somebody with a German browser and no mouse."""
     context = new_context(browser, locale="de-DE", viewport={"width": 1440, "height": 900})
     page = context.new_page()
-    # The browser takes the dialog of files away only after it has been asked to, and says nothing
-    # when it has: ask long before the first one opens.
-    page.on("filechooser", lambda _: None)
+    page.on("filechooser", lambda _: None)  # long before the first one
     opened(page, workbench.address)
     yield page
     context.close()
@@ -160,9 +158,7 @@ def _begin(page: Any, heading: str) -> None:
 
 def _choose_files(page: Any, place: str, *paths: Path, key: str = "Space") -> None:
     _reached(page, place)
-    with page.expect_file_chooser() as choosing:
-        page.keyboard.press(key)
-    choosing.value.set_files([str(path) for path in paths])
+    chosen_with_a_key(page, key, [str(path) for path in paths])
     page.wait_for_selector(f".file-name:has-text('{paths[0].name}'), .many-files")
 
 
@@ -188,6 +184,7 @@ def test_engineer_with_a_german_keyboard_and_no_mouse(german: Any, tmp_path: Pat
     german.wait_for_selector("text=understood as 24.9987 mm")
     german.wait_for_selector(".next-step:has-text('Choose your control')")
     german.keyboard.press("Enter")
+    german.get_by_role("option", name="Haas (macro programs)", exact=True).wait_for()
     for _ in range(20):
         german.keyboard.press("ArrowDown")
         chosen = german.locator(".q-manual-focusable--focused, .q-item--active").all_inner_texts()

@@ -81,20 +81,3 @@ def test_an_invalid_setting_of_the_control_holds_its_files_alone(
     # Another control has other fields: what stood in one that is gone holds nothing.
     choose_control(page, "Renishaw cycles (vector radii)")
     page.wait_for_function("!document.querySelector('.next-step').innerText.includes('not valid')")
-
-
-def test_cancel_brings_back_the_file_of_before(page: Any, workbench: RunningWorkbench) -> None:
-    """A file of many megabytes, in a process that ends at once; all of before is back."""
-    _qualified(page, workbench)
-    head, *rows = SPHERE.read_text("utf-8").splitlines(keepends=True)
-    drop(page, (head + "".join(rows) * 1500).encode(), "large.csv")
-    page.wait_for_selector('.file-name:has-text("large.csv")')
-    page.get_by_role("button", name="Cancel").first.click()
-    step(page, "Download the values")
-    assert page.locator(".file-name").all_inner_texts()[0] == "sphere.csv"
-    assert _pale(page) == set()
-    assert "Files and settings are those of before" in page.inner_text("main")
-    # The next one does not wait for what was cancelled.
-    drop(page, SPHERE.read_bytes(), "next.csv")
-    page.wait_for_selector('.file-name:has-text("next.csv")')
-    step(page, "Download the values")

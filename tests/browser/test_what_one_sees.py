@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pretravel.task import example_folder
-from tests.browser.screens import cut_or_covered, seen_at, settled
+from tests.browser.screens import cut_or_covered, seen_at, settled, stays
 from tests.browser.screens import drop as drop_file
 from tests.browser.test_engineer import SPHERE, drop, state_diameters, step
 from tests.browser.workbench_server import SIZES, RunningWorkbench, opened
@@ -173,17 +173,18 @@ _NOTES_IN_SPACE = """() => {
 }"""
 
 
+_CUT_TABLES = """() => [...document.querySelectorAll('.table-frame')]
+  .filter((one) => one.clientWidth && one.scrollWidth > one.clientWidth + 1)
+  .map((one) => one.innerText.slice(0, 80))"""
+
+
 def test_tables_are_whole_at_1200_px(filled: Any) -> None:
     seen_at(filled, (1200, 900))
     tabs = filled.get_by_role("tab")
     for tab in tabs.all():
         tab.click()
-        cut = filled.eval_on_selector_all(
-            ".table-frame",
-            "all => all.filter((one) => one.clientWidth && one.scrollWidth > one.clientWidth + 1)"
-            ".map((one) => one.innerText.slice(0, 80))",
-        )
-        assert cut == []
+        filled.wait_for_selector(f'.q-tab--active:has-text("{tab.inner_text()}")')
+        assert stays(filled, _CUT_TABLES) == []
 
 
 def test_a_scene_fills_its_card(page: Any, workbench: RunningWorkbench) -> None:

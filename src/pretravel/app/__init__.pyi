@@ -33,6 +33,7 @@ from .components.layout import here as here
 from .components.layout import live as live
 from .components.layout import note as note
 from .components.layout import panel as panel
+from .components.layout import problem_said as problem_said
 from .components.layout import rebuild as rebuild
 from .components.layout import screen_places as screen_places
 from .components.layout import text as text

@@ -99,7 +99,7 @@ def summary_of(kind: type[Task]) -> str:
     return page_words(kind, " ".join(first.split()))
 
 
-def job_of(name: str) -> Job:
+def job_of(name: str) -> Job[TaskRun]:
     """The work of the screen of a task."""
     kind = task_named(name)
     files = tuple(setting.name for setting in file_settings(kind))
@@ -111,13 +111,13 @@ def job_of(name: str) -> Job:
         files=files,
         automatic=False,
         own_process=True,
-        report=lambda made: None if made is None else made.report,
+        report=lambda made: made.report,
         keeps=lambda made: made.grown,
         gives=lambda made: made.files,
     )
 
 
-def job_of_screen_of_task(screen: str) -> Job | None:
+def job_of_screen_of_task(screen: str) -> Job[TaskRun] | None:
     """The work of the screen of a task by the name of the screen; None where there is none."""
     found = screen_of_task(screen.removeprefix(OF_TASK))
     return None if found is None else job_of(found.task)
@@ -229,7 +229,7 @@ def _states_laboratory(made: TaskRun) -> bool:
     return isinstance(made.task, LaboratoryReport) and made.task.lab is not None
 
 
-def _to_keep(work: Work) -> None:
+def _to_keep(work: Work[TaskRun]) -> None:
     made: TaskRun = work.result
     with ui.element("div").classes("buttons"):
         if made.page is not None:
@@ -252,7 +252,7 @@ def _to_keep(work: Work) -> None:
             download_button(name, name, lambda path: path.write_text(work.result.text, "utf-8"))
 
 
-def _write(work: Work, name: str, path: object) -> None:
+def _write(work: Work[TaskRun], name: str, path: object) -> None:
     path.write_bytes(work.result.files[name])  # type: ignore[attr-defined]
 
 

@@ -117,7 +117,12 @@ def _row(state: ScreenState) -> _Row:
     title, address = _place(state)
     works = WORKS.made(state)
     report = next(
-        (found for work in works if (found := work.job.report(work.result)) is not None), None
+        (
+            found
+            for work in works
+            if work.result is not None and (found := work.job.report(work.result)) is not None
+        ),
+        None,
     )
     step = "; ".join(newer_words(name, link) for name, link in newer.items()) or _next(state)
     return _Row(

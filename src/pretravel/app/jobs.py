@@ -5,10 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextvars
 import logging
-import sys
 import threading
 import time
-import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -19,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from pretravel.app.links import OF_REFERENCE, REFERENCE, newer_inputs
 from pretravel.app.project import Inputs, Link, Listener, ScreenState, SettingValue, StoredFile
 from pretravel.app.task_process import NO_MEMORY, FlawError, TaskProcess
+from pretravel.app.terminal_text import flaw_message
 from pretravel.base import PretravelError, own_files_alone, temporary_folder
 
 if TYPE_CHECKING:
@@ -53,6 +52,13 @@ class ShownResult(Generic[Made]):
     document: Document
     same: Task | None = None
 
+    @property
+    def command(self) -> str:
+        """The command that does the same; empty where no task does it."""
+        from pretravel.task import command_line
+
+        return "" if self.same is None else command_line(self.same)
+
 
 def report_of(result: Any) -> Document | None:
     """The report of a result that has it, or makes it, as its `document`; None of another one."""
@@ -61,16 +67,16 @@ def report_of(result: Any) -> Document | None:
 
 
 @dataclass(frozen=True)
-class Job:
-    """Work that a screen does with its settings and files.
+class Job(Generic[Made]):
+    """Work that a screen does with its settings and files; the type of its result.
 
     Attributes
     ----------
     name : str
         Unique within the screen.
     compute : callable
-        Takes `Inputs` and returns any value. It touches no page. With `own_process` it is a
-        function of a module, and its result can be pickled.
+        Takes `Inputs` and returns any value; None is no result. It touches no page. With
+        `own_process` it is a function of a module, and its result can be pickled.
     title : str
         What is shown while it runs.
     settings, files : tuple of str
@@ -99,23 +105,23 @@ class Job:
     """
 
     name: str
-    compute: Callable[[Inputs], Any]
+    compute: Callable[[Inputs], Made | None]
     title: str = "Computing"
     settings: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     lacks: Callable[[ScreenState], str] = lambda _: ""
-    after: tuple[Job, ...] = ()
+    after: tuple[Job[Any], ...] = ()
     automatic: bool = True
     own_process: bool = False
     live: bool = False
-    report: Callable[[Any], Document | None] = report_of
-    keeps: Callable[[Any], Mapping[str, tuple[StoredFile, ...]]] = lambda _: {}
-    gives: Callable[[Any], Mapping[str, bytes]] = lambda _: {}
+    report: Callable[[Made], Document | None] = report_of
+    keeps: Callable[[Made], Mapping[str, tuple[StoredFile, ...]]] = lambda _: {}
+    gives: Callable[[Made], Mapping[str, bytes]] = lambda _: {}
 
 
 @dataclass(frozen=True)
-class Finished:
+class Finished(Generic[Made]):
     """A result with what it was computed from.
 
     Attributes
@@ -127,13 +133,13 @@ class Finished:
         By purpose.
     """
 
-    result: Any
+    result: Made
     settings: Mapping[str, SettingValue]
     files: Mapping[str, tuple[StoredFile, ...]]
 
 
 @dataclass
-class Work:
+class Work(Generic[Made]):
     """The state of a job, shared by all tabs.
 
     Attributes
@@ -157,10 +163,10 @@ class Work:
         The stage of the run.
     """
 
-    job: Job
+    job: Job[Made]
     state: ScreenState
     running: bool = False
-    result: Any = None
+    result: Made | Any = None
     error: str = ""
     error_inputs: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -173,7 +179,7 @@ class Work:
     _wanted: Any = None
     _seen: Any = None
     _good: Any = None
-    _before: tuple[Work, ...] = ()
+    _before: tuple[Work[Any], ...] = ()
     _version: int = 0
     _run: asyncio.Task[None] | None = None
     _timer: asyncio.TimerHandle | None = None
@@ -226,7 +232,7 @@ class Work:
         """Whether what comes before it is not there yet."""
         return any(work.outdated or work._done is None for work in self._before)
 
-    async def finished(self) -> Finished:
+    async def finished(self) -> Finished[Made]:
         """The result of the inputs as they are now; waits for a run that was started or will be.
 
         Raises
@@ -460,12 +466,12 @@ def listen_to_library() -> None:
     warnings.showwarning = show
 
 
-_ahead: set[tuple[Job, ...]] = set()
+_ahead: set[tuple[Job[Any], ...]] = set()
 """What was done ahead."""
 
 
 def do_ahead(
-    jobs: tuple[Job, ...],
+    jobs: tuple[Job[Any], ...],
     settings: Mapping[str, SettingValue],
     files: Mapping[str, tuple[Path, ...]],
 ) -> None:
@@ -499,11 +505,11 @@ def do_ahead(
 
 
 def _run_job(
-    job: Job,
+    job: Job[Made],
     inputs: Any,
     told: _Told,
     started: Callable[[Callable[[], None]], None],
-) -> tuple[Any, str, tuple[str, ...]]:
+) -> tuple[Made | Any, str, tuple[str, ...]]:
     """Result, error and the error's inputs; in a thread. `started` gets what kills the job."""
     settings, files, results = inputs
     size = sum(len(file.content) for stored in files.values() for file in stored)
@@ -528,30 +534,6 @@ def _run_job(
             return None, flaw_message(str(error)), ()
         except Exception:
             return None, flaw_message(), ()
-
-
-def printable(text: str) -> str:
-    r"""A text for the terminal: what would move its cursor or colour it is written out.
-
-    >>> printable("/x\x1b[31m"), printable("two\nlines")
-    ('/x\\x1b[31m', 'two\nlines')
-    """
-    return "".join(c if c.isprintable() or c in "\n\t" else repr(c)[1:-1] for c in text)
-
-
-class OneLine(logging.Filter):
-    """Writes out newlines and control characters of what strangers ask for."""
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        """Change the message; it is always logged."""
-        record.msg, record.args = printable(record.getMessage()).replace("\n", "\\n"), ()
-        return True
-
-
-def flaw_message(details: str = "") -> str:
-    """Print the exception that is being handled in the terminal; what the page says instead."""
-    sys.stderr.write(f"{printable(details or traceback.format_exc())}\n")
-    return "this is an internal error of pretravel; please report it with what the terminal shows"
 
 
 def _on_disk(
@@ -579,9 +561,9 @@ class Works:
     """All work of a server, by screen and job."""
 
     def __init__(self) -> None:
-        self._works: dict[tuple[int, str], Work] = {}
+        self._works: dict[tuple[int, str], Work[Any]] = {}
 
-    def of(self, state: ScreenState, job: Job) -> Work:
+    def of(self, state: ScreenState, job: Job[Made]) -> Work[Made]:
         """The work of a job of a screen; made, and started where it is automatic, at first."""
         key = (id(state), job.name)
         if key not in self._works:
@@ -595,7 +577,7 @@ class Works:
             work.inputs_changed()
         return self._works[key]
 
-    def made(self, state: ScreenState) -> list[Work]:
+    def made(self, state: ScreenState) -> list[Work[Any]]:
         """The works of a screen that were started; none is started."""
         return [work for (screen, _), work in self._works.items() if screen == id(state)]
 

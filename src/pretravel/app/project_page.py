@@ -8,7 +8,7 @@ from pathlib import Path
 
 from nicegui import ui
 
-from pretravel.app.components.layout import note, panel, text
+from pretravel.app.components.layout import note, panel, problem_said, text
 from pretravel.app.project import LARGEST_PROJECT
 from pretravel.app.project_file import PROJECT_ENDING
 from pretravel.app.session import SESSION, RecentProject, address_in, recent_projects
@@ -72,6 +72,6 @@ async def _open(path: Path) -> None:
     try:
         session = SESSION.open(path)
     except PretravelError as error:
-        ui.notify(str(error), type="negative", multi_line=True, close_button="Close")
+        problem_said(str(error))
         return
     ui.navigate.to(address_in("/", session.project))

@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from pretravel.app.access import Access, Guard
-from pretravel.app.jobs import WORKS, OneLine, listen_to_library
+from pretravel.app.jobs import WORKS, listen_to_library
 from pretravel.app.project import LARGEST_PROJECT, Project, StoredFile
 from pretravel.app.project_file import PROJECT_ENDING, project_bytes, project_of
 from pretravel.app.project_page import project_page
@@ -25,6 +25,7 @@ from pretravel.app.recognised import Kind, kind_elsewhere
 from pretravel.app.screens import SCREENS, Screen, title_of_screen
 from pretravel.app.session import NO_PROJECT, SESSION, address_in
 from pretravel.app.shell import STATIC, all_tasks_page, help_page, home_page, screen_page, task_page
+from pretravel.app.terminal_text import OneLine
 from pretravel.app.uploads import UPLOADS, Slot, limited_content, parted
 from pretravel.base import PretravelError
 from pretravel.show import FIT_SCRIPT

@@ -11,10 +11,10 @@ from nicegui.element import Element
 
 from pretravel.app.access import host_name, is_loopback
 from pretravel.app.components.layout import here, panel, text, warning
-from pretravel.app.jobs import flaw_message
 from pretravel.app.project import ScreenState
 from pretravel.app.screens import SCREENS, Screen
 from pretravel.app.session import SESSION, address_in
+from pretravel.app.terminal_text import flaw_message
 from pretravel.base import installed_version
 from pretravel.show import glossary, word_anchor
 

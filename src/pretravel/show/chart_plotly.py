@@ -207,9 +207,8 @@ def _plane(chart: PlaneChart) -> PlotlyFigure:
             up = {"yref": "paper", "y0": 0, "y1": 1, "x0": mark.value, "x1": mark.value}
             line = {"color": f"@{mark.colour}", "width": 1.5, "dash": "dash"}
             shapes.append({"type": "line", "line": line} | (up if mark.upright else along))
-            if mark.name:  # a shape has no place in the legend
-                data.append({"type": "scatter", "mode": "lines", "x": [None], "y": [None],
-                             "line": line, **legend_entry(mark.name)})  # fmt: skip
+            data.append({"type": "scatter", "mode": "lines", "hoverinfo": "skip", "line": line,
+                         **_point_of(mark, chart), **legend_entry(mark.name)})  # fmt: skip
         elif isinstance(mark, Note):
             notes.append({"x": mark.x, "y": mark.y, "text": escaped(mark.text), "showarrow": False,
                           "xanchor": "left", "font": {"color": f"@{mark.colour}"}})  # fmt: skip
@@ -223,6 +222,18 @@ def _plane(chart: PlaneChart) -> PlotlyFigure:
     if chart.moments:
         layout["sliders"] = [_slider(chart)]
     return {"data": data, "layout": layout}
+
+
+def _point_of(rule: Rule, chart: PlaneChart) -> dict[str, list[float | None]]:
+    """A point on a rule, where there are others: a line of one point is not drawn.
+
+    A shape has no place in a legend, and stands at the edge where it is the largest value.
+    """
+    drawn = (mark for mark in chart.marks if isinstance(mark, (LineMark, Dots, Area)))
+    along, across = ("y", "x") if rule.upright else ("x", "y")
+    others = [getattr(mark, along, ()) for mark in drawn]
+    there = next((float(value) for each in others for value in each if np.isfinite(value)), None)
+    return {along: [there], across: [None if there is None else rule.value]}
 
 
 def _slider(chart: PlaneChart) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import pytest
 
 from pretravel.base.errors import InputError
 from pretravel.controls.machine_text import machine_text
+from pretravel.files import format_registry, text_table
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.format_registry import FORMATS, format_of
 from pretravel.files.logs.log_lines import read_log_positions
@@ -27,6 +28,24 @@ from tests.support.control_logs import (
     QIF_FILE,
     written,
 )
+
+
+def test_a_large_file_counts_from_the_beginning(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The workbench shows what is logged: which format a file has takes as long as reading it."""
+    for room in (format_registry, text_table):
+        monkeypatch.setattr(room, "COUNTED", 100)
+    caplog.set_level("INFO", "pretravel")
+    row = "p,12.345,-23.456,34.567,0.6,0.0,0.8\n"  # of words too: of no known format
+    file = SourceFile("long.csv", ("Nr,X_mm,Y_mm,Z_mm,I,J,K\n" + 250 * row).encode())
+    read_readings(file)
+    said = [record.getMessage() for record in caplog.records]
+    formats = [words for words in said if words.startswith("long.csv: compared with format")]
+    assert formats[0] == f"long.csv: compared with format 1 of {len(FORMATS)}"
+    assert len(formats) > 10
+    rows = [words for words in said[said.index(formats[-1]) :] if words.endswith("rows read")]
+    assert rows == ["long.csv: 100 of 251 rows read", "long.csv: 200 of 251 rows read"]
 
 
 class TestCatalogue:

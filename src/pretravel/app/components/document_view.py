@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 from nicegui import background_tasks, ui
 from nicegui.element import Element
@@ -20,7 +19,7 @@ from pretravel.app.components.layout import (
 )
 from pretravel.app.components.outcome import result_place
 from pretravel.app.components.plot import plot
-from pretravel.app.jobs import Work
+from pretravel.app.jobs import Made, Work
 from pretravel.show import (
     Chart,
     Document,
@@ -84,7 +83,7 @@ def document_details(document: Document) -> None:
 
 
 def document_screen(
-    places: ScreenPlaces, work: Work, document_of: Callable[[Any], Document], *, empty: str
+    places: ScreenPlaces, work: Work[Made], document_of: Callable[[Made], Document], *, empty: str
 ) -> None:
     """The answer, the picture and the tab Details of a screen whose result is a report.
 

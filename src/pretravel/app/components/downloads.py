@@ -8,11 +8,12 @@ import time
 import zipfile
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Any
 
 from nicegui import Client, ui
 
-from pretravel.app.jobs import Work, flaw_message, without_folder
+from pretravel.app.components.layout import problem_said
+from pretravel.app.jobs import Made, Work, without_folder
+from pretravel.app.terminal_text import flaw_message
 from pretravel.base import PretravelError, temporary_folder
 
 _SOON = 0.8
@@ -39,7 +40,7 @@ def download_button(label: str, name: str, write: Callable[[Path], object]) -> u
 
 
 def result_button(
-    work: Work, label: str, name: str, write: Callable[[Path, Any], object]
+    work: Work[Made], label: str, name: str, write: Callable[[Path, Made], object]
 ) -> ui.button:
     """As `download_button`, for the newest result of a work: a click during a run waits for it.
 
@@ -69,7 +70,7 @@ def prepared_button(
         except Exception as error:
             problem = str(error) if isinstance(error, PretravelError) else flaw_message()
             with client:
-                ui.notify(problem, type="negative", multi_line=True, close_button="Close")
+                problem_said(problem)
         else:
             client.download(content, name)
         finally:
@@ -97,11 +98,11 @@ async def _say_time(client: Client, name: str) -> None:
 
 
 def result_folder_button(
-    work: Work, label: str, name: str, write: Callable[[Path, Any], object]
+    work: Work[Made], label: str, name: str, write: Callable[[Path, Made], object]
 ) -> ui.button:
     """As `result_button`, for several files: `write` gets a folder; a .zip is downloaded."""
 
-    def write_zip(path: Path, result: Any) -> None:
+    def write_zip(path: Path, result: Made) -> None:
         folder = path.parent / "files"
         folder.mkdir()
         write(folder, result)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from nicegui import ui
 
@@ -21,7 +22,7 @@ def example_button(
     settings: Mapping[str, SettingValue],
     *,
     label: str = "Try it with example data",
-    ahead: tuple[Job, ...] = (),
+    ahead: tuple[Job[Any], ...] = (),
 ) -> ui.button:
     """A button that takes files of the example data, and the settings that belong to them.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from nicegui import Client, background_tasks, ui
 
-from pretravel.app.components.layout import here, live, note, text
+from pretravel.app.components.layout import here, live, note, problem_said, text
 from pretravel.app.components.newer import take_file, take_reference_of, take_result
 from pretravel.app.jobs import WORKS, Work
 from pretravel.app.links import OF_REFERENCE, holds, reference_of
@@ -26,7 +27,7 @@ def made_map() -> object | None:
     return None if work.outdated or work.result is None else work.result.qualified
 
 
-def _qualifying() -> Work:
+def _qualifying() -> Work[Any]:
     state = SESSION.project.screen(QUALIFYING.name)
     return WORKS.of(state, object_at(QUALIFYING.jobs[0]))
 
@@ -41,7 +42,7 @@ async def _give_map(state: ScreenState, purpose: str, client: Client) -> bool:
         await take_result(state, purpose, source, object_at(QUALIFYING.jobs[0]).name)
     except PretravelError as error:
         with client:
-            ui.notify(str(error), type="negative", multi_line=True, close_button="Close")
+            problem_said(str(error))
         return False
     return True
 

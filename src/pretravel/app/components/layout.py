@@ -72,6 +72,11 @@ def screen_places(name: str = "") -> ScreenPlaces:
     return ScreenPlaces(inputs, status, answer, picture, tabs, panels)
 
 
+def problem_said(words: str) -> None:
+    """A problem that has no place of its own on the page; it stays until it is closed."""
+    ui.notify(words, type="negative", multi_line=True, close_button="Close", timeout=0)
+
+
 def empty_state(icon: str, words: str) -> Element:
     """What will stand in a place, while nothing does."""
     with ui.element("div").classes("empty-state") as made:

@@ -8,7 +8,7 @@ from pathlib import Path
 from nicegui import ui
 
 from pretravel.app.components.downloads import written_file
-from pretravel.app.components.layout import text
+from pretravel.app.components.layout import problem_said, text
 from pretravel.app.jobs import WORKS, Job
 from pretravel.app.links import (
     OF_REFERENCE,
@@ -50,7 +50,7 @@ def newer_input(state: ScreenState, name: str) -> None:
             await take_link(state, name, link)
         except PretravelError as error:
             with client:
-                ui.notify(str(error), type="negative", multi_line=True, close_button="Close")
+                problem_said(str(error))
 
     with ui.element("div").classes("question newer").props('role="group"') as group:
         group.props["aria-label"] = newer_words(name, link)

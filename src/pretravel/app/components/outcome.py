@@ -12,7 +12,7 @@ from nicegui.element import Element
 
 from pretravel.app.components.layout import folded, here, live, note, rebuild, text, warning
 from pretravel.app.components.newer import newer_input
-from pretravel.app.jobs import WORKS, Job, Work
+from pretravel.app.jobs import WORKS, Job, Made, Work
 from pretravel.app.project import ScreenState
 
 Answer: TypeAlias = Callable[[str, Any], None]
@@ -31,13 +31,13 @@ ANSWERS: Mapping[str, tuple[str, Mapping[str, str]]] = {
 
 def outcome(
     state: ScreenState,
-    job: Job,
-    show: Callable[[Any], None],
+    job: Job[Made],
+    show: Callable[[Made], None],
     *,
     missing: str = "",
     button: str = "Compute",
     answer: Answer | None = None,
-) -> Work:
+) -> Work[Made]:
     """Show the work of a job, and its result when it is there, in one place.
 
     Parameters
@@ -65,12 +65,12 @@ def outcome(
 
 def work_status(
     state: ScreenState,
-    job: Job,
+    job: Job[Made],
     *,
     missing: str = "",
     button: str = "Compute",
     answer: Answer | None = None,
-) -> Work:
+) -> Work[Made]:
     """Show what is missing for a job, its progress with Cancel, and its error; see `outcome`."""
     work = WORKS.of(state, job)
     if not job.automatic:
@@ -96,14 +96,14 @@ def work_status(
     return work
 
 
-def _newer(work: Work) -> None:
+def _newer(work: Work[Any]) -> None:
     for name in work.newer:
         newer_input(work.state, name)
 
 
 def result_place(
-    work: Work,
-    show: Callable[[Any], None],
+    work: Work[Made],
+    show: Callable[[Made], None],
     *,
     empty: Callable[[], object] | None = None,
     says_warnings: bool = True,
@@ -142,7 +142,7 @@ def result_place(
     here([work.listen], refresh)
 
 
-def _mark(place: Element, *works: Work) -> None:
+def _mark(place: Element, *works: Work[Any]) -> None:
     """Show on a place with results whether they are old: not those of the fields."""
     outdated = any(work.outdated and work.result is not None for work in works)
     place.classes(add="stale" if outdated else "", remove="" if outdated else "stale")
@@ -152,7 +152,7 @@ def _mark(place: Element, *works: Work) -> None:
 
 
 @contextmanager
-def belonging_to(*works: Work) -> Iterator[None]:
+def belonging_to(*works: Work[Any]) -> Iterator[None]:
     """A place for what shows results of works: greyed out where one is not of the page."""
     place = ui.element("div").classes("live")
     with place:
@@ -161,7 +161,9 @@ def belonging_to(*works: Work) -> Iterator[None]:
     here([work.listen for work in works], lambda: _mark(place, *works))
 
 
-def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | None = None) -> None:
+def kept(
+    work: Work[Made], build: Callable[[], None], key: Callable[[Made], object] | None = None
+) -> None:
     """A place for buttons of a result, there with the first one, that stays while others come.
 
     What `outcome` shows is recomputed for each result, and a button in it moves while a person
@@ -184,7 +186,7 @@ def kept(work: Work, build: Callable[[], None], key: Callable[[Any], object] | N
     here([work.listen], lambda: _mark(place, work))
 
 
-def _start_button(work: Work, label: str) -> None:
+def _start_button(work: Work[Any], label: str) -> None:
     """It stays while the status changes, for the same reason as those in `kept`."""
     button = ui.button(label, on_click=work.start).props("no-caps unelevated")
 
@@ -195,7 +197,7 @@ def _start_button(work: Work, label: str) -> None:
     here([work.listen], show)
 
 
-def follow(state: ScreenState, job: Job, handler: Callable[[Any], None]) -> Work:
+def follow(state: ScreenState, job: Job[Made], handler: Callable[[Made], None]) -> Work[Made]:
     """Call a handler in this tab with the result, now if there is one, and with each new one.
 
     For pictures that are changed in place instead of built again (``plot.update_figure``).
@@ -227,7 +229,7 @@ def error_view(message: str) -> None:
                     text("li", f"{name}: {FORMATS[name].what}")
 
 
-def _answers(work: Work, answer: Answer) -> None:
+def _answers(work: Work[Any], answer: Answer) -> None:
     """The answers to an error that one click gives; they stay, for the same reason as in `kept`."""
     place = ui.element("div").classes("work-answers")
     asked: list[str] = []
@@ -259,7 +261,7 @@ def _question(name: str, answer: Answer) -> None:
             button.props("no-caps outline")
 
 
-def _show_status(work: Work, missing: str) -> None:
+def _show_status(work: Work[Any], missing: str) -> None:
     if work.running:
         _show_running(work)
         return
@@ -281,18 +283,19 @@ def _show_status(work: Work, missing: str) -> None:
         note("The settings have changed since this result.")
 
 
-def _show_running(work: Work) -> None:
+def _show_running(work: Work[Any]) -> None:
     """Progress of a run; hidden from readers of the screen except its title."""
     with ui.element("div").classes("running"):
         bar = ui.element("progress")
         bar.props["aria-label"] = work.job.title
         text("span", work.job.title, "running-title")
-        stage = text("span", "", "running-stage").props('aria-hidden="true"')
+        stage = text("span", work.progress, "running-stage").props('aria-hidden="true"')
         clock = text("span", "", "running-clock").props('aria-hidden="true"')
         ui.button("Cancel", on_click=work.cancel).props("no-caps outline")
 
-    def tick() -> None:
-        stage.text = work.progress
-        clock.text = f"{work.elapsed():.0f} s"
+        def tick() -> None:
+            stage.text = work.progress
+            clock.text = f"{work.elapsed():.0f} s"
 
-    ui.timer(0.5, tick)
+        ui.timer(0.5, tick)
+        here([work.listen], tick)  # a stage can be short

@@ -5,12 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from nicegui import ui
 
 from pretravel.app.components.downloads import prepared_button
-from pretravel.app.jobs import Finished, Job, Work
+from pretravel.app.jobs import Finished, Job, Made, Work
 from pretravel.app.project import OF_ALL_SCREENS
 from pretravel.show import Document, InputFile, StatedSetting, WorkRecord, record_now, write_report
 
@@ -19,9 +18,9 @@ CERTIFICATES = {"certificate.pdf": "Certificate (PDF)", "certificate.html": "Cer
 
 
 def page_button(
-    work: Work,
-    document: Callable[[Any], Document],
-    command: Callable[[Any], str],
+    work: Work[Made],
+    document: Callable[[Made], Document | None],
+    command: Callable[[Made], str],
     *,
     name: str = "report.html",
     label: str = "Page",
@@ -46,14 +45,16 @@ def page_button(
 
         def write(path: Path) -> None:
             record = work_record(work.job, finished, command(finished.result))
-            write_report(path, document(finished.result), record=record, template=template)
+            report = document(finished.result)
+            assert report is not None  # a button stands where there is one
+            write_report(path, report, record=record, template=template)
 
         return write
 
     return prepared_button(label, name, newest)
 
 
-def work_record(job: Job, finished: Finished, command: str) -> WorkRecord:
+def work_record(job: Job[Made], finished: Finished[Made], command: str) -> WorkRecord:
     """The files with their checksums, and the settings, that a result was computed from."""
     inputs = [
         InputFile(purpose, file.name, len(file.content), hashlib.sha256(file.content).hexdigest())

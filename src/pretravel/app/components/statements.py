@@ -121,8 +121,7 @@ def _write_file(state: ScreenState, path: Path) -> None:
 
 def _take_file(state: ScreenState) -> None:
     """Fill in the fields from a file that was dropped; its fields that are open change nothing."""
-    from nicegui import ui
-
+    from pretravel.app.components.layout import problem_said
     from pretravel.base import temporary_folder
     from pretravel.files import read_laboratory
 
@@ -136,8 +135,7 @@ def _take_file(state: ScreenState) -> None:
         try:
             found = read_laboratory(path)
         except PretravelError as error:
-            problem = without_folder(str(error), folder)
-            ui.notify(problem, type="negative", multi_line=True, close_button="Close")
+            problem_said(without_folder(str(error), folder))
             return
     filled = {f"{one.table}.{one.key}": one.text for one in found.statements() if one.text}
     state.settings[STATEMENTS] = {**state.settings.get(STATEMENTS, {}), **filled}

@@ -210,14 +210,15 @@
   // token: it refuses this page.
   async function whyLost() {
     if (window.socket.connected || !lost()) return;
+    let why = "ended";
     try {
-      const answer = await fetch(location.pathname + location.search, { cache: "no-store" });
-      if (answer.status === 403) lost().textContent = lost().dataset.again;
-      else if (answer.status === 404) lost().textContent = lost().dataset.closed;
-      else if (answer.ok) lost().textContent = lost().dataset.text;
+      const { status } = await fetch(location.pathname + location.search, { cache: "no-store" });
+      why = { 403: "again", 404: "closed" }[status] ?? "text";
     } catch {
-      lost().textContent = lost().dataset.ended;
+      // Nothing answers.
     }
+    if (window.socket.connected) return; // it has come back meanwhile
+    lost().textContent = lost().dataset[why];
     setTimeout(whyLost, 3000);
   }
 

@@ -60,7 +60,7 @@ def _warnings(result: ExportResult) -> None:
         warning(words[0].upper() + words[1:])
 
 
-def _download(work: Work) -> None:
+def _download(work: Work[ExportResult]) -> None:
     """The files of the control."""
 
     def write(path: Path, result: ExportResult) -> None:
@@ -86,12 +86,12 @@ def _steps(result: ExportResult | None) -> None:
             text("li", step)
 
 
-def _nothing_yet(work: Work) -> None:
+def _nothing_yet(work: Work[FitResult]) -> None:
     if work.result is None:
         note("The map and the report can be downloaded here when the probe is qualified.")
 
 
-def _map_files(work: Work) -> None:
+def _map_files(work: Work[FitResult]) -> None:
     """The map and the page of the qualification."""
 
     def write(path: Path, result: FitResult) -> None:

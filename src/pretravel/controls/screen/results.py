@@ -226,7 +226,7 @@ def _part(state: ScreenState) -> None:
         kept(work, lambda: _points_to_keep(work))
 
 
-def _points_to_keep(work: Work) -> None:
+def _points_to_keep(work: Work[ShownResult[CompensatedTouches]]) -> None:
     def write(path: Path, result: ShownResult[CompensatedTouches]) -> None:
         result.made.write("output", path)
 

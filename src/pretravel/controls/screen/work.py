@@ -331,7 +331,7 @@ FIT = Job(
     files=("touches",),
     needs=("touches",),
     after=(LOOK,),
-    report=lambda result: None if result is None else result.report,
+    report=lambda result: result.report,
 )
 EXPORT = Job(
     "export",

@@ -13,7 +13,7 @@ _SAVED = "saved_description"
 _BUTTON = "Description (.toml)"
 
 
-def description_button(state: ScreenState, work: Work) -> None:
+def description_button(state: ScreenState, work: Work[ComparedDesigns]) -> None:
     """A button that saves the description of the design; the page knows then that it is a file.
 
     Parameters

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from nicegui import ui
 
@@ -68,6 +68,7 @@ from pretravel.design.screen.work import (
 from pretravel.show import InputFile, input_file, record_now
 from pretravel.task import Task, command_line, task_named
 
+_Designs: TypeAlias = Work[ComparedDesigns]
 _FIXED_WORDS = {
     "first_contact": "first contact: one seat loses its force",
     "arm_lift": "arm lift: both seats of a rod lose their force",
@@ -115,7 +116,7 @@ def show(state: ScreenState) -> None:
 
 
 @contextmanager
-def _pale_with_error(work: Work) -> Iterator[None]:
+def _pale_with_error(work: _Designs) -> Iterator[None]:
     """A place that shows the last design that was possible."""
     with ui.element("div").classes("live") as place:
         yield
@@ -182,7 +183,7 @@ def _start_panel(state: ScreenState) -> None:
         here([state.listen], follow_file)
 
 
-def _form(state: ScreenState, work: Work) -> None:
+def _form(state: ScreenState, work: _Designs) -> None:
     """The fields of the start; a new start has a new form."""
     try:
         start = _text_of_start(*_start_of(state))
@@ -207,7 +208,7 @@ def _take_back(state: ScreenState) -> None:
 
 
 def _group(
-    state: ScreenState, work: Work, group: FieldGroup, defaults: Mapping[str, float | str]
+    state: ScreenState, work: _Designs, group: FieldGroup, defaults: Mapping[str, float | str]
 ) -> None:
     if group.opened:
         text("h3", group.heading)
@@ -221,7 +222,7 @@ def _group(
             _field(state, work, field, defaults[field.name])
 
 
-def _field(state: ScreenState, work: Work, field: DesignField, default: float | str) -> None:
+def _field(state: ScreenState, work: _Designs, field: DesignField, default: float | str) -> None:
     if isinstance(default, str):
         choice_field(state, field.name, field.label, _words(field), default=default)
     else:
@@ -254,14 +255,14 @@ def _words(field: DesignField) -> dict[str, str]:
     }
 
 
-def _show_error(work: Work) -> None:
+def _show_error(work: _Designs) -> None:
     if work.error:
         error_view(work.error)
         if work.result is not None:
             note("The pictures show the last design that was possible.")
 
 
-def _comparison(state: ScreenState, work: Work) -> None:
+def _comparison(state: ScreenState, work: _Designs) -> None:
     with ui.element("div").classes("field-row"):
         choice_field(
             state,
@@ -280,7 +281,7 @@ def _comparison(state: ScreenState, work: Work) -> None:
     live([work.listen], lambda: _tables(work), lambda: id(work.result))
 
 
-def _follow_work(state: ScreenState, work: Work, plots: Mapping[str, ColouredPlot]) -> None:
+def _follow_work(state: ScreenState, work: _Designs, plots: Mapping[str, ColouredPlot]) -> None:
     """Change the pictures in place with each design."""
     last: list[Any] = []
 
@@ -297,7 +298,7 @@ def _follow_work(state: ScreenState, work: Work, plots: Mapping[str, ColouredPlo
     here([work.listen, WORKS.of(state, FINITE_ELEMENTS).listen, state.listen], redraw)
 
 
-def _draw_probe(work: Work, picture: ColouredPlot) -> None:
+def _draw_probe(work: _Designs, picture: ColouredPlot) -> None:
     """The probe in space, when a slider rests: it takes longer than the other pictures."""
     drawn: list[Any] = [None]
 
@@ -320,7 +321,7 @@ def _polar_words(angle: int) -> str:
     return {90: "90° (vertical wall)", 0: "0° (floor)"}.get(angle, f"{angle}°")
 
 
-def _shown(state: ScreenState, work: Work) -> list[Any]:
+def _shown(state: ScreenState, work: _Designs) -> list[Any]:
     """What the pictures depend on."""
     elements = WORKS.of(state, FINITE_ELEMENTS)
     return [
@@ -331,7 +332,7 @@ def _shown(state: ScreenState, work: Work) -> list[Any]:
     ]
 
 
-def _figures(state: ScreenState, work: Work) -> dict[str, Any]:
+def _figures(state: ScreenState, work: _Designs) -> dict[str, Any]:
     from pretravel.design.screen.pictures import design_figures
 
     result: ComparedDesigns = work.result
@@ -344,7 +345,7 @@ def _figures(state: ScreenState, work: Work) -> dict[str, Any]:
     return dict(design_figures((other, result.other), result.design, predicted, polar))
 
 
-def _strip(work: Work) -> None:
+def _strip(work: _Designs) -> None:
     from pretravel.design.screen.pictures import change_in_words
 
     if work.result is not None:
@@ -352,7 +353,7 @@ def _strip(work: Work) -> None:
             text("p", line)
 
 
-def _verdict(work: Work) -> None:
+def _verdict(work: _Designs) -> None:
     result: ComparedDesigns | None = work.result
     if result is None:
         note("Predicting …")
@@ -362,7 +363,7 @@ def _verdict(work: Work) -> None:
         note("B is still the start: move a slider, and B follows.")
 
 
-def _tables(work: Work) -> None:
+def _tables(work: _Designs) -> None:
     result: ComparedDesigns | None = work.result
     if result is None:
         return
@@ -373,7 +374,7 @@ def _tables(work: Work) -> None:
         note(remark)
 
 
-def _downloads(state: ScreenState, work: Work) -> None:
+def _downloads(state: ScreenState, work: _Designs) -> None:
     text_field(state, "name", "Name of the design", hint="Empty: the name of the start, changed")
     with ui.element("div").classes("button-row"):
         description_button(state, work)

@@ -70,7 +70,7 @@ def elements_view(state: ScreenState) -> None:
     )
 
 
-def _expected(designs: Work, work: Work) -> None:
+def _expected(designs: Work[ComparedDesigns], work: Work[FiniteElementDesigns]) -> None:
     """What will be there, before the first result."""
     from pretravel.design.tasks.compare.designs_report import elements_comparison_table
 

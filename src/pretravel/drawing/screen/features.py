@@ -45,7 +45,6 @@ from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL
 from pretravel.drawing.tasks.measure.task import MeasuredFeatures
 from pretravel.measurement import named_feature
 from pretravel.show import Judgement, decimals, number_text
-from pretravel.task import command_line
 
 _USUAL = ("feature", "size_tolerance", "form_tolerance", "u_machine_um")
 _OF_TABLE = ("u_machine_um", "probability")
@@ -59,7 +58,7 @@ def features_depend_on(result: PartResult) -> object:
     return result.compensated.points.labels, result.part is None, result.face is None
 
 
-def features_tab(state: ScreenState, points: Work) -> None:
+def features_tab(state: ScreenState, points: Work[PartResult]) -> None:
     """What is measured, the button, and the rows of results."""
     labels = points.result.compensated.points.labels
     groups = groups_of(labels)
@@ -218,9 +217,9 @@ def _row(row: FeatureRow) -> None:
         text("th", row.name).props('scope="row"')
         text("td", quantity.name)
         text("td", "" if before is None else number_text(before, decimals(4)), "number").props(
-            'data-label="before"'
+            'data-label="before/mm"'
         )
-        text("td", number_text(after, decimals(4)), "number").props('data-label="after"')
+        text("td", number_text(after, decimals(4)), "number").props('data-label="after/mm"')
         known = math.isfinite(quantity.expanded_u)
         expanded = number_text(quantity.expanded_u / MICROMETRE) if known else ""
         text("td", expanded, "number").props('data-label="U/µm"')
@@ -258,26 +257,22 @@ def _limit(value: float) -> str:
     return f"{value:.4f}" if math.isfinite(value) else "any"
 
 
-def _to_keep(work: Work) -> None:
+def _to_keep(work: Work[ShownResult[MeasuredFeatures]]) -> None:
     def write(path: Path, result: ShownResult[MeasuredFeatures]) -> None:
         result.made.write("output", path)
 
     with ui.element("div").classes("buttons"):
         result_button(work, "features.csv", "features.csv", write)
         page_button(
-            work, lambda result: result.document, _command_of,
+            work, lambda result: result.document, lambda result: result.command,
             name="features.html",
         )  # fmt: skip
         page_button(
-            work, lambda result: short_report(result.document), _command_of,
+            work, lambda result: short_report(result.document), lambda result: result.command,
             name="tolerances.pdf", label="PDF of one or two pages",
         )  # fmt: skip
 
 
-def _command_of(result: ShownResult[MeasuredFeatures]) -> str:
-    return "" if result.same is None else command_line(result.same)
-
-
 def _same(result: ShownResult[MeasuredFeatures] | None) -> None:
     if result is not None:
-        note(_command_of(result))
+        note(result.command)

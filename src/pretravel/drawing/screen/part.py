@@ -206,7 +206,7 @@ def _one_point(state: ScreenState, result: PartResult) -> None:
         _charts(state, result, slice(2, None))
 
 
-def _to_keep(work: Work) -> None:
+def _to_keep(work: Work[PartResult]) -> None:
     def write(path: Path, result: PartResult) -> None:
         result.write_points(path)
 

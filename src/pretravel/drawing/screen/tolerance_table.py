@@ -8,7 +8,18 @@ from typing import Any, Literal, TypeAlias
 
 from nicegui import ui
 
-from pretravel.app import ScreenState, Work, here, live, note, rebuild, sign_and_word, text
+from pretravel.app import (
+    ScreenState,
+    ShownResult,
+    Work,
+    here,
+    live,
+    note,
+    problem_said,
+    rebuild,
+    sign_and_word,
+    text,
+)
 from pretravel.base import PretravelError
 from pretravel.drawing.screen.rows import (
     CHARACTERISTICS,
@@ -19,6 +30,7 @@ from pretravel.drawing.screen.rows import (
 )
 from pretravel.drawing.screen.work import TOLERANCES, PartResult, filled_rows
 from pretravel.drawing.tasks.measure.lines import ToleranceLine
+from pretravel.drawing.tasks.measure.task import MeasuredFeatures
 from pretravel.show import Judgement
 
 _HEADINGS = ("feature", "characteristic", "limits", "datums", "value", "U", "k", "verdict", "")
@@ -40,7 +52,11 @@ def rows_in(state: ScreenState) -> list[ToleranceRow]:
     return restored(str(state.settings.get(TOLERANCES) or ""))
 
 
-def tolerance_table(state: ScreenState, points: Work, measured: Callable[[], Work]) -> None:
+def tolerance_table(
+    state: ScreenState,
+    points: Work[PartResult],
+    measured: Callable[[], Work[ShownResult[MeasuredFeatures]]],
+) -> None:
     """The buttons that fill the table, and the table.
 
     Parameters
@@ -66,7 +82,7 @@ def tolerance_table(state: ScreenState, points: Work, measured: Callable[[], Wor
     live([state.listen], show, lambda: [row.feature for row in rows_in(state)])
 
 
-def _fill_buttons(state: ScreenState, points: Work) -> None:
+def _fill_buttons(state: ScreenState, points: Work[PartResult]) -> None:
     result: PartResult = points.result
 
     def put(rows: Sequence[ToleranceRow]) -> None:
@@ -77,7 +93,7 @@ def _fill_buttons(state: ScreenState, points: Work) -> None:
         try:
             put(await asyncio.to_thread(filled_rows, *files))
         except PretravelError as error:
-            ui.notify(str(error), type="warning", multi_line=True, close_button="Close")
+            problem_said(str(error))
 
     def by_faces() -> None:
         result: PartResult = points.result
@@ -99,7 +115,9 @@ def _fill_buttons(state: ScreenState, points: Work) -> None:
         clear.props("no-caps flat")
 
 
-def _table(state: ScreenState, rows: list[ToleranceRow], work: Work) -> None:
+def _table(
+    state: ScreenState, rows: list[ToleranceRow], work: Work[ShownResult[MeasuredFeatures]]
+) -> None:
     """A line for each row; its fields stay while the results next to them come."""
     lines: list[_Line] = []
     with ui.element("div").classes("table-frame").props(

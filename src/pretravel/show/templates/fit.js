@@ -62,10 +62,13 @@ const fitted = (figure, width, height, turned) => {
   const folded = inLegend.map((trace) => inLines(trace.name ?? "", 150, 13));
   const wideOf = (name) => 13 * LETTER * Math.max(...name.split("<br>").map(long)) + 44;
   const names = inLegend.map((trace) => wideOf(trace.name ?? ""));
-  const across = Math.max(1, Math.floor((0.95 * width) / Math.max(...names, 1)));
-  const oneRow = names.reduce((sum, each) => sum + each, 0) <= 0.95 * width;
-  const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
   const right = bars.length ? (slim ? SLIM : BAR) : layout.scene ? 4 : 24;
+  const around = { l: width < 420 ? 34 : 48, r: bars.length ? BAR + (width < 420 ? 26 : 40) : width < 420 ? 34 : 48 };
+  // Plotly gives it the width of the drawing, without the margins.
+  const room = width - (layout.polar ? around.l + around.r : layout.scene ? 4 + right : 64 + right);
+  const across = Math.max(1, Math.floor(room / Math.max(...names, 1)));
+  const oneRow = names.reduce((sum, each) => sum + each, 0) <= room;
+  const rows = !names.length || layout.showlegend === false ? 0 : oneRow ? 1 : Math.ceil(names.length / across);
   // Many names stand beside a scene rather than below it.
   const wanted = Math.max(...folded.map(wideOf), 0);
   const tall = layout.scene?.aspectratio && layout.scene.aspectratio.z > 1.5 * layout.scene.aspectratio.x;
@@ -79,7 +82,7 @@ const fitted = (figure, width, height, turned) => {
   }
   let margin = { ...layout.margin, t: top };
   if (layout.scene) margin = { ...margin, l: 4, r: right, b: Math.max(4, legend) };
-  else if (layout.polar) margin = { l: width < 420 ? 34 : 48, r: bars.length ? BAR + (width < 420 ? 26 : 40) : width < 420 ? 34 : 48, t: top + 18, b: 30 + legend };
+  else if (layout.polar) margin = { ...around, t: top + 18, b: 30 + legend };
   else {
     const { xaxis, yaxis } = layout;
     const wide = width - 80 - right;

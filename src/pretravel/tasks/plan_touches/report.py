@@ -74,8 +74,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
 
 
 def _of_update(plan: TouchPlan) -> str:
-    """What u contains that pretravel qualify --prior prints."""
-    shown = "rms over the whole map, as pretravel qualify --prior prints it"
+    """What u contains that a qualification with the old map says."""
+    shown = "rms over the whole map, as a qualification with the old map says it"
     if not plan.prior.from_center:
         return shown
     return (

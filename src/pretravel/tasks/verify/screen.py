@@ -116,7 +116,7 @@ def _removing(words: str, rest: tuple[StoredFile, ...], state: ScreenState) -> N
     ui.button(words, on_click=remove).props("no-caps outline")
 
 
-def _to_keep(work: Work) -> None:
+def _to_keep(work: Work[DailyResult]) -> None:
     def write(path: Path, result: DailyResult) -> None:
         path.write_bytes(result.history)
 

@@ -42,7 +42,6 @@ from pretravel.laboratory.tasks.check.screen_work import (
     example_touches,
 )
 from pretravel.laboratory.tasks.check.task import CheckedProbe
-from pretravel.task import command_line
 
 CHECK = Job(
     "check",
@@ -110,15 +109,15 @@ async def _fill(state: ScreenState) -> None:
     state.fill(EXAMPLE_SETTINGS, {"map": (), "touches": (StoredFile(name, content),)})
 
 
-def _to_keep(work: Work) -> None:
+def _to_keep(work: Work[ShownResult[CheckedProbe]]) -> None:
     with ui.element("div").classes("buttons"):
         for name, label in CERTIFICATES.items():
             page_button(
-                work, lambda result: result.document, lambda result: command_line(result.same),
+                work, lambda result: result.document, lambda result: result.command,
                 name=name, label=label,
             )  # fmt: skip
         page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
+            work, lambda result: result.document, lambda result: result.command,
             name="check.json", label="check.json",
         )  # fmt: skip
         result_button(

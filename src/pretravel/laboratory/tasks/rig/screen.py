@@ -140,7 +140,7 @@ def _one_trace(state: ScreenState, result: RigResult) -> None:
     )
 
 
-def _rig_to_keep(work: Work) -> None:
+def _rig_to_keep(work: Work[RigResult]) -> None:
     with ui.element("div").classes("buttons"):
         for name, label in CERTIFICATES.items():
             page_button(
@@ -267,10 +267,10 @@ def _separation(state: ScreenState) -> None:
         live([work.listen], lambda: _same(work.result), lambda: work.result)
 
 
-def _separation_to_keep(work: Work) -> None:
+def _separation_to_keep(work: Work[ShownResult[SeparatedErrors]]) -> None:
     with ui.element("div").classes("buttons"):
         page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
+            work, lambda result: result.document, lambda result: result.command,
             name="separation.html",
         )  # fmt: skip
         result_button(
@@ -278,7 +278,7 @@ def _separation_to_keep(work: Work) -> None:
             lambda path, result: result.made.write("output", path),
         )  # fmt: skip
         page_button(
-            work, lambda result: result.document, lambda result: command_line(result.same),
+            work, lambda result: result.document, lambda result: result.command,
             name="separation.json", label="separation.json",
         )  # fmt: skip
     note("A reading is the error of the machine minus that of the probe.")
