@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, PretravelError, grid
-from pretravel.maps import PretravelMap
+from pretravel.maps import DirectionSupport, PretravelMap
 
 _FINE = 1.0 * DEGREE
 """Scale of the steps between the directions at which a form is compared with its map. [rad]"""
@@ -44,13 +44,19 @@ def supported_band(pretravel_map: PretravelMap) -> Band:
     PretravelError
         There is no such range: the map holds at some azimuths only.
     """
+    return _band_of(pretravel_map.support)
+
+
+@lru_cache(maxsize=8)
+def _band_of(support: DirectionSupport) -> Band:
+    """The same; formula and table of one map ask for it."""
     polar = np.arange(0.0, 180.0 + 1e-9, 0.25) * DEGREE
     azimuth = np.arange(0.0, 360.0, 3.0) * DEGREE
     held = np.ones(len(polar), dtype=bool)
     # A few azimuths first: most rows outside the band fail there, and such directions cost time.
     for some in (azimuth[::8], azimuth[np.arange(len(azimuth)) % 8 > 0]):
         rows = np.flatnonzero(held)
-        supported = pretravel_map.support.supports(grid(polar[rows], some))
+        supported = support.supports(grid(polar[rows], some))
         held[rows] = supported.reshape(len(rows), len(some)).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(int), [0]])))
     if not len(edges):

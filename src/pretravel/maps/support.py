@@ -43,6 +43,7 @@ MOST_LOOKED_AT = 5000
 """Touched directions in which a map is evaluated for a report; a map is smooth between them."""
 _SOUTH_LIMIT = -0.985  # polar 170°: beyond it the projection becomes too large
 _CHUNK = 8192
+_CHUNK_IN_CACHE = 1024  # of points by few triangles: several matrices remain in the cache
 _FEW_NODES = 30  # of more, all triples take longer than loading another library
 _LITTLE = 1e-9
 _FLAT = 1e-12  # area of a triangle of nodes on one line, as a share of that of all
@@ -69,8 +70,8 @@ def _project(directions: FloatArray) -> FloatArray:
 def _neighbours_in_turn(points: FloatArray) -> IntArray:
     """An order in which each point is near the one before: along rows, there and back.
 
-    The search for a triangle walks from the last one. In the order of a spiral it crosses the mesh
-    for each point.
+    SciPy's search for a triangle walks from the last one. In the order of a spiral it crosses the
+    mesh for each point.
     """
     if len(points) == 0:
         return np.zeros(0, dtype=np.int64)
@@ -111,13 +112,16 @@ class _FewTriangles:
         inverse, last = self.transform[:, :2], self.transform[:, 2]
         at_origin = -np.einsum("tij,tj->it", inverse, last)
         first_of, second_of = inverse[:, 0].T, inverse[:, 1].T
-        for start in range(0, len(points), _CHUNK):
-            part = points[start : start + _CHUNK]
-            first, second = part @ first_of + at_origin[0], part @ second_of + at_origin[1]
-            least = np.minimum(np.minimum(first, second), 1.0 - first - second)
-            best = np.argmax(least, axis=1)
+        for start in range(0, len(points), _CHUNK_IN_CACHE):
+            part = points[start : start + _CHUNK_IN_CACHE]
+            first, second = part @ first_of, part @ second_of
+            first += at_origin[0]
+            second += at_origin[1]
+            third = np.subtract(1.0, first + second)
+            least = np.minimum(np.minimum(first, second, out=first), third, out=first)
+            best = least.argmax(axis=1)
             inside = least[np.arange(len(part)), best] >= -_ROUNDING
-            found[start : start + _CHUNK] = np.where(inside, best, -1)
+            found[start : start + _CHUNK_IN_CACHE] = np.where(inside, best, -1)
         return found
 
 
@@ -296,28 +300,36 @@ class DirectionSupport:
             weights are then given. [rad]
         """
         d = np.asarray(directions, dtype=np.float64)
-        point = _project(d)
-        mesh = self._mesh
         nodes = np.zeros((len(d), 3), dtype=np.int64)
         weights = np.zeros((len(d), 3))
         distance = np.zeros(len(d))
-        outside = np.ones(len(d), dtype=bool)
-        if mesh.triangulation is not None and mesh.triangle_held.any():
-            found = np.empty(len(d), dtype=np.int64)
-            order = _neighbours_in_turn(point)
-            found[order] = mesh.triangulation.find_simplex(point[order])
-            inside = (found >= 0) & mesh.triangle_held[np.maximum(found, 0)]
-            simplex = found[inside]
-            transform = mesh.triangulation.transform[simplex]
+        point = _project(d)
+        found = self._triangles_at(point)
+        inside = found >= 0
+        if inside.any():
+            triangulation, simplex = self._mesh.triangulation, found[inside]
+            transform = triangulation.transform[simplex]
             first = np.einsum("nij,nj->ni", transform[:, :2], point[inside] - transform[:, 2])
             weights[inside] = np.concatenate([first, 1.0 - first.sum(axis=1, keepdims=True)], 1)
-            nodes[inside] = mesh.triangulation.simplices[simplex]
-            outside = ~inside
-        rows = np.flatnonzero(outside)
+            nodes[inside] = triangulation.simplices[simplex]
+        rows = np.flatnonzero(~inside)
         for start in range(0, len(rows), _CHUNK):
             chunk = rows[start : start + _CHUNK]
             nodes[chunk], weights[chunk], distance[chunk] = self._nearest_on_edges(d[chunk])
         return nodes, weights, distance
+
+    def _triangles_at(self, points: FloatArray) -> IntArray:
+        """The supporting triangle that contains each point of the plane, (m,); -1: none does."""
+        mesh = self._mesh
+        found = np.full(len(points), -1, dtype=np.int64)
+        if mesh.triangulation is not None and mesh.triangle_held.any():
+            if isinstance(mesh.triangulation, _FewTriangles):
+                found = mesh.triangulation.find_simplex(points)
+            else:
+                order = _neighbours_in_turn(points)
+                found[order] = mesh.triangulation.find_simplex(points[order])
+            found[~mesh.triangle_held[np.maximum(found, 0)]] = -1
+        return found
 
     @cached_property
     def _arcs(self) -> _Arcs:
@@ -396,7 +408,13 @@ class DirectionSupport:
         directions : (m, 3) float
             Unit vectors.
         """
-        return self.interpolation(directions)[2]
+        d = np.asarray(directions, dtype=np.float64)
+        distance = np.zeros(len(d))
+        rows = np.flatnonzero(self._triangles_at(_project(d)) < 0)
+        for start in range(0, len(rows), _CHUNK):
+            chunk = rows[start : start + _CHUNK]
+            distance[chunk] = self._nearest_on_edges(d[chunk])[2]
+        return distance
 
     @cached_property
     def spread(self) -> FloatArray:

@@ -66,13 +66,15 @@ class ScatterSums:
 
     def exceeds(self, dof_of_map: float, least: float = 1.0) -> bool:
         """Whether this is more than chance, and `least` times as much as expected."""
-        from scipy.special import fdtri
-
         if not (self.dof > 0.0 and self.expected > 0.0):
             return False
         ratio = self.squares / self.expected
+        if ratio <= least**2:  # without SciPy, which takes longer to load than a short command
+            return False
+        from scipy.special import fdtri
+
         limit = fdtri(self.dof, dof_of_map if dof_of_map > 0.0 else 1e6, 1.0 - _CHANCE)
-        return bool(ratio > max(float(limit), least**2))
+        return bool(ratio > float(limit))
 
 
 @dataclass(frozen=True)

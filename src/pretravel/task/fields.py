@@ -379,9 +379,11 @@ class LaboratoryReport(Reported):
 
     def statements(self) -> LaboratoryStatements | None:
         """What the file of the laboratory states; None without a file."""
+        if self.lab is None:
+            return None
         from pretravel.files import read_laboratory
 
-        return None if self.lab is None else read_laboratory(self.lab)
+        return read_laboratory(self.lab)
 
     def statements_left_out(self) -> list[str]:
         """A warning where nothing that is shown or written contains the laboratory's statements."""

@@ -12,7 +12,8 @@ import pytest
 from pretravel.base.errors import InputError
 from pretravel.files.probe_history import add_verification, read_history
 from pretravel.qualification.verification import Verification
-from pretravel.tasks.history.report import history_document, history_view
+from pretravel.tasks.history.picture import history_view
+from pretravel.tasks.history.report import history_document
 from tests.unit.files.test_files_of_version_1 import FOLDER
 from tests.unit.qualification.test_verification import check, old_map, touches
 

@@ -38,7 +38,7 @@ from pretravel.qualification.verification import (
     verify,
 )
 from pretravel.show.chart_files import drawn_figure
-from pretravel.tasks.verify.report import verification_view
+from pretravel.tasks.verify.picture import verification_view
 from pretravel.touches import Touches
 from pretravel.uncertainty.covariance import Covariance
 from tests.support.commands import rows, run

@@ -20,8 +20,8 @@ from pretravel.measurement.comparison import compare_corrections
 from pretravel.prediction.catalogue import load_probe
 from pretravel.show.chart import PlaneChart, PolarChart
 from pretravel.show.chart_marks import Bars, Dots, LineMark, Rule
-from pretravel.tasks.history.report import history_view
-from pretravel.tasks.verify.report import verification_view
+from pretravel.tasks.history.picture import history_view
+from pretravel.tasks.verify.picture import verification_view
 from tests.support.example_maps import example_map, lobes
 from tests.unit.qualification.test_verification import check, old_map, touches
 

@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from pretravel.base import DISTANCE, PROBABILITY, PretravelError, check_numbers
 from pretravel.drawing.features.conformity import (
@@ -18,7 +19,9 @@ from pretravel.drawing.features.conformity import (
 )
 from pretravel.drawing.features.extreme_association import GAUSSIAN, MINIMUM_ZONE
 from pretravel.drawing.features.measured_feature import MeasuredFeature, Quantity
-from pretravel.drawing.tolerances.tolerance_frame import GeometricResult
+
+if TYPE_CHECKING:  # a feature alone has no frames
+    from pretravel.drawing.tolerances.tolerance_frame import GeometricResult
 
 
 @dataclass(frozen=True)

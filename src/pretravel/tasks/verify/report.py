@@ -1,10 +1,11 @@
-"""Report and picture of a verification: whether a probe has changed since it was qualified."""
+"""Report of a verification: whether a probe has changed since it was qualified."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,27 +13,20 @@ from pretravel.base import DEGREE, MICROMETRE, describe
 from pretravel.files import Entry
 from pretravel.qualification import MENTIONED, Cause, Change, LikelyCause, Verification
 from pretravel.show import (
-    Axis,
     Document,
-    Dots,
     Judgement,
     KeyFigure,
     Picture,
-    PlaneChart,
-    Rule,
-    Scale,
     Table,
-    View,
-    angles_deg,
-    azimuth_axis,
     by_uncertainty,
-    chart_by_place,
     decimals,
-    direction_words,
     number_text,
     value_text,
 )
-from pretravel.tasks.history import control_charts, decision_words
+from pretravel.tasks.history import decision_words
+
+if TYPE_CHECKING:
+    from pretravel.show import View
 
 
 def verification_document(
@@ -62,6 +56,12 @@ def verification_document(
     Document
     """
     verdict = "CHANGED" if result.changed else "no change found"
+
+    def drawn() -> View:
+        from pretravel.tasks.verify.picture import verification_view
+
+        return verification_view(result, entries, title)
+
     keep = decision == "kept" and result.changed
     return Document(
         title=title,
@@ -78,10 +78,7 @@ def verification_document(
             KeyFigure("old map", decision_words(decision) + _UNTIL_THEN * keep),
         ),
         pictures=(
-            Picture(
-                "Differences, and the control chart" if entries else "Differences",
-                lambda: verification_view(result, entries, title),
-            ),
+            Picture("Differences, and the control chart" if entries else "Differences", drawn),
         ),
         notes=_NOTES if keep else (),
         warnings=(*warnings, *result.warnings),
@@ -248,37 +245,3 @@ def _data(result: Verification, decision: str) -> tuple[Table, ...]:
 
 
 _WITHOUT_SIZE = (Cause.STEADIER, Cause.UNKNOWN, Cause.CHANCE)
-
-
-def verification_view(result: Verification, entries: Sequence[Entry] = (), title: str = "") -> View:
-    """Differences by place and over the azimuth, and the control chart where there is a history.
-
-    Parameters
-    ----------
-    result : Verification
-    entries : sequence of Entry
-    title : str
-
-    Returns
-    -------
-    View
-    """
-    difference, u = result.differences / MICROMETRE, result.u_differences / MICROMETRE
-    polar, azimuth = angles_deg(result.directions)
-    labels = tuple(
-        f"{words}; {value_text(value, 'µm')}, u {value_text(own, 'µm')}"
-        for words, value, own in zip(
-            direction_words(result.directions), difference.tolist(), u.tolist(), strict=True
-        )
-    )
-    scale = Scale.of("change (touches − map)", "µm", difference, signed=True)
-    words = "changed" if result.changed else "no change"
-    by_place = chart_by_place(result.directions, difference, scale, f"{words}: from above",
-                              labels=labels)  # fmt: skip
-    name = "mean of a direction, ± 2 u"
-    dots = Dots(azimuth, difference, name, "reference", polar, 2.0 * u, labels=labels)
-    over = PlaneChart(f"{words}: over the azimuth", azimuth_axis(),
-                      Axis("change (touches − map)", "µm"), (Rule(0.0, "the map"), dots),
-                      Scale("polar angle", "°", 0.0, 90.0))  # fmt: skip
-    charts = control_charts(entries) if entries else ()
-    return View(title or "Verification", (by_place, over, *charts), 2)

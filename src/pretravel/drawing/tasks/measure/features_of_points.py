@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from pretravel.drawing.features.measured_feature import (
     measure_feature,
 )
 from pretravel.drawing.tasks.measure.settings_of_features import BY_LABEL, StatedSettings
-from pretravel.drawing.tolerances.features_file import DrawnFeature
 from pretravel.drawing.tolerances.tolerances import InspectedFeature, inspect_feature
 from pretravel.measurement import Points, named_feature, normals_of_feature, points_at
+
+if TYPE_CHECKING:
+    from pretravel.drawing.tolerances.features_file import DrawnFeature
 
 _AT_POINT = 1.0
 """Of a target that is a point or a line: a touch farther away is another place. [mm]"""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from pretravel.drawing.features.between_features import FeatureRelation
 from pretravel.drawing.features.conformity import (
@@ -25,7 +26,6 @@ from pretravel.drawing.tasks.measure.notes_of_features import (
     notes_on_datums,
     warnings_of,
 )
-from pretravel.drawing.tasks.measure.picture import features_view
 from pretravel.drawing.tasks.measure.tables_of_features import (
     angles_table,
     budget_section,
@@ -46,7 +46,6 @@ from pretravel.drawing.tolerances.tolerances import (
     OpenTolerance,
     Together,
 )
-from pretravel.files import LaboratoryStatements
 from pretravel.show import (
     Column,
     Document,
@@ -54,6 +53,10 @@ from pretravel.show import (
     Picture,
     budget_picture,
 )
+
+if TYPE_CHECKING:
+    from pretravel.files import LaboratoryStatements
+    from pretravel.show import View
 
 _MOST_BUDGETS = 6
 """Drawn as bars; a page lists all of them as tables."""
@@ -92,6 +95,12 @@ def features_document(
     Document
     """
     title = f"{points_name}, features" if points_name else "Features"
+
+    def drawn() -> View:
+        from pretravel.drawing.tasks.measure.picture import features_view
+
+        return features_view(features, title)
+
     measured = [inspected.feature for inspected in features]
     lines = tolerance_lines(features, together, left_open)
     decided = [(shown_name(i.feature), i.feature.errors.machine, c)
@@ -111,10 +120,7 @@ def features_document(
         tables=tuple(tables),
         sections=tuple(budget_section(each) for each in features),
         pictures=(
-            Picture(
-                "Residuals before and after compensation",
-                lambda: features_view(features, title),
-            ),
+            Picture("Residuals before and after compensation", drawn),
             *(budget_picture(budget, budget.result) for budget in budgets[:_MOST_BUDGETS]),
         ),
         notes=(

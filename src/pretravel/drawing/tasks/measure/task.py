@@ -43,7 +43,7 @@ if TYPE_CHECKING:
         Together,
     )
     from pretravel.measurement import Points
-    from pretravel.show import Document, Picture, Table, WorkRecord
+    from pretravel.show import Document, Picture, Table, View, WorkRecord
     from pretravel.surface import Part
 
 
@@ -389,11 +389,11 @@ class Measure(LaboratoryReport):
 
     def read_drawing(self) -> tuple[Drawing | None, tuple[str, ...]]:
         """What the file of features states, None without one; and what of a plan was left out."""
+        if self.drawing is None:
+            return None, ()
         from pretravel.drawing.pmi.model import read_drawing
         from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 
-        if self.drawing is None:
-            return None, ()
         if self.drawing.suffix.lower() in PLAN_ENDINGS:
             return read_plan_features(self.drawing)
         return read_drawing(self.drawing), ()
@@ -684,14 +684,18 @@ class MeasuredFeatures(Result):
 
     def _part_picture(self) -> tuple[Picture, ...]:
         """The part with its verdicts, where it and the faces of the points are known."""
-        from pretravel.drawing.tasks.measure.picture import verdicts_view
         from pretravel.show import Picture
 
         part, lines = self.part, self.lines
         if part is None or all(each.feature.points.face is None for each in self.features):
             return ()
-        caption = "Deviations of the touched faces, and the verdicts"
-        return (Picture(caption, lambda: verdicts_view(part, self.features, lines)),)
+
+        def drawn() -> View:
+            from pretravel.drawing.tasks.measure.picture import verdicts_view
+
+            return verdicts_view(part, self.features, lines)
+
+        return (Picture("Deviations of the touched faces, and the verdicts", drawn),)
 
     def _by_trials(self) -> tuple[Table, ...]:
         """The quantities by Monte Carlo, where that is wanted."""

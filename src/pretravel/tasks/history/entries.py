@@ -1,0 +1,27 @@
+"""What the entries of a history say: values, and the decision about the map."""
+
+from __future__ import annotations
+
+import math
+
+from pretravel.files import Entry
+
+
+def decision_words(decision: str) -> str:
+    """What was done with the old map, from the word of a history.
+
+    Parameters
+    ----------
+    decision : str
+        "kept", or "accepted NEW_MAP".
+
+    >>> decision_words("accepted new.json")
+    'replaced by new.json'
+    """
+    return decision.replace("accepted ", "replaced by ", 1)
+
+
+def entry_value(entry: Entry, column: str) -> float:
+    """The number in a column; not a number where it was not determined."""
+    value = entry[column]
+    return math.nan if value is None else float(value)
