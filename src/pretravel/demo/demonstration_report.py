@@ -63,7 +63,10 @@ _SPHERE_TEXT = (
         "differences with this shift, which are larger. The uncertainty of the physical map itself "
         "is in u_um of points.csv."
     ),
-    "The errors with the tip radius alone contain the mean pretravel.",
+    (
+        "The errors with the tip radius alone contain the mean pretravel on the sphere; on the "
+        "part most of it is in the shift."
+    ),
 )
 _RING_TEXT = (
     (

@@ -131,8 +131,8 @@ class Demonstration(Result):
         """Where the page is."""
         return (
             f"\nLook at {(self.task.output / 'index.html').resolve()}\n"
-            "(points.csv, map.json and the pictures are next to it; the data are in "
-            f"{self.task.folder.resolve()})"
+            "(map.json, points.csv of the curved part and the pictures are next to it; the data "
+            f"are in {self.task.folder.resolve()})"
         )
 
     def document(self) -> Document:
