@@ -41,7 +41,7 @@ from pretravel.tasks.qualify import qualification_document, qualification_view
 
 DEMONSTRATION_FILES = (
     "index.html",
-    "points.csv",
+    "part_points.csv",
     "map.json",
     "bores.png",
     "qualification.png",
@@ -61,9 +61,12 @@ _SPHERE_TEXT = (
         "On the part: difference from the physical map at the part's 140 points, without the shift "
         "of the whole part, which cancels in distances. The section on simpler corrections has the "
         "differences with this shift, which are larger. The uncertainty of the physical map itself "
-        "is in u_um of points.csv."
+        "is in u_um of part_points.csv."
     ),
-    "The errors with the tip radius alone contain the mean pretravel.",
+    (
+        "The errors with the tip radius alone contain the mean pretravel on the sphere; on the "
+        "part most of it is in the shift."
+    ),
 )
 _RING_TEXT = (
     (

@@ -98,7 +98,7 @@ class Demo(Task):
         say("2 of 4: drawing their pictures")
         pictures = main_job_pictures(job)
         _write_pictures(pictures, folder)
-        write_points(folder / "points.csv", job.points)
+        write_points(folder / "part_points.csv", job.points)
         write_map(folder / "map.json", job.qualification.pretravel_map)
         say("3 of 4: comparing the kinds of map")
         kinds = compare_kinds_of_map(touches, job.qualification)
@@ -107,7 +107,7 @@ class Demo(Task):
         pictures |= more
         say("4 of 4: writing the page")
         document = demonstration_document(job, kinds, pictures.values())
-        files = ("points.csv", "map.json", *pictures)
+        files = ("part_points.csv", "map.json", *pictures)
         write_page(folder / "index.html", document, files, record=record)
         return demonstration_summary(job, kinds)
 
@@ -131,7 +131,7 @@ class Demonstration(Result):
         """Where the page is."""
         return (
             f"\nLook at {(self.task.output / 'index.html').resolve()}\n"
-            "(points.csv, map.json and the pictures are next to it; the data are in "
+            "(map.json, part_points.csv and the pictures are next to it; the data are in "
             f"{self.task.folder.resolve()})"
         )
 

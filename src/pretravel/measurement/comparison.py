@@ -70,15 +70,30 @@ class Comparison:
     azimuth_deg : (a,) float
     curves : mapping of str to (a,) float
         Correction minus map on the equator, by method. [mm]
-    u_map : float
-        Root mean square of the standard uncertainty of the map over all directions; zero where the
-        map states none. [mm]
+    u : mapping of str to (n,) float
+        Standard uncertainty of the map in the directions of each place, "equator", "all", "part";
+        zero where the map states none. [mm]
     """
 
     rows: tuple[CorrectionResidual, ...]
     azimuth_deg: FloatArray
     curves: dict[str, FloatArray]
-    u_map: float
+    u: dict[str, FloatArray]
+
+    @property
+    def u_map(self) -> float:
+        """Root mean square of the standard uncertainty of the map over all directions. [mm]"""
+        return float(np.sqrt(np.mean(self.u["all"] ** 2)))
+
+    def largest_u(self, where: str) -> float:
+        """Largest standard uncertainty of the map in a place; all directions contain the equator.
+
+        Parameters
+        ----------
+        where : str
+        """
+        both = ("all", "equator") if where == "all" else (where,)
+        return float(max(self.u[each].max() for each in both))
 
 
 def compare_corrections(
@@ -146,8 +161,8 @@ def compare_corrections(
             )
             for where, values in off.items()
         ]
-    u = pretravel_map.standard_uncertainty(places["all"])
-    return Comparison(tuple(rows), azimuth, curves, float(np.sqrt(np.mean(u**2))))
+    u = {where: pretravel_map.standard_uncertainty(n) for where, n in places.items()}
+    return Comparison(tuple(rows), azimuth, curves, u)
 
 
 def _largest(*errors: FloatArray) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from pretravel.show.document import Column, Digits, FigureValue, KeyFigure, Span
 from pretravel.uncertainty import COVERAGE_FACTOR
@@ -51,11 +52,12 @@ def words_of_key(key: str) -> tuple[str, str]:
     """What a key of a settings file means, in words, and its unit.
 
     >>> words_of_key("seats.support_angle_deg"), words_of_key("stylus.sections.0.material")
-    (('seats: support angle', '°'), ('stylus: sections: 0: material', ''))
+    (('seats: support angle', '°'), ('stylus: sections 0: material', ''))
     """
     name, _, unit = key.rpartition("_")
     known = name and unit in ("N", "mm", "deg", "um", "MPa", "K", "ms")
     words = name if known else key
+    words = re.sub(r"\.(\d+)\b", r" \1", words)
     return words.replace("_", " ").replace(".", ": "), shown_unit(unit) if known else ""
 
 

@@ -56,7 +56,9 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert steps == ["1 of 4", "2 of 4", "3 of 4", "4 of 4"]
     made = {path.name for path in (tmp_path / "out").iterdir()}
     pictures = {"bores.png", "qualification.png", "points.png", "compare.png", "kp3_ring.png"}
-    assert made == {"index.html", "map.json", "points.csv", *pictures} == set(DEMONSTRATION_FILES)
+    assert (
+        made == {"index.html", "map.json", "part_points.csv", *pictures} == set(DEMONSTRATION_FILES)
+    )
     page = (tmp_path / "out" / "index.html").read_text()
     assert all(name in page for name in pictures)
     assert "harmonic map" in page
@@ -73,9 +75,9 @@ def test_demo(whole: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_demo_keeps_files_of_another_kind(tmp_path: Path) -> None:
-    (tmp_path / "points.csv").write_bytes(b"\x7fELF\x00")
-    assert "points.csv" in run("demo", "--data", EXAMPLES, "-o", tmp_path, code=2)
-    assert (tmp_path / "points.csv").read_bytes() == b"\x7fELF\x00"
+    (tmp_path / "part_points.csv").write_bytes(b"\x7fELF\x00")
+    assert "part_points.csv" in run("demo", "--data", EXAMPLES, "-o", tmp_path, code=2)
+    assert (tmp_path / "part_points.csv").read_bytes() == b"\x7fELF\x00"
 
 
 def test_demo_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

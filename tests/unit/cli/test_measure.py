@@ -132,7 +132,7 @@ def test_position_form_page_and_picture(points_file: Path, tmp_path: Path) -> No
                "--at", "40,30,-5", "--position-tolerance", 0.02, "--form-tolerance", 0.005,
                "--tolerance", "20.012..20.03"]  # fmt: skip
     text = run(*command, "-o", page, "--plot", picture, "--verbose", code=3)
-    assert "outside the tolerance (diameter: too small by 2.0 µm, material is left)" in text
+    assert "outside the tolerance (diameter: too small by 2.0 µm, can be reworked)" in text
     assert "tip radius" in text
     assert "Gaussian association" in text
     assert page.read_text(encoding="utf-8").count("<img") == 4

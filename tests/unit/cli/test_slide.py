@@ -35,12 +35,12 @@ class TestSlide:
         assert triggered[-1] == 1
         first = triggered.index(1)
         assert f"triggers in step {first + 1}" in text
-        at_once = [line for line in text.splitlines() if "solved at once" in line]
+        at_once = [line for line in text.splitlines() if "without steps, " in line]
         assert "2.98" in at_once[0]
-        assert "(lateral deflection only)" in at_once[0]
+        assert "(pretravel if the tip deflects across the" in at_once[0]
         local = Convex().local(np.array([[0.5, -0.5]]))
         whole = touch("omp40-2", "convex", Targets(local.point, local.normal)).pretravel[0]
-        assert f"{1e3 * whole:.3f} µm (every elastic part)" in at_once[1]
+        assert f"{1e3 * whole:.3f} µm (pretravel with every elastic part" in at_once[1]
         # Force is known until the trigger; then a seat is open and the cell is empty.
         assert all(
             (row["force_N"] == "") == (t == 1) for row, t in zip(table, triggered, strict=True)
@@ -127,8 +127,8 @@ class TestSlide:
         text = run("slide", "omp40-2", "--surface", "plane:polar=40", "--at", "0,0", "--process",
                    "inclined", "--search", "golden", "--steps", 80)  # fmt: skip
         assert "trials of a golden section" in text
-        at_once = text.split("solved at once")[1].split()[0]
-        assert f"{at_once} µm (feed from first contact to trigger" in text
+        at_once = text.split("without steps, lateral")[1].split()[0]
+        assert f"{at_once} µm (travel from first contact to trigger" in text
         # From first contact to the trigger the contact slides down 40°: feed / tan(40°).
         slide = float(text.split("  slide ")[1].split()[0])
         assert slide == pytest.approx(float(at_once) / math.tan(math.radians(40.0)), rel=1e-3)

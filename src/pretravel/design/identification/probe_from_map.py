@@ -69,6 +69,8 @@ class Identification:
         That were fitted, too.
     force_residuals : (m,) float
         Measured minus predicted. [N]
+    described : (k,) float
+        Values of the description at the start, in the units of `values`.
     """
 
     probe: Probe
@@ -82,6 +84,7 @@ class Identification:
     unknown: tuple[str, ...]
     forces: MeasuredForces | None = None
     force_residuals: FloatArray = field(default_factory=lambda: np.zeros(0))
+    described: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def identify(
@@ -189,6 +192,7 @@ def identify(
         unknown=tuple(unknown),
         forces=forces,
         force_residuals=np.zeros(0) if forces is None else forces.residuals(fitted, model),
+        described=np.array([number.of(probe) for number in numbers]),
     )
 
 
@@ -292,6 +296,7 @@ def _from_forces(
         unknown=tuple(unknown),
         forces=measured,
         force_residuals=measured.residuals(fitted, model),
+        described=np.array([number.of(probe) for number in numbers]),
     )
 
 

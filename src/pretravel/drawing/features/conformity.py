@@ -94,6 +94,8 @@ class Conformity:
         form between them is not seen.
     bonus : float
         Part of `upper` by which the size of a feature enlarges the tolerance (ISO 2692). [mm]
+    corrected : bool
+        Whether the effect of noise near zero was subtracted from `value` after the decision.
     """
 
     name: str
@@ -109,6 +111,7 @@ class Conformity:
     dof: float = math.inf
     of_touched_points: bool = False
     bonus: float = 0.0
+    corrected: bool = False
 
     @property
     def coverage(self) -> float:
@@ -121,7 +124,8 @@ class Conformity:
         The bands stay those of values from which nothing was subtracted: they hold at the limit,
         where less is subtracted than near zero.
         """
-        return replace(self, value=value, u=u)
+        corrected = not math.isclose(value, self.value, rel_tol=1e-9)
+        return replace(self, value=value, u=u, corrected=corrected)
 
 
 def _quantile(dof: float, probability: float) -> float:

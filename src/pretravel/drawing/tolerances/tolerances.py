@@ -228,7 +228,7 @@ def side_of_failure(conformity: Conformity, side: str) -> str:
 
     >>> small = size_conformity("diameter", 19.99, 0.001, (20.0, 20.021), 0.95)
     >>> side_of_failure(small, "inside")
-    'too small by 10.0 µm, material is left'
+    'too small by 10.0 µm, can be reworked'
     """
     if conformity.lower <= conformity.value <= conformity.upper:
         return ""
@@ -239,5 +239,5 @@ def side_of_failure(conformity: Conformity, side: str) -> str:
         return ""
     return (
         f"too {'small' if small else 'large'} by {by * 1e3:.1f} µm, "
-        f"{'material is left' if left else 'no material is left'}"
+        f"{'can' if left else 'cannot'} be reworked"
     )

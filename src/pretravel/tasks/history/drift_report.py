@@ -176,12 +176,15 @@ def drift_verdict(drift: DriftOverTime) -> str:
         return f"{after}no steady drift is detected; {moved}, and {reach}"
     if not math.isfinite(early):
         return f"{after}no drift is detected"
-    hidden = "a drift too small to be detected in these days"
     if early <= drift.times[-1]:
-        return f"{after}no drift is detected; {hidden} {before.removeprefix('and ')}"
+        count = len(drift.times) - drift.starts[-1]
+        return (
+            f"{after}no drift is detected, but these {count} days do not exclude that the map has "
+            f"already changed by more than {limit} (probability above 5 %): touch on more days"
+        )
     return (
-        f"{after}no drift is detected; {hidden} could reach {limit} {on} at the earliest "
-        f"(95 %{_sooner(drift)})"
+        f"{after}no drift is detected; a drift too small to be detected in these days could reach "
+        f"{limit} {on} at the earliest (95 %{_sooner(drift)})"
     )
 
 
@@ -222,6 +225,7 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         found.append(KeyFigure("due date", _date(drift.moment(time)), remark=remark))
     if first is not None:
         remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
+        remark += "; not excluded on the last day" if early <= drift.times[-1] else ""
         remark += _sooner(drift)
         found.append(KeyFigure("earliest date (95 %)", _date(drift.moment(early)), remark=remark))
     return tuple(found)

@@ -48,7 +48,7 @@ def history_document(
         title=title,
         verdict=f"{title}: {len(entries)} verification{'' if len(entries) == 1 else 's'}, "
         + (f"{changed} found a change" if changed else "no change found")
-        + (f"; {drift_verdict(drift)}" if drift is not None and told else ""),
+        + ("" if drift is None else f"; {drift_verdict(drift)}"),
         figures=drift_figures(drift) if drift is not None and told else (),
         tables=(
             _verifications_table(entries),

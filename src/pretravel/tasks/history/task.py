@@ -68,8 +68,9 @@ class History(
 ):
     """Show how a probe drifts over time, and when its next qualification is due.
 
-    The input is a folder of touches, one file for each day; or the history file of pretravel verify
-    --history, which --plot shows as a control chart.
+    The input is a folder of touches, one file for each day, with --diameter; or the history file of
+    pretravel verify --history, which --plot shows as a control chart. Both give drift and due date
+    from three days on.
     """
 
     name = "history"

@@ -52,7 +52,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         title=title,
         verdict=f"{len(plan.directions)} touches bring u of the map from "
         f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, "
-        "a displacement of all points together left out",
+        "without the common shift of all points",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
                       remark="rms, when it was made"),
@@ -66,7 +66,8 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
             KeyFigure("usual drift", f"size {drift.level / MICROMETRE:.2f} µm, "
                       f"amplitude {100.0 * drift.scale:.1f} %, "
                       f"turn {drift.turn / DEGREE:.2f}°, form {100.0 * drift.form:.1f} %",
-                      remark=drift.source),
+                      remark=f"{drift.source}; size: mean pretravel; amplitude: of the lobes; "
+                      "turn: about the axis; form: other changes, in % of the map's variation"),
         ),
         tables=(_directions_table(plan),),
         pictures=(Picture("u today and with the touches", lambda: touch_plan_view(plan, title)),),
@@ -79,8 +80,8 @@ def _of_update(plan: TouchPlan) -> str:
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}: with a displacement of all points together, which looks the same as a displaced "
-        "centre of the sphere and cancels in distances"
+        f"{shown}, with the common shift: it moves all points as another centre of the sphere "
+        "would, and cancels in distances"
     )
 
 

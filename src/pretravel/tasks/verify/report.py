@@ -172,7 +172,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
             "largest difference",
             result.largest / MICROMETRE,
             "µm",
-            remark="of the mean of a direction from the map",
+            remark="between the map and the mean of the touches in a direction",
         ),
     )
 

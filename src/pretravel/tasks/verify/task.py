@@ -39,8 +39,8 @@ _COMPLETE_MAPS = tuple(ending for ending in MAPS if ending != ".csv")
 class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     """Test whether a probe has changed since its qualification. Exit code 0: no; 3: yes.
 
-    The exit code is also 3 if nothing could be tested: the run is incomplete, the map was made from
-    these touches, or the history already contains them.
+    The exit code is also 3 if nothing could be tested: the probing program did not run to its end,
+    the map was made from these touches, or the history already contains them.
 
     The old map is kept unless --accept names a new one.
     """

@@ -108,17 +108,21 @@ def _errors_table(result: Comparison) -> Table:
         largest, rms = ([getattr(row, n) / MICROMETRE for row in rows] for n in ("largest", "rms"))
         if FULL_MAP in methods:  # its difference from itself is zero: its u is shown
             of_map = methods.index(FULL_MAP)
-            u = result.u_map / MICROMETRE or math.nan
-            largest[of_map], rms[of_map] = 2.0 * u, u
+            rms[of_map] = float(np.sqrt(np.mean(result.u[where] ** 2))) / MICROMETRE or math.nan
+            largest[of_map] = 2.0 * result.largest_u(where) / MICROMETRE or math.nan
         columns += [Column.of(f"{_WHERE[where]}: max", largest, "µm"), Column.of("rms", rms, "µm")]
     return Table(
         tuple(columns),
         explanation="Max, rms: largest and root-mean-square difference of each correction from the "
-        "map. The row of the map has 2 u and u instead, from the rms of u over all directions "
-        "(empty for a prediction). The radii of a control hold in one plane, its tool length along "
-        "the axis; between plane and axis the control combines radius and length. Two axis radii: "
-        "one for touches along X, one for touches along Y. Woźniak's constant: a formula with one "
-        "constant for the triangle of the probe.",
+        "map. The row of the map has its uncertainty instead: twice the largest u, and the rms of "
+        "u (empty for a prediction). The radii of a control hold in one plane, its tool length "
+        "along the axis; between plane and axis the control combines radius and length. One "
+        "radius: the mean around the equator. Two axis radii: one for touches along X, one for "
+        "touches along Y. Four directions: the radius touched at +X, +Y, -X or -Y, for all normals "
+        "within 45° of it, where the mean can be the better estimate. Eight radii: those of a "
+        "vector table at 30, 60, 120, … 330°, with one for X and one for Y; touched there, or made "
+        "from the map so that the largest error is smallest. Woźniak's constant: a formula with "
+        "one constant for the triangle of the probe.",
     )
 
 
@@ -157,12 +161,12 @@ def comparison_view(result: Comparison, title: str = "") -> View:
 
 
 def _curves_chart(result: Comparison) -> PlaneChart:
-    """Errors on the equator over the azimuth, and twice the map's uncertainty, an rms."""
+    """Errors on the equator over the azimuth, and twice the map's uncertainty."""
     azimuth = result.azimuth_deg
     marks: list[Mark] = [Rule(0.0)]
     if result.u_map > 0.0:
-        band = np.full(len(azimuth), 2.0 * result.u_map / MICROMETRE)
-        marks.append(Area(azimuth, -band, band, "map, ± 2 u (rms)", _COLOURS[FULL_MAP], 0.3))
+        band = 2.0 * result.u["equator"] / MICROMETRE
+        marks.append(Area(azimuth, -band, band, "map, ± 2 u", _COLOURS[FULL_MAP], 0.3))
     marks += [
         LineMark(azimuth, result.curves[name] / MICROMETRE, _shown(name), _colour(name))
         for name in (*_CURVES, *(name for name in result.curves if name not in _COLOURS))
@@ -172,7 +176,7 @@ def _curves_chart(result: Comparison) -> PlaneChart:
 
 
 def _largest_chart(result: Comparison, where: str) -> PlaneChart:
-    """The largest error of each correction in one place; of the map itself twice its u, an rms."""
+    """The largest error of each correction in one place; of the map itself twice its largest u."""
     rows = [row for row in result.rows if row.where == where]
     known = result.u_map > 0.0
     bars: list[Mark] = []
@@ -182,10 +186,8 @@ def _largest_chart(result: Comparison, where: str) -> PlaneChart:
         text = value_text(length, "µm")
         name = row.method
         if row.method == FULL_MAP:
-            length = 2.0 * result.u_map / MICROMETRE
-            text = (
-                f"2 u (rms) = {value_text(length, 'µm')}" if known else "the reference, u not given"
-            )
+            length = 2.0 * result.largest_u(where) / MICROMETRE
+            text = f"2 u = {value_text(length, 'µm')}" if known else "the reference, u not given"
         names.append("map" if name == FULL_MAP else _shown(name))
         bars.append(Bars(np.array([float(place)]), np.array([length]), "", _colour(name),
                          horizontal=True, texts=(text,)))  # fmt: skip

@@ -61,7 +61,10 @@ def _output_help() -> str:
     from pretravel.controls.exports import CONTROLS
 
     folders = [name for name, control in CONTROLS.usable().items() if control.folder]
-    return f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others."
+    return (
+        f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others (radii: "
+        ".json; csv: .csv)."
+    )
 
 
 def steps_at_control(to: str, files: ExportedFiles) -> tuple[str, ...]:
@@ -281,7 +284,7 @@ class Export(Task):
     azimuth_deg: Annotated[
         float | None,
         Field(
-            help="Azimuth of all touches, in degrees.",
+            help="Azimuth of all touches, in degrees; by default the mean over the azimuths.",
             only=(_controls("azimuth"),),
             without=("show_template",),
             range=ANGLE,
@@ -373,7 +376,7 @@ class Export(Task):
             files = control.files(pretravel_map, self._settings(pretravel_map))
         else:
             table = effective_radius_table(pretravel_map, table_travel(pretravel_map, self.feed))
-            remark = "effective radii over the supported directions"
+            remark = "effective radii in the directions in which the map holds"
             files = ExportedFiles({"": csv_table_text(table)}, remarks=(remark,))
         without = () if pretravel_map.machine is None else (_WITHOUT_MACHINE,)
         return ExportedMap(self, files, _statement(self, files), (*files.warnings, *without))

@@ -31,14 +31,21 @@ from pretravel.show import (
     value_text,
 )
 
+_MEANT = {
+    "drift": "of the rest position, since the start",
+    "reseat": "rest position after this touch from that before it",
+}
 
-def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
+
+def friction_document(cycle: FrictionCycle, probe_name: str, *, assumed: bool = False) -> Document:
     """The report of repeated touches with friction at the seats.
 
     Parameters
     ----------
     cycle : FrictionCycle
     probe_name : str
+    assumed : bool
+        Whether the friction is neither stated nor in the description.
 
     Returns
     -------
@@ -49,12 +56,19 @@ def friction_document(cycle: FrictionCycle, probe_name: str) -> Document:
     quantities = _quantities(cycle)
     return Document(
         title=title,
-        verdict=f"{probe_name}, seats with friction {cycle.friction:g}: hysteresis up to "
+        verdict=f"{probe_name}, seats with friction {cycle.friction:g}"
+        f"{' (assumed: the description has none)' if assumed else ''}: hysteresis up to "
         f"{_largest(cycle.hysteresis)}, drift of zero up to {_largest(cycle.zero_drift)} "
         f"({touches} {'touch' if touches == 1 else 'touches'} in {len(cycle.directions)} "
         f"{'direction' if len(cycle.directions) == 1 else 'directions'})",
         figures=tuple(
-            KeyFigure(f"{name}, touch {touch}", Span.of(values), unit, decimals(3))
+            KeyFigure(
+                f"{name}, touch {touch}",
+                Span.of(values),
+                unit,
+                decimals(3),
+                remark=_MEANT.get(name, ""),
+            )
             for name, touch, values, unit in quantities
         ),
         tables=(_direction_table(cycle, quantities),),

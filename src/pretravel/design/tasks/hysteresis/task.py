@@ -38,8 +38,8 @@ class Hysteresis(Reported):
     friction: Annotated[
         float | None,
         Field(
-            help="Coulomb's coefficient of friction at the seats, below tan(support angle); the "
-            "default is that of the description, or 0.2 where it has none.",
+            help="Coulomb's coefficient of friction at the seats, below tan(support angle); "
+            "default: that of the description if above 0, else 0.2.",
             range=FRICTION,
         ),
     ] = None
@@ -51,8 +51,9 @@ class Hysteresis(Reported):
     overtravel_um: Annotated[
         float | None,
         Field(
-            help="Deflection beyond the trigger without friction, in µm; the default is 10, "
-            "or twice the deflection at the trigger.",
+            help="How far the tip is deflected beyond the point at which the probe would trigger "
+            "without friction, in µm; default: the larger of 10 and twice the deflection at that "
+            "point.",
             range=STEP,
         ),
     ] = None
@@ -101,7 +102,8 @@ class Hysteresis(Reported):
                 cycles=self.cycles,
                 steps=self.steps,
             )
-        return LoadedAndUnloaded(probe.name, found)
+        assumed = self.friction is None and not probe.seats.friction
+        return LoadedAndUnloaded(probe.name, found, assumed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,16 +114,19 @@ class LoadedAndUnloaded(Result):
     ----------
     probe_name : str
     cycles : FrictionCycle
+    friction_assumed : bool
+        Neither the user nor the description gives a friction.
     """
 
     probe_name: str
     cycles: FrictionCycle
+    friction_assumed: bool = False
 
     def document(self) -> Document:
         """The report."""
         from pretravel.design.tasks.hysteresis.report import friction_document
 
-        return friction_document(self.cycles, self.probe_name)
+        return friction_document(self.cycles, self.probe_name, assumed=self.friction_assumed)
 
     def write(self, output: str, path: Path) -> None:
         """Write every step of every cycle."""

@@ -160,16 +160,30 @@ def forces_view(found: Identification, title: str = "") -> View:
     return View(title or "Trigger forces", (both, difference), 2)
 
 
+def _key(name: str, found: Identification) -> str:
+    """Table and key of a quantity; of the stem with the number of its segment."""
+    number = FREE[name]
+    table = number.table
+    if table == "stylus":
+        table += f".{found.probe.stylus.index(found.probe.stem) + 1}"
+    return f"{table}.{number.key}" + (" + stylus length" if name == "lever" else "")
+
+
 def _numbers_table(found: Identification) -> Table:
     units = np.array([FREE[name].unit for name in found.names])
-    keys = ["lever_mm" if name == "lever" else FREE[name].key for name in found.names]
-    endings = [key.rpartition("_")[2] for key in keys]
+    keys = [_key(name, found) for name in found.names]
+    endings = [FREE[name].key.rpartition("_")[2] for name in found.names]
     values, u = found.values / units, found.standard_uncertainty / units
     values = np.where(np.abs(values) < _NEGLIGIBLE * u, 0.0, values)
+    described = (
+        (Column.of("described", found.described / units, digits=significant(5)),)
+        if len(found.described) else ()
+    )  # fmt: skip
     return Table(
         (
             Column.of("quantity", found.names),
             Column.of("key of the description", keys),
+            *described,
             Column.of("value", values, digits=significant(5)),
             Column.of("u", u, digits=significant(2)),
             Column.of("U (k = 2)", COVERAGE_FACTOR * u, digits=significant(2)),

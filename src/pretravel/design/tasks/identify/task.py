@@ -29,7 +29,8 @@ class Identify(Reported):
 
     name = "identify"
     example = (
-        "pretravel identify map.json --probe omp40-2 --free rotation,stem_diameter -o mine.toml"
+        "pretravel identify map.json --probe omp40-2-100mm --free rotation,stem_diameter "
+        "-o mine.toml"
     )
 
     probe: Annotated[
@@ -45,8 +46,8 @@ class Identify(Reported):
     forces: Annotated[
         Path | None,
         Field(
-            help="Measured trigger forces, .csv: azimuth_deg,force_N,u_N and, for directions not "
-            "across the axis, polar_deg; alone or with a map.",
+            help="Measured trigger forces, .csv with columns azimuth_deg, force_N, u_N and, for "
+            "directions not across the axis, polar_deg; alone or with a map.",
             label="Measured trigger forces",
             reads=True,
         ),
@@ -54,11 +55,11 @@ class Identify(Reported):
     free: Annotated[
         str,
         Field(
-            help="Quantities to identify, separated by commas. preload: force of the spring; "
-            "lever: distance from the tip to the plane of the rods; tripod_radius; support_angle "
-            "and ball_radius of the seats; rod_radius; stem_diameter; rotation of the tripod about "
-            "the probe axis; rod_azimuth_1, rod_azimuth_2, rod_azimuth_3; from forces alone also "
-            "friction at the seats.",
+            help="Quantities to identify, separated by commas, of preload, lever, tripod_radius, "
+            "support_angle, ball_radius, rod_radius, stem_diameter, rotation, rod_azimuth_1 to _3, "
+            "and friction (from forces alone). preload: force of the spring; lever: distance from "
+            "the tip to the plane of the rods; support_angle, ball_radius: of the seats; rotation: "
+            "of the tripod about the probe axis.",
             metavar="NAMES",
         ),
     ] = "rotation,stem_diameter"

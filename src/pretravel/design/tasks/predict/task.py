@@ -37,6 +37,14 @@ if TYPE_CHECKING:
     from pretravel.show import Document
 
 
+_MODEL_HELP = (
+    "Model of the probe's compliance, one of "
+    + ", ".join(f"{name} ({meaning.partition(',')[0] if name == 'wozniak' else meaning})"
+                for name, meaning in MODELS.items())
+    + f". wozniak: {MODELS['wozniak']}."
+)  # fmt: skip
+
+
 class Predict(Reported):
     """Predict trigger force, sensing distance and pretravel over directions."""
 
@@ -47,9 +55,7 @@ class Predict(Reported):
     model: Annotated[
         str,
         Field(
-            help=f"Model of the probe's compliance, one of {', '.join(MODELS)}; "
-            + "; ".join(f"{name}: {meaning}" for name, meaning in MODELS.items())
-            + ".",
+            help=_MODEL_HELP,
             names=models,
             metavar="MODEL",
         ),

@@ -66,25 +66,32 @@ def slide_document(
     Document
     """
     last = int(np.argmax(history.feed))
+    triggers = bool(history.triggered.any())
+    shown = int(np.argmin(np.where(history.triggered, history.feed, np.inf))) if triggers else last
+    where = "at the first step beyond the trigger" if triggers else "at the last step"
     figures = [
-        KeyFigure("feed", history.feed[last] / MICROMETRE, "µm", decimals(3)),
-        KeyFigure("deflection", history.deflection[last] / MICROMETRE, "µm", decimals(3)),
+        KeyFigure("deflection", history.deflection[shown] / MICROMETRE, "µm", decimals(3),
+                  remark=where),
         KeyFigure(
             "slide",
-            float(np.linalg.norm(history.contact[last] - history.start)) / MICROMETRE,
+            float(np.linalg.norm(history.contact[shown] - history.start)) / MICROMETRE,
             "µm",
             decimals(3),
-            remark="of the contact, from its first point",
+            remark=f"of the contact from its first point, {where}",
         ),
-    ]
-    if history.triggered.any():
-        feed = KeyFigure("pretravel", history.trigger_feed / MICROMETRE, "µm", decimals(3),
-                         remark="feed from first contact to trigger, step by step")  # fmt: skip
-        figures.insert(0, feed)
+        KeyFigure("followed to", history.feed[last] / MICROMETRE, "µm", decimals(3),
+                  remark="travel of the spindle after first contact"),
+    ]  # fmt: skip
+    if triggers:
+        travel = KeyFigure("pretravel", history.trigger_feed / MICROMETRE, "µm", decimals(3),
+                           remark="travel from first contact to trigger, step by step")  # fmt: skip
+        figures.insert(0, travel)
     for name, value, parts in (
-        ("pretravel solved at once", lateral_pretravel, "lateral deflection only"),
-        ("pretravel solved at once", pretravel, "every elastic part"),
-    ):
+        ("without steps, lateral", lateral_pretravel,
+         "pretravel if the tip deflects across the probe axis only"),
+        ("without steps, full", pretravel,
+         "pretravel with every elastic part, as pretravel predict computes it"),
+    ):  # fmt: skip
         if not math.isnan(value):
             figures.append(KeyFigure(name, value / MICROMETRE, "µm", decimals(3), remark=parts))
     return Document(

@@ -40,13 +40,14 @@ class Slide(Reported):
     """
 
     name = "slide"
-    example = "pretravel slide omp40-2 --surface convex --at 0.5,0.5 --steps 20 -o slide.csv"
+    example = "pretravel slide omp40-2 --surface convex --at 0.5,0.5 --step 0.0001 -o slide.csv"
 
     probe: ProbeName
     surface: Annotated[
         str,
         Field(
-            help="Surface to touch: plane:polar=40, ellipsoid:a=10,c=6, convex, part.step#face, …",
+            help="Surface to touch, such as plane:polar=40, ellipsoid:a=10,c=6, part.step#face, or "
+            "convex (of Rodrigues' thesis).",
             reads=surface_files,
             word=is_shape,
         ),
@@ -67,8 +68,8 @@ class Slide(Reported):
     step: Annotated[
         float | None,
         Field(
-            help="Travel of a step, in mm; for process vertical the deflection, in mm, for "
-            "inclined the force, in N. The default is 0.001, for inclined 0.1.",
+            help="Travel of a step, in mm (for process vertical the deflection, in mm; for "
+            "inclined the force, in N); default: 0.001, for inclined 0.1.",
             range=STEP,
         ),
     ] = None
@@ -76,8 +77,9 @@ class Slide(Reported):
     process: Annotated[
         Literal["curved", "inclined", "vertical"],
         Field(
-            help="Process of Rodrigues' thesis: curved (any surface), inclined or vertical "
-            "(planes)."
+            help="How the touch proceeds, as in Rodrigues' thesis, by equal steps of the travel "
+            "(curved, any surface), of the deflection (vertical, planes) or of the force "
+            "(inclined, planes)."
         ),
     ] = "curved"
     search: Annotated[

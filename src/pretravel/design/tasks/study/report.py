@@ -157,10 +157,9 @@ def _decided_by(found: Sensitivity | None) -> str:
         return ""
     first = int(np.nanargmax(found.shares))
     share = min(float(found.shares[first]), 1.0)
-    return (
-        f"; {words_of_key(found.factors[first])[0]} explains most of its variance "
-        f"({number_text(100.0 * share, decimals(0))} %)"
-    )
+    of, _, what = words_of_key(found.factors[first])[0].rpartition(": ")
+    named = f"{what} of {of.replace(': ', ' ')}" if of else what
+    return f"; {named} explains most of its variance ({number_text(100.0 * share, decimals(0))} %)"
 
 
 def _notes(results: StudyResults, found: Sensitivity | None) -> tuple[str, ...]:
@@ -174,11 +173,11 @@ def _notes(results: StudyResults, found: Sensitivity | None) -> tuple[str, ...]:
         )
     elif results.plan == "latin-hypercube":
         notes.append(
-            "Shares are those of a sum of one parabola for each factor; what is missing to 100 % "
-            "is explained by factors together, or not by parabolas."
+            "Shares are those of a sum of one parabola for each factor; the rest to 100 % is due "
+            "to interactions of factors, or not a parabola."
         )
     else:
-        notes.append("Shares are main effects; what is missing to 100 % is of factors together.")
+        notes.append("Shares are main effects; the rest to 100 % is from interactions.")
     return tuple(notes)
 
 

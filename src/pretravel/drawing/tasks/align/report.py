@@ -110,7 +110,7 @@ def _motions_table(alignment: Alignment) -> Table:
     return Table(
         (
             Column.of("motion", MOTIONS),
-            Column.of("placement of the origin", angles, digits=Digits(5)),
+            Column.of("value at the part's origin", angles, digits=Digits(5)),
             Column.of("unit", ["mm"] * 3 + ["°"] * 3),
             Column.of(
                 "U at the middle of the touches",
@@ -121,9 +121,10 @@ def _motions_table(alignment: Alignment) -> Table:
         ),
         title="Placement of the part in the machine",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
-        "these axes. U: k = 2, more where few touches show the form of the faces. At the "
-        "origin, U of a shift is larger by its distance from the middle of the touches times U of "
-        "the rotations. U is empty where the touches do not determine a motion.",
+        "these axes. U: k = 2, more where few touches show the form of the faces. U of a shift is "
+        "that of the middle of the touches, where it is smallest; at the origin it contains also U "
+        "of the rotations times the distance from there. U is empty where the touches do not "
+        "determine a motion.",
     )
 
 

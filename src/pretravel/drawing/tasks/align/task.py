@@ -40,8 +40,9 @@ _MORE = "--verbose or -o report.html"
 class Align(TouchFilesWithFeed, OfOneTip, Reported):
     """Determine where a part lies in the machine, from touches on its faces.
 
-    Touches need no normals: the normals are those of the faces, and the pretravel is determined
-    together with the placement. With neither --start nor --plan all placements are searched.
+    Touches need no normals: they follow from the faces, and the pretravel from the map at these
+    normals. Without --map the tip radius alone is subtracted. With neither --start nor --plan all
+    placements are searched.
     """
 
     name = "align"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from pretravel.base import DEGREE, MICROMETRE
 from pretravel.drawing.features.conformity import (
@@ -73,10 +75,12 @@ def notes_of(
     notes += _of_features(features, lambda f: {f.hidden_form} - {"", *f.warnings})
     if conformities:
         first = min(conformities, key=lambda each: each.of_touched_points)
+        one_limit = replace(first, dof=math.inf).coverage
         notes.append(
-            f"{RULE} ISO 14253-1:2017, with a probability of {100 * first.required:g} %; the "
-            f"guard band at a single limit is {first.coverage:.3f} u. "
-            + comparison_sentence("ISO 14253-1", statements)
+            f"{RULE} ISO 14253-1:2017, with a probability of {100 * first.required:g} %. The "
+            f"guard band of a size is {one_limit:.3f} u if its tolerance is wide and k is 2; it is "
+            "larger for narrow tolerances and larger k. Positions and forms have guard bands of "
+            "their own (table of decisions). " + comparison_sentence("ISO 14253-1", statements)
         )
     return notes
 
@@ -86,12 +90,12 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
     if not features:
         return []
     resting = [f"{shown_name(f)}: rests on {', '.join(f.carrying)}" for f in features]
-    noise = Span.of([f.form.noise / MICROMETRE for f in features])
-    known = all(f.points.state_uncertainty for f in features)
-    amount = f"of {_range_text(noise)} on average" if known else "that is not known here"
+    noise = _noise_text(features)
+    amount = f"of {noise} on average" if noise else "that is not known here"
     on_points = (
-        f"{'; '.join(resting)}. The other points do not move it: u is that of these points, and "
-        "contains no form of the part, neither at nor between the points"
+        f"{'; '.join(resting)}. The other points do not move it: u of size and place is that of "
+        "these points, and does not contain the form of this feature, neither at nor between the "
+        "points"
     )
     one_sided = (
         "the noise of the points moves an extreme feature to one side. On a perfect surface the "
@@ -101,6 +105,29 @@ def _extreme_notes(features: Sequence[MeasuredFeature]) -> list[str]:
         "and u does not contain it"
     )
     return [on_points, one_sided, _FORM_BESIDE]
+
+
+def _noise_text(features: Sequence[MeasuredFeature]) -> str:
+    """The range that noise makes on perfect surfaces; empty where it is not known."""
+    if not all(feature.points.state_uncertainty for feature in features):
+        return ""
+    return _range_text(Span.of([feature.form.noise / MICROMETRE for feature in features]))
+
+
+def extreme_warning(features: Sequence[MeasuredFeature]) -> str:
+    """That the decision about an extreme feature does not contain what noise does to it.
+
+    Parameters
+    ----------
+    features : sequence of MeasuredFeature
+        Extreme ones with a tolerance.
+    """
+    noise = _noise_text(features)
+    amount = f"up to about {noise}" if noise else "an amount that is not known here"
+    return (
+        f"{', '.join(map(shown_name, features))}: the noise of the points moves an extreme feature "
+        f"to one side, by {amount}; a verdict on its size or position does not contain this"
+    )
 
 
 def notes_on_datums(

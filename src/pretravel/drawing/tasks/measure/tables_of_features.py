@@ -43,6 +43,15 @@ _COMMON = (
     "those of normals, axes or lines. Errors that both features have in common are in u as far as "
     "they change the distance."
 )
+_CORRECTED = (
+    "A distance near zero (position, coaxiality, orientation of an axis) is shown corrected for "
+    "noise; its decision compares the value before this correction, and its bands hold for values "
+    "near the limit. "
+)
+_SCALED = (
+    "A distance near zero has half of the difference between its value and the farther bound as u. "
+    "Its sources are multiplied by one factor, so that together they give this u."
+)
 TRIALS = "By Monte Carlo"
 """Title of the table of trials."""
 
@@ -89,6 +98,14 @@ def _is_bound(quantity: Quantity) -> bool:
     return quantity.ends is not None and quantity.ends[0] <= 0.0 and quantity.value <= 0.0
 
 
+def _is_near_zero(quantity: Quantity) -> bool:
+    """Whether u is that of bounds that are not equally far from the value."""
+    if quantity.ends is None:
+        return False
+    low, high = quantity.ends
+    return not math.isclose(quantity.value - low, high - quantity.value, rel_tol=1e-6)
+
+
 def _end(quantity: Quantity, index: int) -> float:
     """Of the interval of a form, which is not the value plus and minus U."""
     return math.nan if quantity.ends is None else quantity.ends[index]
@@ -104,10 +121,10 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         rows,
         explanation="Uncompensated: with the tip radius alone. u: standard uncertainty of the "
         "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
-        "residuals). Forms, and distances near zero, have bounds (95 %; of a form at the touched "
-        "points), and U is the larger of their distances from the value. Of a form that is not "
-        "larger than the errors of the points make it, only 'at most' is given. The measured range "
-        "contains these errors.",
+        "residuals). At least, at most: 95 % bounds of a form (at the touched points) and of a "
+        "distance near zero; U is then the difference between the value and the farther bound. "
+        "The measured range contains the errors of the points; if they explain all of it, the form "
+        "has no value, only 'at most'.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -188,6 +205,7 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
         for c in conformities
     ]
     reject = [number_text(c.rejection_band / MICROMETRE) for c in conformities]
+    corrected = _CORRECTED if any(c.corrected for c in conformities) else ""
     return Table(
         (
             Column.of("feature", [name for name, *_ in decided]),
@@ -205,9 +223,8 @@ def conformity_table(decided: Sequence[tuple[str, float, Conformity]]) -> Table:
         ),
         title="Decisions",
         explanation="Inside the tolerance by at least the guard band: accepted. Outside it by more "
-        "than the rejection band: rejected. Otherwise: undecided. Of centres, axes and "
-        "median planes the bands hold at the limit: for a value before the correction near zero, "
-        "with the u that it has there. P: probability that the true value is inside the tolerance.",
+        f"than the rejection band: rejected. Otherwise: undecided. {corrected}P: probability that "
+        "the true value is inside the tolerance.",
     )
 
 
@@ -232,7 +249,8 @@ def budget_section(inspected: InspectedFeature) -> Section:
                 )
                 for q in lengths
             ),
-        )
+        ),
+        explanation=_SCALED if any(map(_is_near_zero, lengths)) else "",
     )
     form = feature.form
     return Section(

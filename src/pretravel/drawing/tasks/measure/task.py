@@ -57,7 +57,7 @@ class Measure(LaboratoryReport):
     """Measure features from compensated points: form, size, position, distances, conformity.
 
     Exit code 3: a feature does not conform to its tolerances, or this cannot be decided.
-    Exit code 0 without --u-machine: only the errors of probing are counted; this is no statement of
+    Without --u-machine only the errors of probing are counted: exit code 0 is then no statement of
     conformity.
     """
 
@@ -647,6 +647,7 @@ class MeasuredFeatures(Result):
 
     def document(self) -> Document:
         """The report, with what the laboratory states."""
+        from pretravel.drawing.tasks.measure.notes_of_features import extreme_warning
         from pretravel.drawing.tasks.measure.report import features_document
         from pretravel.task import with_laboratory
 
@@ -657,11 +658,9 @@ class MeasuredFeatures(Result):
                 "u contains only the errors of probing. For a statement of conformity, give the u "
                 "of the machine as well (--u-machine: geometry, temperature, clamping)"
             )
-        if any(each.conformities and each.feature.is_extreme for each in self.features):
-            warnings.append(
-                "the noise of the points moves an extreme feature to one side, by the amount in "
-                "the note; a verdict on its size or position does not contain this"
-            )
+        decided = [each.feature for each in self.features if each.conformities]
+        if extreme := [feature for feature in decided if feature.is_extreme]:
+            warnings.append(extreme_warning(extreme))
         if not any(each.feature.points.state_uncertainty for each in self.features):
             warnings.append(_taken_for(task.tip_diameter))
         warnings += [*self.left_out, *task.statements_left_out()]
