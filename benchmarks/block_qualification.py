@@ -144,8 +144,10 @@ class Shop:
         return Touches(np.array(latched), plan.normals, plan.approaches,
                        references=tuple(plan.references))  # fmt: skip
 
-    def with_screw(self, touches: Touches, amplitude: float, *, moved: bool) -> Touches:
-        """The same touches on screws of 5 mm that repeat an error with each revolution.
+    def with_screw(
+        self, touches: Touches, amplitude: float, *, moved: bool, pitch: float = 5.0
+    ) -> Touches:
+        """The same touches on screws that repeat an error with each revolution.
 
         Moved: at each turn the block stands up to 5 mm elsewhere along each axis.
         """
@@ -158,7 +160,7 @@ class Shop:
             latched[rows] += elsewhere
             at[rows] += elsewhere
         phase = self.rng.uniform(0.0, 1.0, 3)
-        latched += amplitude * np.sin(2.0 * np.pi * (at / 5.0 + phase))
+        latched += amplitude * np.sin(2.0 * np.pi * (at / pitch + phase))
         return replace(touches, positions=latched)
 
     def touched(self, points: np.ndarray, normals: np.ndarray) -> Touches:
@@ -203,6 +205,7 @@ def one_set(
     *,
     screw: float = 0.0,
     moved: bool = False,
+    pitch: float = 5.0,
 ) -> tuple[Shop, ReferenceFit]:
     """A shop and what the qualification on its block says. The error of the screws is in mm."""
     shop = Shop(np.random.default_rng([38, number]), lengths)
@@ -210,7 +213,7 @@ def one_set(
     block = Reference("block", "block", lengths, u_size=shop.u_length, u_temperature=0.0)
     touches = shop.touches(plan)
     if screw > 0.0:
-        touches = shop.with_screw(touches, screw, moved=moved)
+        touches = shop.with_screw(touches, screw, moved=moved, pitch=pitch)
     return shop, fit_references(touches, [block], tip_diameter=TIP_DIAMETER)
 
 
@@ -219,26 +222,31 @@ def main() -> None:
     parser.add_argument("--sets", type=int, default=300)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--screw", type=float, default=0.0, help="amplitude of its error, µm")
+    parser.add_argument("--pitch", type=float, default=5.0, help="of the screws, mm")
     parser.add_argument("--moved", action="store_true", help="the block elsewhere at each turn")
     given = parser.parse_args()
     said = 0
-    held = {name: [0, 0, 0] for name in TERMS}
+    held = {name: [0, 0, 0, 0] for name in TERMS}
     pairs = [0, 0]
     sizes: dict[str, list[float]] = {name: [] for name in TERMS}
     for number in range(given.first, given.first + given.sets):
         try:
             screw = given.screw * MICROMETRE
-            shop, found = one_set(number, screw=screw, moved=given.moved)
+            shop, found = one_set(number, screw=screw, moved=given.moved, pitch=given.pitch)
         except PretravelError as error:
             print(number, error)
             continue
-        said += any("repeat at the same place" in words for words in found.warnings)
+        repeating = any("repeat at the same place" in words for words in found.warnings)
+        said += repeating
         for term, truth in zip(found.terms, shop.truth, strict=True):
             if not term.determined:
                 held[term.name][2] += 1
                 continue
             held[term.name][1] += 1
-            held[term.name][0] += abs(term.value - truth) <= term.expanded
+            inside = abs(term.value - truth) <= term.expanded
+            held[term.name][0] += inside
+            alone = any(words.startswith(f"the {term.name} is") for words in found.warnings)
+            held[term.name][3] += not inside and not (repeating or alone)
             sizes[term.name].append(term.expanded)
         for pair in found.pairs:
             words = pair.name.removeprefix("pretravel of ").partition(" together")[0].split(" and ")
@@ -250,14 +258,13 @@ def main() -> None:
                 truth += shop.backlash[0]
             pairs[0] += abs(pair.value - truth) <= pair.expanded
             pairs[1] += 1
-    print(f"{'term':26} within U  stated  not determined  median U")
-    for name, (inside, stated, refused) in held.items():
+    print(f"{'term':26} within U  stated  not determined  outside, not said  median U")
+    for name, (inside, stated, refused, silent) in held.items():
         share = f"{100.0 * inside / stated:6.1f} %" if stated else "      –"
         unit = 1e3 if name.startswith("backlash") else 1e6
         u = f"{unit * np.median(sizes[name]):.1f}" if stated else "–"
-        print(
-            f"{name:26} {share}  {stated:6d}  {refused:14d}  {u} {'µm' if unit == 1e3 else 'ppm'}"
-        )
+        u += " µm" if unit == 1e3 else " ppm"
+        print(f"{name:26} {share}  {stated:6d}  {refused:14d}  {silent:17d}  {u}")
     print(f"errors of the screws are named in {said} sets")
     print(
         f"pretravel of +x and -x      {100.0 * pairs[0] / max(pairs[1], 1):6.1f} %  {pairs[1]:6d}"

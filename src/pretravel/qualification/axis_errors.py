@@ -17,9 +17,11 @@ from pretravel.base import MICROMETRE, FloatArray
 
 _SIZES_OF_ERRORS = tuple(MICROMETRE * size for size in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0))
 """Standard deviations that are tried in addition to none. [mm]"""
-_USUAL = 2.0 * MICROMETRE
-"""Of machines in good order: what ISO 3408-3 allows a screw of grade 3 within a turn, 6 µm from
-valley to peak (from memory). Larger ones are rarer, and touches outweigh this. [mm]"""
+WITHIN_A_TURN = 6.0 * MICROMETRE
+"""What ISO 3408-3 allows a screw of grade 3, from valley to peak (from memory). [mm]"""
+_USUAL = WITHIN_A_TURN / 3.0
+"""Of machines in good order, standard deviation: of a sine it is 0.35 of valley to peak. Larger
+ones are rarer, and touches outweigh this. [mm]"""
 PITCHES = {2.0: 1.0, 2.5: 3.0, 4.0: 1.0, 5.0: 3.0, 6.0: 1.0, 8.0: 1.0, 10.0: 3.0}
 """Of usual screws [mm], with weights: ISO 3408-2 prefers 2.5, 5 and 10 mm (from memory)."""
 _ANY_PITCH = 1.0

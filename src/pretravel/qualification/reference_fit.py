@@ -31,7 +31,7 @@ from pretravel.maps import (
     MachinePriors,
     MachineTerms,
 )
-from pretravel.qualification.axis_errors import AxisErrors, hypotheses
+from pretravel.qualification.axis_errors import WITHIN_A_TURN, AxisErrors, hypotheses
 from pretravel.qualification.reference_model import (
     PLACE,
     PRETRAVEL_OF,
@@ -55,6 +55,11 @@ _NO_DOUBT = 0.02
 """Probability that there are no errors of a screw, from which nothing is said of them."""
 _OUTLYING = 4.0
 """Residuals that are larger, in the noise, are named."""
+_ELSEWHERE = 2.0
+"""Touches of a face that differ less along its axis are at one place of a screw: a quarter of a
+turn of 8 mm, beyond which its error is another one. [mm]"""
+_STEEP = 0.5
+"""Component of a normal along an axis from which a touch tells of this axis."""
 _OBLIQUE = 0.1
 """Component of a normal along an axis from which the arrival of this axis matters."""
 
@@ -370,7 +375,12 @@ def _judged(model: ReferenceModel, found: _Solved) -> ReferenceFit:
         tilts={
             name: float(found.values[i]) for i, name in enumerate(names) if name.startswith("tilt")
         },
-        warnings=(*_arrivals(model), *_outlying(model, found), *_repeating(found)),
+        warnings=(
+            *_arrivals(model),
+            *_outlying(model, found),
+            *_repeating(found),
+            *_at_one_place(model, terms),
+        ),
     )
 
 
@@ -416,6 +426,31 @@ def _repeating(found: _Solved) -> list[str]:
             "elsewhere along each axis"
         )
     ]
+
+
+def _at_one_place(model: ReferenceModel, terms: Sequence[Term]) -> list[str]:
+    """Warnings about scales between two places of an axis: an error of its screw is in them."""
+    said = []
+    known = {term.name for term in terms if term.determined}
+    for axis, letter in enumerate("xyz"):
+        at, normal = model.positions[:, axis], model.touches.normals[:, axis]
+        ends = [at[normal * side > _STEEP] for side in (1, -1)]
+        if model.plate.any() and axis == 2:  # the plate is the other end of the block
+            ends = [at[model.plate], at[~model.plate & (normal > _STEEP)]]
+        alone = all(len(end) and float(np.ptp(end)) < _ELSEWHERE for end in ends)
+        if TERMS[axis] not in known or not alone:
+            continue
+        apart = abs(float(np.mean(ends[0]) - np.mean(ends[1])))
+        wrong = WITHIN_A_TURN / apart
+        said.append(
+            f"the scale of {letter} is that between two places of its axis, {apart:.0f} mm apart, "
+            "the same at all turns. An error of the screw there is in the scale, and no touch "
+            f"shows it: the {WITHIN_A_TURN / MICROMETRE:.0f} µm within a turn that ISO 3408-3 "
+            f"allows make up to {wrong * 1e6:.0f} µm/m, which U contains only by their "
+            f"probability. Place the block at another place of {letter} at each turn"
+            + (" (on parallels)" if letter == "z" else "")
+        )
+    return said
 
 
 def _told_from(model: ReferenceModel, found: _Solved, place: int) -> tuple[str, ...]:
