@@ -6,6 +6,7 @@ bracket_pmi.step asks 14 g6, 13.983 to 13.994 mm (ISO 286-1): it must fail.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -144,6 +145,37 @@ def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
     ).lines
     assert line.value == pytest.approx(drawn, abs=1e-6)
     assert line.verdict.value == "conforms"
+
+
+class TestThePartWasChanged:
+    """After the drawing or the points were made: the answer says where they differ."""
+
+    def test_a_bore_that_was_moved(self, folder: Path, tmp_path: Path) -> None:
+        moved = tmp_path / "moved.step"  # by 1 mm in y
+        moved.write_text(re.sub(r"\((6[59]\.),14\.,", r"(\1,15.,", MODEL.read_text()))
+        _, warned = both_outputs("measure", folder / "points.csv", "--drawing",
+                                 folder / "drawing.toml", "--part", moved, code=3)  # fmt: skip
+        said = "cylinder14: its place in the drawing is 1.000 mm from face 14 of moved.step"
+        assert [said in row for row in warned.splitlines() if "in the drawing is" in row] == [True]
+
+    def test_touches_of_another_face(self, folder: Path, points: Points) -> None:
+        assert points.face is not None
+        other = points.face.copy()
+        other[points.face == 12], other[points.face == 14] = 14, 12
+        drawing, part = pretravel.read_drawing(folder / "drawing.toml"), pretravel.read_part(MODEL)
+        said = [
+            pretravel.measure_drawing(replace(points, face=face), drawing, part=part).left_out
+            for face in (points.face, other)
+        ]
+        # 53.04 mm between the axes, less a radius or nearly so.
+        assert [sum("(median) from face 1" in each for each in one) for one in said] == [0, 2]
+
+    def test_a_face_of_another_kind(self, folder: Path, points: Points) -> None:
+        row = pretravel.DrawnFeature("cylinder", faces=(11,), label="bore")
+        with pytest.raises(PretravelError, match="'bore' is a cylinder, but the kind of face 11"):
+            pretravel.measure_drawing(
+                points, pretravel.Drawing((row,)), part=pretravel.read_part(MODEL)
+            )
 
 
 def test_points_without_faces_are_refused_by_name(points: Points) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -523,6 +523,7 @@ class Measure(LaboratoryReport):
             points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
+        from pretravel.drawing.tolerances.drawing_on_part import differences_from_part, faces_words
         from pretravel.measurement import points_of_features, points_on_faces
 
         drawing = wanted.drawing
@@ -537,7 +538,7 @@ class Measure(LaboratoryReport):
             else:
                 (mine,) = points_of_features(points, task.select).values()
             if not len(mine):
-                drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
+                drawn.reasons[row.name] = f"no touch is on {faces_words(row.faces)}"
                 continue
             try:
                 if row.targets or row.target_lines:
@@ -556,6 +557,8 @@ class Measure(LaboratoryReport):
             (", ".join(row.features), row.quantity): row.nominal
             for row in drawing.between if row.nominal is not None
         }  # fmt: skip
+        if part is not None:
+            said += differences_from_part(drawing, part, points)
         said += [
             f"{row.name} is not measured: {drawn.reasons[row.name]}"
             for row in drawing.feature if row.name in drawn.reasons and not row.has_tolerances
@@ -563,10 +566,6 @@ class Measure(LaboratoryReport):
         result = _result(self, features, together, tuple(drawn.open))
         left_out = (*wanted.left_out, *said)
         return replace(result, left_out=left_out, nominals=nominals, part=part)
-
-
-def _faces_words(faces: Sequence[int]) -> str:
-    return f"face{'s' * (len(faces) > 1)} {', '.join(map(str, faces))}"
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
