@@ -17,7 +17,7 @@ import pretravel
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
 from pretravel.drawing.tasks.measure.picture import verdicts_view
-from pretravel.drawing.tolerances.features_file import DrawnRelation
+from pretravel.drawing.tolerances.features_file import DrawnRelation, NotDecided
 from pretravel.measurement.points import Points
 from pretravel.show import SpaceChart, SpaceNotes
 from tests.support.commands import both_outputs, run
@@ -119,6 +119,25 @@ def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None
         "not measured: face5: no touch is on face 5",
     ]
     assert "0 of 2 within the tolerance" in result.report()
+
+
+def test_a_drawing_of_which_nothing_was_touched_has_its_lines(
+    points: Points, tmp_path: Path
+) -> None:
+    """All of its faces are elsewhere, or nothing of the model is decided."""
+    undecided = NotDecided("face 12", "diameter", "common tolerance", "12..12.02")
+    for drawing, words in (
+        (pretravel.Drawing((pretravel.DrawnFeature(faces=(5,), form_tolerance=0.01),)),
+         "not measured: no touch is on face 5"),
+        (pretravel.Drawing(not_decided=(undecided,)), "not decided: common tolerance"),
+    ):  # fmt: skip
+        result = pretravel.measure_drawing(points, drawing, part=pretravel.read_part(MODEL))
+        assert result.exit_code == 3
+        assert [line.words for line in result.lines] == [words]
+        assert "0 of 1 within the tolerance" in result.report()
+        assert result.document().pictures == ()
+        with pytest.raises(PretravelError, match="no feature was measured, so one"):
+            result.write("output", tmp_path / "one.csv")
 
 
 @pytest.mark.parametrize("drawn", [60.0, 120.0])

@@ -302,6 +302,8 @@ def data_of_features(
 ) -> tuple[Table, ...]:
     """All values, for programs: quantities with their sources, covariances, residuals."""
     measured = [inspected.feature for inspected in features]
+    if not measured:
+        return ()
     nothing = np.full(3, math.nan)
     directions = [f.association.direction for f in measured]
     axes = np.array([nothing if d is None else d for d in directions])

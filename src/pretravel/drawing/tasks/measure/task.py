@@ -661,7 +661,9 @@ class MeasuredFeatures(Result):
                 "the noise of the points moves an extreme feature to one side, by the amount in "
                 "the note; a verdict on its size or position does not contain this"
             )
-        if not any(each.feature.points.state_uncertainty for each in self.features):
+        if self.features and not any(
+            each.feature.points.state_uncertainty for each in self.features
+        ):
             warnings.append(_taken_for(task.tip_diameter))
         warnings += [*self.left_out, *task.statements_left_out()]
         statements = task.statements()
@@ -741,6 +743,11 @@ class MeasuredFeatures(Result):
         from pretravel.drawing.features.qif_results import write_qif_results
         from pretravel.files import write_table
 
+        if not self.features:
+            reasons = {each.reason: None for each in self.open}
+            raise PretravelError(
+                f"no feature was measured, so {path.name} would be empty: {'; '.join(reasons)}"
+            )
         ending = path.suffix.lower()
         if output == "residuals":
             write_table(path, residuals_table([each.feature for each in self.features]))
