@@ -19,7 +19,7 @@ from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
 from pretravel.drawing.tasks.measure.picture import verdicts_view
 from pretravel.drawing.tolerances.features_file import DrawnRelation, NotDecided
 from pretravel.measurement.points import Points
-from pretravel.show import SpaceChart, SpaceNotes
+from pretravel.show import SpaceChart, SpaceNotes, cell_texts
 from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points
@@ -83,6 +83,28 @@ def test_python_gives_the_same(folder: Path, points: Points) -> None:
         EXAMPLES / "bracket_tip_centres.csv", part, pretravel.read_map(folder / "map.json")
     )
     assert np.array_equal(aligned.in_part.face, points.face)
+
+
+def test_numbers_have_the_digits_of_their_u(folder: Path, points: Points) -> None:
+    """Two of u; a range that was read off one more than the least of its feature."""
+    drawing, part = pretravel.read_drawing(folder / "drawing.toml"), pretravel.read_part(MODEL)
+    result = pretravel.measure_drawing(points, drawing, part=part, u_machine=1e-3)
+    (table,) = (each for each in result.document().tables
+                if [column.name for column in each.columns][:3]
+                == ["feature", "quantity", "uncompensated"])  # fmt: skip
+    cells = {column.name: cell_texts(column) for column in table.columns}
+    row = list(zip(cells["feature"], cells["quantity"], strict=True)).index(
+        ("cylinder13", "diameter")
+    )
+    diameter = result["cylinder13"]["diameter"]
+    assert 1e-3 < diameter.u < 1e-2  # mm
+    assert cells["compensated"][row] == f"{diameter.value:.4f}"
+    assert cells["u"][row] == f"{1e3 * diameter.u:.1f}"
+    assert all(len(text.lstrip("0.").replace(".", "")) <= 3 for text in cells["u"])
+    (read_off,) = (text for feature, quantity, text in zip(
+        cells["feature"], cells["quantity"], cells["compensated"], strict=True)
+        if (feature, quantity) == ("cylinder13", "measured range"))  # fmt: skip
+    assert len(read_off.partition(".")[2]) == 5
 
 
 def test_the_picture_has_a_flag_for_what_fails(folder: Path, points: Points) -> None:
