@@ -176,6 +176,8 @@ def _converter() -> Converter:
         found: Table = read_table(value, kind)
         if len({len(column.values) for column in found.columns}) != 1:
             raise ValueError("columns of different lengths, or none")
+        if any(len(each.digits_of_rows) not in (0, len(each.values)) for each in found.columns):
+            raise ValueError("digits of other rows")
         return found
 
     converter.register_structure_hook(Digits, digits)

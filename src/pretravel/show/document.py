@@ -120,27 +120,32 @@ class Column:
     unit : str
         Of the numbers as they are given here.
     digits : Digits
+    digits_of_rows : tuple of Digits
+        Of each cell, where they differ.
     """
 
     name: str
     values: tuple[float | str, ...]
     unit: str = ""
     digits: Digits = field(default=Digits())
+    digits_of_rows: tuple[Digits, ...] = ()
 
     @staticmethod
     def of(
         name: str,
         values: Iterable[float | str] | npt.NDArray[np.generic],
         unit: str = "",
-        digits: Digits = Digits(),
+        digits: Digits | tuple[Digits, ...] = Digits(),
     ) -> Column:
-        """A column from an array or another sequence.
+        """A column from an array or another sequence; `digits` of all cells, or of each.
 
         >>> Column.of("force", np.array([1.0, 2.0]), "N").values
         (1.0, 2.0)
         """
         plain = values.tolist() if isinstance(values, np.ndarray) else values
-        return Column(name, tuple(plain), unit, digits)
+        if isinstance(digits, Digits):
+            return Column(name, tuple(plain), unit, digits)
+        return Column(name, tuple(plain), unit, digits_of_rows=digits)
 
 
 @dataclass(frozen=True)

@@ -150,14 +150,13 @@ def cell_texts(column: Column) -> list[str]:
 
     >>> cell_texts(Column("u", (0.5, math.nan, "as given")))
     ['0.50', '', 'as given']
+    >>> cell_texts(Column.of("u", (0.5, 12.34), "", (decimals(2), decimals(1))))
+    ['0.50', '12.3']
     """
+    digits = column.digits_of_rows or (column.digits,) * len(column.values)
     return [
-        value
-        if isinstance(value, str)
-        else ""
-        if math.isnan(value)
-        else number_text(value, column.digits)
-        for value in column.values
+        value if isinstance(value, str) else "" if math.isnan(value) else number_text(value, each)
+        for value, each in zip(column.values, digits, strict=True)
     ]
 
 

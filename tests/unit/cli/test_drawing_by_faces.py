@@ -6,6 +6,7 @@ bracket_pmi.step asks 14 g6, 13.983 to 13.994 mm (ISO 286-1): it must fail.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,9 +17,9 @@ import pretravel
 from pretravel.base.errors import PretravelError
 from pretravel.drawing.tasks.measure.lines import VERDICT_LEVELS
 from pretravel.drawing.tasks.measure.picture import verdicts_view
-from pretravel.drawing.tolerances.features_file import DrawnRelation
+from pretravel.drawing.tolerances.features_file import DrawnRelation, NotDecided
 from pretravel.measurement.points import Points
-from pretravel.show import SpaceChart, SpaceNotes
+from pretravel.show import SpaceChart, SpaceNotes, cell_texts
 from tests.support.commands import both_outputs, run
 from tests.support.examples import EXAMPLES
 from tests.support.feature_points import feature_points
@@ -84,6 +85,28 @@ def test_python_gives_the_same(folder: Path, points: Points) -> None:
     assert np.array_equal(aligned.in_part.face, points.face)
 
 
+def test_numbers_have_the_digits_of_their_u(folder: Path, points: Points) -> None:
+    """Two of u; a range that was read off one more than the least of its feature."""
+    drawing, part = pretravel.read_drawing(folder / "drawing.toml"), pretravel.read_part(MODEL)
+    result = pretravel.measure_drawing(points, drawing, part=part, u_machine=1e-3)
+    (table,) = (each for each in result.document().tables
+                if [column.name for column in each.columns][:3]
+                == ["feature", "quantity", "uncompensated"])  # fmt: skip
+    cells = {column.name: cell_texts(column) for column in table.columns}
+    row = list(zip(cells["feature"], cells["quantity"], strict=True)).index(
+        ("cylinder13", "diameter")
+    )
+    diameter = result["cylinder13"]["diameter"]
+    assert 1e-3 < diameter.u < 1e-2  # mm
+    assert cells["compensated"][row] == f"{diameter.value:.4f}"
+    assert cells["u"][row] == f"{1e3 * diameter.u:.1f}"
+    assert all(len(text.lstrip("0.").replace(".", "")) <= 3 for text in cells["u"])
+    (read_off,) = (text for feature, quantity, text in zip(
+        cells["feature"], cells["quantity"], cells["compensated"], strict=True)
+        if (feature, quantity) == ("cylinder13", "measured range"))  # fmt: skip
+    assert len(read_off.partition(".")[2]) == 5
+
+
 def test_the_picture_has_a_flag_for_what_fails(folder: Path, points: Points) -> None:
     """Above the part, whose top is at 20 mm: a bore that was touched 14 mm below it, too."""
     part = pretravel.read_part(MODEL)
@@ -120,6 +143,25 @@ def test_a_face_without_touches_is_not_called_conforming(points: Points) -> None
     assert "0 of 2 within the tolerance" in result.report()
 
 
+def test_a_drawing_of_which_nothing_was_touched_has_its_lines(
+    points: Points, tmp_path: Path
+) -> None:
+    """All of its faces are elsewhere, or nothing of the model is decided."""
+    undecided = NotDecided("face 12", "diameter", "common tolerance", "12..12.02")
+    for drawing, words in (
+        (pretravel.Drawing((pretravel.DrawnFeature(faces=(5,), form_tolerance=0.01),)),
+         "not measured: no touch is on face 5"),
+        (pretravel.Drawing(not_decided=(undecided,)), "not decided: common tolerance"),
+    ):  # fmt: skip
+        result = pretravel.measure_drawing(points, drawing, part=pretravel.read_part(MODEL))
+        assert result.exit_code == 3
+        assert [line.words for line in result.lines] == [words]
+        assert "0 of 1 within the tolerance" in result.report()
+        assert result.document().pictures == ()
+        with pytest.raises(PretravelError, match="no feature was measured, so one"):
+            result.write("output", tmp_path / "one.csv")
+
+
 @pytest.mark.parametrize("drawn", [60.0, 120.0])
 def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
     """Between planes whose outward normals are 120° apart, as NIST's CTC 1 has them: 60° of
@@ -144,6 +186,37 @@ def test_an_angle_is_that_of_the_drawing(drawn: float) -> None:
     ).lines
     assert line.value == pytest.approx(drawn, abs=1e-6)
     assert line.verdict.value == "conforms"
+
+
+class TestThePartWasChanged:
+    """After the drawing or the points were made: the answer says where they differ."""
+
+    def test_a_bore_that_was_moved(self, folder: Path, tmp_path: Path) -> None:
+        moved = tmp_path / "moved.step"  # by 1 mm in y
+        moved.write_text(re.sub(r"\((6[59]\.),14\.,", r"(\1,15.,", MODEL.read_text()))
+        _, warned = both_outputs("measure", folder / "points.csv", "--drawing",
+                                 folder / "drawing.toml", "--part", moved, code=3)  # fmt: skip
+        said = "cylinder14: its place in the drawing is 1.000 mm from face 14 of moved.step"
+        assert [said in row for row in warned.splitlines() if "in the drawing is" in row] == [True]
+
+    def test_touches_of_another_face(self, folder: Path, points: Points) -> None:
+        assert points.face is not None
+        other = points.face.copy()
+        other[points.face == 12], other[points.face == 14] = 14, 12
+        drawing, part = pretravel.read_drawing(folder / "drawing.toml"), pretravel.read_part(MODEL)
+        said = [
+            pretravel.measure_drawing(replace(points, face=face), drawing, part=part).left_out
+            for face in (points.face, other)
+        ]
+        # 53.04 mm between the axes, less a radius or nearly so.
+        assert [sum("(median) from face 1" in each for each in one) for one in said] == [0, 2]
+
+    def test_a_face_of_another_kind(self, folder: Path, points: Points) -> None:
+        row = pretravel.DrawnFeature("cylinder", faces=(11,), label="bore")
+        with pytest.raises(PretravelError, match="'bore' is a cylinder, but the kind of face 11"):
+            pretravel.measure_drawing(
+                points, pretravel.Drawing((row,)), part=pretravel.read_part(MODEL)
+            )
 
 
 def test_points_without_faces_are_refused_by_name(points: Points) -> None:

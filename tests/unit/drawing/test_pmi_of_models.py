@@ -306,6 +306,21 @@ class TestDatumTargets:
         assert "its target C1 is a circular curve; points, lines" in found.drawn.left_out[2400]
         assert "target C1 circular curve" in found.text
 
+    @pytest.mark.parametrize(
+        "more",
+        [
+            "DIRECTION('movable direction',(1.,0.,0.))",
+            "AXIS2_PLACEMENT_3D('movable direction',#2415,$,$)",
+        ],
+    )
+    def test_a_movable_one_has_a_line_with_the_reason(self, bracket: Reader, more: str) -> None:
+        text = _target(2410, "1", "point", (1.0, 2.0, 20.0), 0.0)
+        assert "(#2414),#1059" in text
+        text = text.replace("(#2414),#1059", "(#2414,#2490),#1059") + f"#2490={more};"
+        found = bracket("#2400=DATUM('',$,#4,.F.,'C');" + text)
+        assert found.pmi.datums[0].targets[0].at == (1.0, 2.0, 20.0)
+        assert found.drawn.left_out[2400].startswith("its target C1 is movable. To decide")
+
     def test_faces_and_edges_of_the_model_are_targets(self, bracket: Reader) -> None:
         """Targets without a placement, as the text binds them to geometry."""
         area = (

@@ -218,7 +218,7 @@ class TestSizes:
 
     @pytest.mark.parametrize(
         ("note", "association"),
-        [("maximum inscribed association criterion", "inscribed"), ("envelope requirement", None)],
+        [("maximum inscribed association criterion", "inscribed"), ("free state", None)],
     )
     def test_the_association_that_is_asked_for(
         self, bracket: Reader, tmp_path: Path, note: str, association: str | None
@@ -233,6 +233,43 @@ class TestSizes:
         path = tmp_path / "drawing.toml"
         path.write_text(found.text)
         assert read_drawing(path) == found.drawn.drawing
+
+    @pytest.mark.parametrize(
+        ("face", "association", "limits"),
+        [(12, "inscribed", "11.9.."), (13, "circumscribed", "..14.1")],
+    )
+    def test_an_envelope_is_of_what_fits_in_or_around(
+        self, bracket: Reader, face: int, association: str, limits: str
+    ) -> None:
+        """ISO 14405-1, (E): at the limit of most material a second size, beside the first."""
+        nominal = {12: 12.0, 13: 14.0}[face]
+        text = size(2200, face, nominal).replace("(#2203),", "(#2203,#2220),")
+        note = "#2220=DESCRIPTIVE_REPRESENTATION_ITEM('dimensional note','envelope requirement');"
+        found = bracket(text, plus_minus(2210, 2201, -0.1, 0.1), note)
+        sized, envelope = found.drawn.drawing.feature
+        assert (sized.association, sized.label) == (None, f"cylinder{face}")
+        assert sized.tolerance == f"{nominal - 0.1:.10g}..{nominal + 0.1:.10g}"
+        assert (envelope.association, envelope.tolerance) == (association, limits)
+        assert (envelope.label, envelope.faces) == (f"cylinder{face}_envelope", (face,))
+        assert found.drawn.left_out == {}
+
+    def test_an_envelope_of_a_width(self, bracket: Reader) -> None:
+        """Faces 1 and 6 are the ends of the bracket, 9 and 11 the walls of its slot."""
+        for first, second, association in ((1, 6, "circumscribed"), (9, 11, "inscribed")):
+            text = (
+                size(2200, first, 80.0 if first == 1 else 40.0)
+                .replace(
+                    bound(2202, 2200, first),
+                    f"#2202=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#2200,#10,#{FACE[first]});"
+                    f"#2222=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#2200,#10,#{FACE[second]});",
+                )
+                .replace("(#2203),", "(#2203,#2220),")
+                .replace("'diameter'", "'width'")
+            )
+            note = "#2220=DESCRIPTIVE_REPRESENTATION_ITEM('','envelope requirement');"
+            found = bracket(text, plus_minus(2210, 2201, -0.1, 0.1), note)
+            assert [each.association for each in found.drawn.drawing.feature] == [
+                None, association]  # fmt: skip
 
     def test_a_size_of_sections_has_a_line(self, bracket: Reader) -> None:
         text = BORE.replace("(#2203),", "(#2203,#2220),") + plus_minus(2210, 2201, -0.1, 0.1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -177,8 +178,9 @@ def form_by_trials(
     a form of this width. Below the measured width it is the one nearest to the points, with all
     that is outside cut off: many points lie at its ends, and no form of this width is widened
     more. Above, the few points that carry the zone are at its ends. The others are where they were
-    found, nearer to the middle by what errors did to them: their distances contain errors, which
-    would count twice. The probability that the form is at most so wide is that with which errors
+    found, but nearer to the middle: their distances contain errors, which would count twice.
+    Squares of form and errors add up to those that were found, so that the form has the root of
+    its share. The probability that the form is at most so wide is that with which errors
     make at least the measured width of it.
     """
     measured = 2.0 * float(np.abs(left).max())
@@ -194,7 +196,7 @@ def form_by_trials(
     # Less than errors alone make is luck, or their uncertainty is too large: it proves nothing.
     seen = max(measured, float(np.median(alone)))
     share = np.zeros(len(tried))
-    inner = left * (1.0 - min(float(alone.mean()) / max(measured, 1e-300), 1.0) ** 2)
+    inner = left * math.sqrt(1.0 - min(float(alone.mean()) / max(measured, 1e-300), 1.0) ** 2)
     for k, goal in enumerate(tried):
         below = k < len(_BELOW)
         ends = np.clip(left if below else inner, -0.5 * goal, 0.5 * goal)

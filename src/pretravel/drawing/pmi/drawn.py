@@ -32,12 +32,14 @@ from pretravel.drawing.pmi.nominal import (
     angle_between,
     diameters_of,
     distance_between,
+    faces_away,
     is_short,
     nominal_place,
     opposite,
     projected_ends,
     two_planes,
 )
+from pretravel.drawing.pmi.not_decided import lines_not_decided
 from pretravel.drawing.tolerances.features_file import (
     Drawing,
     DrawnFeature,
@@ -54,6 +56,7 @@ from pretravel.drawing.tolerances.tolerance_frame import (
     GeometricTolerance,
 )
 
+_ENVELOPE = "envelope requirement"
 _CRITERIA = {
     "least square": "gaussian", "maximum inscribed": "inscribed",
     "minimum circumscribed": "circumscribed", "minimax": "minimum-zone",
@@ -162,59 +165,8 @@ def drawn_pmi(pmi: Pmi, faces: dict[int, ModelFace], numbers: dict[int, int]) ->
         tuple(work.patterns),
         tuple(work.between),
         work.left_out,
-        _not_decided(pmi, numbers, work.left_out),
+        lines_not_decided(pmi, numbers, work.left_out),
     )
-
-
-def _not_decided(
-    pmi: Pmi, numbers: dict[int, int], left_out: dict[int, str]
-) -> tuple[NotDecided, ...]:
-    """The tolerances that are not in the file: each has a line in the answer all the same."""
-    found = []
-    for size in pmi.sizes:
-        if size.number in left_out and (
-            size.fit or size.unclear or size.lower is not None or size.upper is not None
-        ):
-            places = " to ".join(place_words(place, numbers) for place in size.places)
-            sign = "°" if size.unit == ANGLE_UNIT else ""
-            known = size.lower is not None or size.upper is not None
-            found.append(
-                NotDecided(
-                    f"{places} (#{size.number})",
-                    " ".join(filter(None, (size.quantity, size.fit))),
-                    left_out[size.number],
-                    f"{size.limits()}{sign}" if known else "",
-                )
-            )
-    for each in pmi.tolerances:
-        if each.number in left_out:
-            signs = "".join(f" ({sign})" for sign in each.signs)
-            to = "|".join(datum.text for datum in each.datums)
-            found.append(
-                NotDecided(
-                    f"{place_words(each.place, numbers)} (#{each.number})",
-                    f"{each.kind}{signs}{f' to {to}' if to else ''}",
-                    left_out[each.number],
-                    "" if each.zone is None else f"0..{each.zone:.10g}",
-                )
-            )
-    found += [
-        NotDecided(
-            f"#{each.number}", "not understood",
-            f"{each.why or 'nothing that is understood refers to it'}: {each.text}",
-        )
-        for each in pmi.unread if each.is_tolerance
-    ]  # fmt: skip
-    return tuple(found)
-
-
-def place_words(place: Place, numbers: dict[int, int]) -> str:
-    """Faces by the numbers of `pretravel faces`: ``face 3``, ``faces 3, 4``."""
-    if place.whole:
-        return "the whole part"
-    own = [str(numbers.get(number, f"#{number}")) for number in place.faces]
-    named = [f"face{'s' * (len(own) > 1)} {', '.join(own)}"] if own else []
-    return ", ".join([*named, *place.others]) or "no face"
 
 
 class _Work:
@@ -362,6 +314,7 @@ class _Work:
             each.nominal = None if size.nominal is None else round(factor * size.nominal, 9)
             each.association = asked
             each.remarks += [f"size: {note}" for note in size.notes]
+            self.add_envelope(each, size, each.faces[0].inward, factor)
             modelled = 2.0 * each.faces[0].radius
             if each.nominal is not None and abs(modelled - each.nominal) > SAME:
                 each.remarks.append(f"the model has a diameter of {modelled:.10g} mm")
@@ -390,6 +343,21 @@ class _Work:
         each.tolerance = size.limits()
         each.nominal = size.nominal
         each.remarks += [f"size: {note}" for note in size.notes]
+        self.add_envelope(each, size, not faces_away(groups))
+
+    def add_envelope(
+        self, sized: FeatureInWork, size: Size, inward: bool, factor: float = 1.0
+    ) -> None:
+        """The envelope requirement (E): what fits into a bore or around a boss has a limit too."""
+        limit = size.lower if inward else size.upper
+        if _ENVELOPE not in size.notes or limit is None:
+            return
+        each = self.feature(sized.faces, sized.kind, f"{sized.label}_envelope", key=(-size.number,))
+        each.association = "inscribed" if inward else "circumscribed"
+        each.tolerance = replace(
+            size, lower=limit if inward else None, upper=None if inward else limit
+        ).limits(factor)
+        each.remarks.append(f"size: {_ENVELOPE} of {sized.label}")
 
     def add_distance(self, size: Size, groups: Sequence[Sequence[tuple[ModelFace, ...]]]) -> None:
         if any(len(each) != 1 for each in groups):

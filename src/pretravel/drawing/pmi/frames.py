@@ -225,6 +225,8 @@ def target_place(letter: str, target: DatumTarget, faces: Sequence[ModelFace]) -
         A target of another form, or one without a place.
     """
     name = f"target {letter}{target.name.removeprefix(letter)}"
+    if target.movable:
+        raise NotStatedError(f"its {name} is movable. {BY_HAND}")
     if target.ends:
         return (*target.ends[0], *target.ends[1])
     if target.at is None:

@@ -58,6 +58,8 @@ class DatumTarget:
         The x and z axes of its placement.
     ends : tuple of tuple of float
         Of a line that is an edge of the model. [mm]
+    movable : bool
+        Whether it moves along a direction.
     """
 
     number: int
@@ -68,6 +70,7 @@ class DatumTarget:
     at: Triple | None = None
     axes: tuple[Triple, ...] = ()
     ends: tuple[Triple, ...] = ()
+    movable: bool = False
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,15 @@ def opposite(groups: Sequence[Sequence[ModelFace]]) -> bool:
     return a is not None and b is not None and float(a @ b) < -1.0 + 1e-6
 
 
+def faces_away(groups: Sequence[Sequence[ModelFace]]) -> bool:
+    """Whether two opposite planes have the material between them, as a rib, unlike a slot."""
+    a, b = (each[0] for each in groups)
+    assert a.point is not None
+    assert b.point is not None
+    assert a.direction is not None
+    return float((b.point - a.point) @ a.direction) < 0.0
+
+
 def nominal_place(
     faces: Sequence[ModelFace],
 ) -> tuple[tuple[float, float, float] | None, tuple[float, float, float] | None]:

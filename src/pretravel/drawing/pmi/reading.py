@@ -248,20 +248,23 @@ class _Reading:
             if "DATUM" not in each.names:
                 more = self.place(TextReference(each.number))
                 place = Place((*place.faces, *more.faces), (*place.others, *more.others))
-        sizes, at, axes = self.parameters(instance)
+        sizes, at, axes, movable = self.parameters(instance)
         ends = () if at is not None or len(place.others) != 1 else self.bound.ends(place.others[0])
         if len(ends) == 1:
             (at,), ends = ends, ()
         self.used.add(instance.number)
         form = str(values[1] or "").strip().lower()
         return DatumTarget(
-            instance.number, str(values[4]), form, place, tuple(sizes), at, axes, ends
+            instance.number, str(values[4]), form, place, tuple(sizes), at, axes, ends, movable
         )
 
     def parameters(
         self, target: Instance
-    ) -> tuple[list[StatedMeasure], Triple | None, tuple[Triple, ...]]:
-        """The sizes of a target, its place and axes: of the representations of its properties."""
+    ) -> tuple[list[StatedMeasure], Triple | None, tuple[Triple, ...], bool]:
+        """The sizes of a target, its place, its axes, and whether it moves.
+
+        Of the representations of its properties; a movable target has a direction there.
+        """
         own = {
             each.number
             for each in self.part21.named("PROPERTY_DEFINITION")
@@ -270,6 +273,7 @@ class _Reading:
         sizes: list[StatedMeasure] = []
         at: Triple | None = None
         axes: tuple[Triple, ...] = ()
+        movable = False
         for each in self.part21.named("PROPERTY_DEFINITION_REPRESENTATION",
                                       "SHAPE_DEFINITION_REPRESENTATION"):  # fmt: skip
             definition, representation = each.values("PROPERTY_DEFINITION_REPRESENTATION")[:2]
@@ -277,11 +281,16 @@ class _Reading:
                 continue
             for item in self.part21[representation].values("REPRESENTATION")[1]:
                 instance = self.part21[item]
-                if instance.names == {"AXIS2_PLACEMENT_3D"}:
+                placement = instance.names == {"AXIS2_PLACEMENT_3D"}
+                if instance.names == {"DIRECTION"} or (
+                    placement and "movable" in str(instance.values()[0]).lower()
+                ):
+                    movable = True
+                elif placement:
                     at, axes = placed_axes(self.part21, instance)
                 elif (measure := measure_of(self.part21, instance)) is not None:
                     sizes.append(measure)
-        return sizes, at, axes
+        return sizes, at, axes, movable
 
     def datum_references(self, systems: Any) -> tuple[tuple[DatumReference, ...], list[str]]:
         """The compartments of a datum system, and further systems in words.

@@ -1,20 +1,24 @@
-"""What a drawing leaves to the part: kinds of features, and datums that are faces."""
+"""What a drawing leaves to the part (kinds, datums that are faces), and where the two differ."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pretravel.base import PretravelError
 from pretravel.drawing.tolerances.features_file import Drawing, DrawnFeature, face_name
-from pretravel.surface import Part
+from pretravel.measurement import Points, associate, points_on_faces
+from pretravel.surface import Part, feet_on_faces
 
 MEASURED_FACES = ("plane", "cylinder", "cone", "sphere", "torus")
 """Kinds of faces that are measured as features."""
 _OPPOSITE = 1e-6  # of the sum of two unit normals
+_FLAT, _ROUND = ("plane", "slot"), ("cylinder", "bore", "boss", "sphere", "torus", "cone")
+_SAME_PLACE = 0.01  # mm; drawings that are typed give two digits
+_ON_FACE = 1.0  # mm; parts that are measured are made better
 
 
 def drawing_on_part(drawing: Drawing, part: Part | None) -> Drawing:
@@ -48,6 +52,15 @@ def drawing_on_part(drawing: Drawing, part: Part | None) -> Drawing:
     return replace(drawing, feature=rows)
 
 
+def faces_words(numbers: Sequence[int]) -> str:
+    """The numbers of faces in a sentence.
+
+    >>> faces_words([3]), faces_words([3, 4])
+    ('face 3', 'faces 3, 4')
+    """
+    return f"face{'s' * (len(numbers) > 1)} {', '.join(map(str, numbers))}"
+
+
 def _faces_of(words: Iterable[str]) -> list[int]:
     """The numbers in words such as ``face3`` and ``face3-face4(M)``."""
     found = [
@@ -61,7 +74,7 @@ def _with_kind(row: DrawnFeature, part: Part | None) -> DrawnFeature:
         for number in row.faces:
             part.select(str(number))  # refuses what the part does not have
     if row.kind:
-        return row
+        return row if part is None else _of_one_kind(row, part)
     if part is None:
         raise PretravelError(
             f"feature '{row.name}' has no kind (plane, cylinder, …): give it, or the part with "
@@ -80,3 +93,83 @@ def _with_kind(row: DrawnFeature, part: Part | None) -> DrawnFeature:
         normals = [face.local(0.5 * np.sum(face.box, axis=0)[None]).normal[0] for face in own]
         kind = "slot" if np.linalg.norm(normals[0] + normals[1]) < _OPPOSITE else kind
     return replace(row, kind=kind)
+
+
+def _of_one_kind(row: DrawnFeature, part: Part) -> DrawnFeature:
+    """The same feature, whose faces can be of its kind."""
+    own = {face.kind for face in part.faces if face.number in row.faces}
+    plane_for_round = own == {"plane"} and row.kind in _ROUND
+    if plane_for_round or (row.kind in _FLAT and own and own < set(MEASURED_FACES) - {"plane"}):
+        raise PretravelError(
+            f"feature '{row.name}' is a {row.kind}, but the kind of {faces_words(row.faces)} of "
+            f"{part.name} is {' and '.join(sorted(own))}. If the part's file was changed since, "
+            "write the drawing and the points anew (pretravel drawing, pretravel align); else "
+            "correct faces or kind"
+        )
+    return row
+
+
+def differences_from_part(drawing: Drawing, part: Part, points: Points) -> list[str]:
+    """Sentences about features of a drawing, or their touches, that lie elsewhere on the part.
+
+    Parameters
+    ----------
+    drawing : Drawing
+        From `drawing_on_part`.
+    part : Part
+    points : Points
+        With their faces, in the frame of the part.
+
+    Returns
+    -------
+    list of str
+        As where the file of the part was changed after the drawing or the points were made.
+    """
+    found = []
+    for row in drawing.feature:
+        there = f"{faces_words(row.faces)} of {part.name}"
+        off = _off_the_drawing(row, part)
+        if off > _SAME_PLACE:
+            found.append(
+                f"{row.name}: its place in the drawing is {off:.3f} mm from {there}. "
+                "The place in the drawing counts; if the part's file was changed "
+                "since, write the drawing anew (pretravel drawing)"
+            )
+        off = _off_the_face(row, part, points)
+        if off > _ON_FACE:
+            found.append(
+                f"{row.name}: its touches are {off:.3f} mm (median) from {there}. "
+                "If the part's file was changed since, align the touches anew "
+                "(pretravel align)"
+            )
+    return found
+
+
+def _off_the_drawing(row: DrawnFeature, part: Part) -> float:
+    """Distance of the stated place from the axis or plane of its faces; 0 where unknown. [mm]"""
+    own = [face for face in part.faces if face.number in row.faces]
+    if row.at is None or not own:
+        return 0.0
+    kind = own[0].kind if all(face.kind == own[0].kind for face in own) else ""
+    if kind not in MEASURED_FACES or kind == "torus" or row.kind == "slot":
+        return 0.0
+    surface = np.concatenate([face.coarse.points for face in own])
+    try:
+        nominal = associate(kind, surface[np.isfinite(surface).all(axis=1)], at=row.at)
+    except PretravelError:
+        return 0.0
+    return float(np.linalg.norm(nominal.located_along @ (nominal.point - np.array(row.at))))
+
+
+def _off_the_face(row: DrawnFeature, part: Part, points: Points) -> float:
+    """Median distance of the touches from their faces as they end; 0 without any. [mm]"""
+    if not row.faces or points.face is None:
+        return 0.0
+    mine = points_on_faces(points, row.faces)
+    if not len(mine) or mine.face is None:
+        return 0.0
+    numbers = [face.number for face in part.faces]
+    index = np.array([numbers.index(int(number)) for number in mine.face])
+    feet = feet_on_faces(part, mine.positions, index)
+    away = np.linalg.norm(mine.positions - feet.local.point, axis=1)
+    return float(np.median(away))

@@ -225,13 +225,13 @@ class Drawing:
     not_decided : tuple of NotDecided
     """
 
-    feature: tuple[DrawnFeature, ...]
+    feature: tuple[DrawnFeature, ...] = ()
     pattern: tuple[DrawnPattern, ...] = ()
     between: tuple[DrawnRelation, ...] = ()
     not_decided: tuple[NotDecided, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.feature:
+        if not self.feature and not self.not_decided:
             raise PretravelError("no [[feature]]", inputs=("features",))
         names = self.names
         twice = next((name for name in names if names.count(name) > 1), None)

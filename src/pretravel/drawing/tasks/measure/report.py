@@ -107,12 +107,13 @@ def features_document(
                for i in features for c in i.conformities]  # fmt: skip
     decided += [(each.name, each.u_machine, each.conformity) for each in together]
     tables = [lines_table(lines)] if lines else []
-    tables.append(results_table(features, together))
+    tables += [results_table(features, together)] if features else []
     angles = angles_table(measured)
     tables += [angles] if angles is not None else []
     tables += [relations_table(relations)] if relations else []
     tables += [conformity_table(decided)] if decided else []
     budgets = tuple(budget for feature in measured for budget in feature_budgets(feature))
+    residuals = Picture("Residuals before and after compensation", drawn)
     return Document(
         title=title,
         verdict=verdict_of(features, together, lines),
@@ -120,7 +121,7 @@ def features_document(
         tables=tuple(tables),
         sections=tuple(budget_section(each) for each in features),
         pictures=(
-            Picture("Residuals before and after compensation", drawn),
+            *([residuals] if features else []),
             *(budget_picture(budget, budget.result) for budget in budgets[:_MOST_BUDGETS]),
         ),
         notes=(

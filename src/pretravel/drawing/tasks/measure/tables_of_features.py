@@ -30,13 +30,14 @@ from pretravel.show import (
     KeyFigure,
     Section,
     Table,
+    by_uncertainty,
     decimals,
     number_text,
-    signed_decimals,
 )
 from pretravel.uncertainty import COVERAGE_FACTOR
 
 _MOST_COVARIANCES = 50  # features
+_UNKNOWN_U = 1e-3  # mm; of points whose u is not stated
 _BETWEEN = "Between features"
 _COMMON = (
     "Distances are those of centres (across parallel axes) or of parallel planes and lines; angles "
@@ -67,23 +68,27 @@ def lengths_table(
     change = (values - plain) / MICROMETRE
     u, expanded = (bound * [getattr(q, name) / MICROMETRE for _, q in rows]
                    for name in ("u", "expanded_u"))  # fmt: skip
+    by_u = _by_uncertainties(rows)
+    in_mm = tuple(by_uncertainty(each) for each in by_u)
+    of_change = tuple(by_uncertainty(each / MICROMETRE, signed=True) for each in by_u)
+    of_u, of_expanded = (tuple(map(by_uncertainty, values)) for values in (u, expanded))
     return Table(
         (
             Column.of("feature", [name for name, _ in rows]),
             Column.of("quantity", [quantity.name for _, quantity in rows]),
             *(
-                (Column.of("of the given points", values, "mm", decimals(5)),)
+                (Column.of("of the given points", values, "mm", in_mm),)
                 if given
                 else (
-                    Column.of("uncompensated", plain, "mm", decimals(5)),
-                    Column.of("compensated", values, "mm", decimals(5)),
-                    Column.of("change", change, "µm", signed_decimals(2)),
+                    Column.of("uncompensated", plain, "mm", in_mm),
+                    Column.of("compensated", values, "mm", in_mm),
+                    Column.of("change", change, "µm", of_change),
                 )
             ),
-            Column.of("u", u, "µm", decimals(3)),
-            Column.of("U (95 %)", expanded, "µm", decimals(3)),
+            Column.of("u", u, "µm", of_u),
+            Column.of("U (95 %)", expanded, "µm", of_expanded),
             *(
-                Column.of(name, [_end(q, index) for _, q in rows], "mm", decimals(5))
+                Column.of(name, [_end(q, index) for _, q in rows], "mm", in_mm)
                 for index, name in enumerate(("at least", "at most"))
                 if any(q.ends and (index or q.ends[0] > 0.0) for _, q in rows)
             ),
@@ -91,6 +96,22 @@ def lengths_table(
         title=title,
         explanation=explanation,
     )
+
+
+def _by_uncertainties(rows: Sequence[tuple[str, Quantity]]) -> list[float]:
+    """By which u each row is rounded: its own, or a tenth of the least of its feature.
+
+    The latter of what was read off, as a range: one digit more.
+    """
+    own = [q.u if q.u > 0.0 or q.ends is None else q.ends[1] / COVERAGE_FACTOR for _, q in rows]
+    least: dict[str, float] = {}
+    for (name, _), u in zip(rows, own, strict=True):
+        if u > 0.0:
+            least[name] = min(u, least.get(name, u))
+    return [
+        u if u > 0.0 else 0.1 * least.get(name, _UNKNOWN_U)
+        for (name, _), u in zip(rows, own, strict=True)
+    ]
 
 
 def _is_bound(quantity: Quantity) -> bool:
@@ -320,6 +341,8 @@ def data_of_features(
 ) -> tuple[Table, ...]:
     """All values, for programs: quantities with their sources, covariances, residuals."""
     measured = [inspected.feature for inspected in features]
+    if not measured:
+        return ()
     nothing = np.full(3, math.nan)
     directions = [f.association.direction for f in measured]
     axes = np.array([nothing if d is None else d for d in directions])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
@@ -523,6 +523,7 @@ class Measure(LaboratoryReport):
             points_at_targets,
         )
         from pretravel.drawing.tasks.measure.missed import without_missed
+        from pretravel.drawing.tolerances.drawing_on_part import differences_from_part, faces_words
         from pretravel.measurement import points_of_features, points_on_faces
 
         drawing = wanted.drawing
@@ -537,7 +538,7 @@ class Measure(LaboratoryReport):
             else:
                 (mine,) = points_of_features(points, task.select).values()
             if not len(mine):
-                drawn.reasons[row.name] = f"no touch is on {_faces_words(row.faces)}"
+                drawn.reasons[row.name] = f"no touch is on {faces_words(row.faces)}"
                 continue
             try:
                 if row.targets or row.target_lines:
@@ -556,6 +557,8 @@ class Measure(LaboratoryReport):
             (", ".join(row.features), row.quantity): row.nominal
             for row in drawing.between if row.nominal is not None
         }  # fmt: skip
+        if part is not None:
+            said += differences_from_part(drawing, part, points)
         said += [
             f"{row.name} is not measured: {drawn.reasons[row.name]}"
             for row in drawing.feature if row.name in drawn.reasons and not row.has_tolerances
@@ -563,10 +566,6 @@ class Measure(LaboratoryReport):
         result = _result(self, features, together, tuple(drawn.open))
         left_out = (*wanted.left_out, *said)
         return replace(result, left_out=left_out, nominals=nominals, part=part)
-
-
-def _faces_words(faces: Sequence[int]) -> str:
-    return f"face{'s' * (len(faces) > 1)} {', '.join(map(str, faces))}"
 
 
 def _typed(numbers: tuple[float, float, float]) -> str:
@@ -661,7 +660,9 @@ class MeasuredFeatures(Result):
         decided = [each.feature for each in self.features if each.conformities]
         if extreme := [feature for feature in decided if feature.is_extreme]:
             warnings.append(extreme_warning(extreme))
-        if not any(each.feature.points.state_uncertainty for each in self.features):
+        if self.features and not any(
+            each.feature.points.state_uncertainty for each in self.features
+        ):
             warnings.append(_taken_for(task.tip_diameter))
         warnings += [*self.left_out, *task.statements_left_out()]
         statements = task.statements()
@@ -745,6 +746,11 @@ class MeasuredFeatures(Result):
         from pretravel.drawing.features.qif_results import write_qif_results
         from pretravel.files import write_table
 
+        if not self.features:
+            reasons = {each.reason: None for each in self.open}
+            raise PretravelError(
+                f"no feature was measured, so {path.name} would be empty: {'; '.join(reasons)}"
+            )
         ending = path.suffix.lower()
         if output == "residuals":
             write_table(path, residuals_table([each.feature for each in self.features]))
