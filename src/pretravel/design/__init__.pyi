@@ -12,7 +12,6 @@ from .probing.obstacles import first_obstacle as first_obstacle
 from .probing.obstacles import stylus_obstacle as stylus_obstacle
 from .probing.simulation import Latch as Latch
 from .probing.simulation import simulate as simulate
-from .probing.steps_around import steps_around as steps_around
 from .tasks.compare.designs import DesignComparison as DesignComparison
 from .tasks.compare.designs import compare_designs as compare_designs
 from .tasks.compare.designs_report import design_comparison_columns as design_comparison_columns

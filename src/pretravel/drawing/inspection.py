@@ -23,7 +23,7 @@ from pretravel.base import (
     polar_angle,
     unit,
 )
-from pretravel.design import steps_around
+from pretravel.drawing.steps_around import steps_around
 from pretravel.surface import (
     Face,
     LocalGeometry,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +27,10 @@ from pretravel.base import (
 )
 from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import UNITS, SourceFile
-from pretravel.measurement import Points
 from pretravel.touches import Targets, Touches, moved, word_fields
+
+if TYPE_CHECKING:
+    from pretravel.measurement import Points
 
 NormalsFrom: TypeAlias = Callable[[FloatArray, tuple[str, ...] | None], FloatArray]
 
@@ -376,7 +378,7 @@ class PointsOrigin:
     tip_radius: float | None = None
 
 
-PointsWriter: TypeAlias = Callable[[Path, Points, PointsOrigin], None]
+PointsWriter: TypeAlias = Callable[[Path, "Points", PointsOrigin], None]
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,6 @@ from pretravel.files.file_format import (
 )
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touch_columns import TouchColumns
-from pretravel.maps import LARGEST_PRETRAVEL
-from pretravel.uncertainty import algebraic_sphere, fit_sphere
 
 _COARSEST = 0.02
 """Largest deviation of a normal's length from one that rounding explains: two decimals."""
@@ -277,6 +275,9 @@ def with_ring_normals(found: FilePositions, *, pin: bool = False) -> FileReading
     """
     made = contacts(found)
     points = made.positions[:, :2]
+    from pretravel.maps import LARGEST_PRETRAVEL
+    from pretravel.uncertainty import algebraic_sphere
+
     about = points - points.mean(axis=0)
     if np.linalg.matrix_rank(about, tol=1e-3 * float(np.linalg.norm(about))) < 2:
         raise PretravelError(
@@ -310,6 +311,9 @@ def _fitted_center(
     found: FilePositions, reference_diameter: float
 ) -> tuple[FloatArray, float, float]:
     """Centre of the sphere, scatter about it, and how much worse the centre is seen. [mm]"""
+    from pretravel.maps import LARGEST_PRETRAVEL
+    from pretravel.uncertainty import fit_sphere
+
     positions = found.positions
     far = (
         np.max(np.abs(positions - np.median(positions, axis=0)), axis=1) > 2.0 * reference_diameter

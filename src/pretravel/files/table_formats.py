@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pretravel.files.file_format import FileFormat, PointsOrigin
 from pretravel.files.netcdf import write_dataset
-from pretravel.files.points_writing import points_dataset, points_table
 from pretravel.files.row_statements import RowStatement
 from pretravel.files.tables import write_table
 from pretravel.files.touches_csv import read_table_of_touches, write_touches
-from pretravel.measurement import Points
 from pretravel.touches import Touches
+
+if TYPE_CHECKING:
+    from pretravel.measurement import Points
 
 
 def _write_touches(path: Path, touches: Touches, _: float | None) -> None:
@@ -19,10 +21,14 @@ def _write_touches(path: Path, touches: Touches, _: float | None) -> None:
 
 
 def _write_points(path: Path, points: Points, _: PointsOrigin) -> None:
+    from pretravel.files.points_writing import points_table
+
     write_table(path, points_table(points))
 
 
 def _write_points_dataset(path: Path, points: Points, origin: PointsOrigin) -> None:
+    from pretravel.files.points_writing import points_dataset
+
     write_dataset(path, points_dataset(points).assign_attrs(note=origin.note))
 
 

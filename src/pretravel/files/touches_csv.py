@@ -16,11 +16,10 @@ from pretravel.files.source_file import Source, SourceFile, opened
 from pretravel.files.stated_normals import refuse_inward, stated_normals, with_sphere_normals
 from pretravel.files.tables import write_table
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
-from pretravel.surface import Sphere, Surface
 from pretravel.touches import WORD_COLUMNS, Targets, Touches, word_fields
 
 if TYPE_CHECKING:
-    from pretravel.surface import Part
+    from pretravel.surface import Part, Surface
 
 _POSITION = ("x_mm", "y_mm", "z_mm")
 _NORMAL = ("nx", "ny", "nz")
@@ -383,8 +382,11 @@ def _points(table: CsvTable, normals: FloatArray, surface: Surface | Part | None
     """Points of targets: nominal points, or else positions, or else those of a sphere."""
     if table.has(*_NOMINAL):
         return table.numbers(*_NOMINAL)
-    if isinstance(surface, Sphere) and not table.has(*_POSITION):
-        return np.asarray(surface.center) + surface.radius * normals
+    if surface is not None and not table.has(*_POSITION):
+        from pretravel.surface import Sphere
+
+        if isinstance(surface, Sphere):
+            return np.asarray(surface.center) + surface.radius * normals
     table.require(*_POSITION, what="targets")
     return table.numbers(*_POSITION)
 

@@ -5,7 +5,6 @@ from .association import SHORTEST as SHORTEST
 from .association import SIZE_NAMES as SIZE_NAMES
 from .association import Association as Association
 from .association import associate as associate
-from .association import label_prefix as label_prefix
 from .association import moved_association as moved_association
 from .coarse_touches import with_step_of_touches as with_step_of_touches
 from .comparison import FULL_MAP as FULL_MAP

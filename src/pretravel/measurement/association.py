@@ -428,16 +428,6 @@ def _slot_at(
     )
 
 
-def label_prefix(label: str) -> str:
-    """A label without the number at its end; the label itself where nothing else is left.
-
-    >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
-    ('bore1', 'A', '12')
-    """
-    name = label.rstrip("0123456789")
-    return (name.rstrip(" \t._:#/-") if name != label else label) or label
-
-
 _Associate = Callable[[FloatArray, FloatArray | None, FloatArray | None], Association]
 
 ASSOCIATIONS: dict[str, _Associate] = {

@@ -11,9 +11,9 @@ from pretravel.base import BoolArray, FloatArray, IntArray, PretravelError
 from pretravel.measurement.association import (
     Association,
     associate,
-    label_prefix,
     moved_association,
 )
+from pretravel.touches import label_prefix
 
 _FAR = 0.3
 """A point that is this far from the feature of the others is no form of a surface. [mm]"""

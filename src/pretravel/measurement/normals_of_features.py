@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pretravel.base import FloatArray, IntArray, PretravelError
-from pretravel.measurement.association import Association, associate, label_prefix
+from pretravel.measurement.association import Association, associate
 from pretravel.measurement.missed_points import missed_points
+from pretravel.touches import label_prefix
 
 SIDES = {"bore": -1.0, "boss": 1.0, "sphere": 1.0}
 """Features whose name says on which side the part is: 1 where its normals point outward."""

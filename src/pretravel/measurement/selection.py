@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import PretravelError
-from pretravel.measurement.association import ASSOCIATIONS, label_prefix
+from pretravel.measurement.association import ASSOCIATIONS
 from pretravel.measurement.points import Points
+from pretravel.touches import label_prefix
 
 _SHOWN = 8
 

@@ -16,6 +16,7 @@ from .quantisation import step_of_readings as step_of_readings
 from .quantisation import step_of_touches as step_of_touches
 from .quantisation import tied_step as tied_step
 from .targets import Targets as Targets
+from .targets import label_prefix as label_prefix
 from .touches import FEWEST_REPEATS as FEWEST_REPEATS
 from .touches import GLANCING as GLANCING
 from .touches import WORD_COLUMNS as WORD_COLUMNS

@@ -7,8 +7,25 @@ from typing import Protocol
 
 import numpy as np
 
-from pretravel.base import COORDINATE, FloatArray, PretravelError, as_numbers, checked_unit, frozen
+from pretravel.base import (
+    COORDINATE,
+    FloatArray,
+    PretravelError,
+    as_numbers,
+    checked_unit,
+    frozen,
+)
 from pretravel.touches.touches import refuse_glancing
+
+
+def label_prefix(label: str) -> str:
+    """A label without the number at its end; the label itself where nothing else is left.
+
+    >>> label_prefix("bore1-03"), label_prefix("A7"), label_prefix("12")
+    ('bore1', 'A', '12')
+    """
+    name = label.rstrip("0123456789")
+    return (name.rstrip(" \t._:#/-") if name != label else label) or label
 
 
 class PointsToTouch(Protocol):

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
-from pretravel.design.probing.steps_around import steps_around
 from pretravel.drawing.features.feature_uncertainty import FORM_OF_PART, noise_of_features
 from pretravel.drawing.features.form_families import families_of, families_of_faces
 from pretravel.drawing.features.form_of_part import UNSEEN, form_of_part
 from pretravel.drawing.features.measured_feature import MeasuredFeature, measure_feature
+from pretravel.drawing.steps_around import steps_around
 from pretravel.measurement.association import associate
 from pretravel.uncertainty import EXPANDED_COVERAGE
 from tests.support.feature_points import OWN, around, feature_points

@@ -31,12 +31,13 @@ from pretravel.drawing.tolerances.features_file import Drawing
 from pretravel.drawing.tolerances.plan_features import PLAN_ENDINGS, read_plan_features
 from pretravel.files import read_points
 from pretravel.maps import PretravelMap
-from pretravel.measurement import label_prefix, point_budget, points_at
+from pretravel.measurement import point_budget, points_at
 from pretravel.prediction import catalogue_names
 from pretravel.show import Chart, Document, Scale, SpaceChart, SpacePoints
 from pretravel.surface import Part, feet_on_faces, read_part
 from pretravel.task import SILENT, Task
 from pretravel.tasks.compensate import Compensate, CompensatedTouches
+from pretravel.touches import label_prefix
 from pretravel.uncertainty import Budget
 
 PART_FORM = TaskForm(Compensate, shared=("units", "feed"))

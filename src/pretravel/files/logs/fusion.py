@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +16,10 @@ from pretravel.files.file_format import FileFormat, FileReadings, PointsOrigin, 
 from pretravel.files.logs.plain_labels import plain_labels, plain_name
 from pretravel.files.row_statements import RowStatement, RowStatements, StatedRows, any_of
 from pretravel.files.source_file import Source, SourceFile, opened
-from pretravel.measurement import Points
 from pretravel.touches import Touches, word_fields
+
+if TYPE_CHECKING:
+    from pretravel.measurement import Points
 
 _WORD = re.compile(r"([A-DI-LN-OR-UW-Z])([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _ROUNDED = 5e-3

@@ -13,8 +13,7 @@ import numpy as np
 from pretravel.base import MICROMETRE, BoolArray, FloatArray, InputError, IntArray, RowError
 from pretravel.files.file_format import FilePositions, FileReadings, labels_or_numbers
 from pretravel.files.logs.double_touches import follows_its_search
-from pretravel.measurement import label_prefix
-from pretravel.touches import Targets, Touches
+from pretravel.touches import Targets, Touches, label_prefix
 
 ACROSS = 0.05
 """A position further than this from the line of a target does not belong to it. [mm]"""

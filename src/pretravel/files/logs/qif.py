@@ -7,6 +7,7 @@ import uuid
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -34,8 +35,10 @@ from pretravel.files.logs.qif_document import (
 from pretravel.files.logs.qif_measure_points import read_measure_points
 from pretravel.files.row_statements import RowStatement
 from pretravel.files.source_file import Source, opened, shortened
-from pretravel.measurement import Points
 from pretravel.touches import Touches, word_fields
+
+if TYPE_CHECKING:
+    from pretravel.measurement import Points
 
 _Q = f"{{{NAMESPACE}}}"
 _SETS = "Results", "MeasurementResultsSet", "MeasurementResults", "MeasuredPointSets"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pretravel.base.arrays import FloatArray
-from pretravel.design.probing.steps_around import steps_around
+from pretravel.drawing.steps_around import steps_around
 
 
 def _largest_movement(azimuth: FloatArray) -> float:
