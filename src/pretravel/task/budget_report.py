@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.base import MICROMETRE
-from pretravel.measurement import MeasuredSphere
 from pretravel.show import Column, KeyFigure, Section, Table, decimals, number_text, significant
 from pretravel.uncertainty import Budget
+
+if TYPE_CHECKING:
+    from pretravel.measurement import MeasuredSphere
 
 _MANY_DOF = 10_000.0
 """Above it, their number is no statement: k differs from 2 by less than 0.0002."""

@@ -297,11 +297,12 @@ class Qualify(OfSeveralTips, TouchFilesWithFeed, LaboratoryReport, OnReferences,
     def setup(self, readings: FileReadings | None = None) -> QualificationSetup:
         """Reference, tip and conventions."""
         from pretravel.maps import QualificationSetup
-        from pretravel.qualification import U_UNKNOWN_SIZE, unknown_diameter
 
         diameter, u_diameter = self.reference_diameter(), self.u_diameter_um
         u = None if u_diameter is None else u_diameter * MICROMETRE
         if diameter is None:
+            from pretravel.qualification import U_UNKNOWN_SIZE, unknown_diameter
+
             assert readings is not None  # a size that is not known is that of the touches
             tip = self.tip_diameter or 0.0
             diameter = unknown_diameter(readings.touches, tip, ring=self.in_plane)
