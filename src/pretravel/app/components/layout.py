@@ -128,7 +128,7 @@ def text(tag: str, content: str, classes: str = "") -> TextElement:
     return made
 
 
-_COLUMN = re.compile(r"\S {2,}(?=\S)")
+_COLUMN = re.compile(r"(?:\S {2,}|^ {8,})(?=\S)")
 
 
 def printed(content: str) -> Element:
@@ -144,7 +144,7 @@ def printed(content: str) -> Element:
                 _hanging(text("span", line), min(len(line) - len(line.lstrip()), 16))
                 continue
             with ui.element("span").classes("columns") as both:
-                text("span", line[: second.end()])
+                text("span", line[: second.end()], "" if line[: second.end()].strip() else "gap")
                 text("span", line[second.end() :], "second")
             _hanging(both, second.end() if second.end() <= 24 else 0)
     return made
