@@ -96,6 +96,17 @@ def seen_at(page: Any, size: tuple[int, int]) -> None:
     )
 
 
+def click_in_picture(page: Any, place: str, point: dict[str, float]) -> None:
+    """As Plotly says that a point was clicked, once the page listens."""
+    page.wait_for_function(
+        "(place) => document.querySelector(place)?._ev?.listenerCount('plotly_click')", arg=place
+    )
+    page.evaluate(
+        "([place, point]) => document.querySelector(place).emit('plotly_click', {points: [point]})",
+        [place, point],
+    )
+
+
 _CUT_OR_COVERED = """() => {
   const found = [];
   for (const plot of document.querySelectorAll('main .js-plotly-plot')) {
