@@ -79,10 +79,8 @@ def chosen_with_a_key(page: Any, key: str, files: Any) -> None:
 
 
 def settled(page: Any) -> None:
-    """Wait until results belong to the inputs that are shown."""
-    page.wait_for_function(
-        "!document.querySelector('.live.stale') && !document.querySelector('.running')"
-    )
+    """Wait until results belong to the inputs that are shown, and their pictures are there."""
+    page.wait_for_function("!document.querySelector('.live.stale, .running, .picture-place')")
 
 
 def seen_at(page: Any, size: tuple[int, int]) -> None:
