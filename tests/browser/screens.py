@@ -79,10 +79,8 @@ def chosen_with_a_key(page: Any, key: str, files: Any) -> None:
 
 
 def settled(page: Any) -> None:
-    """Wait until results belong to the inputs that are shown."""
-    page.wait_for_function(
-        "!document.querySelector('.live.stale') && !document.querySelector('.running')"
-    )
+    """Wait until results belong to the inputs that are shown, and their pictures are there."""
+    page.wait_for_function("!document.querySelector('.live.stale, .running, .picture-place')")
 
 
 def seen_at(page: Any, size: tuple[int, int]) -> None:
@@ -93,6 +91,17 @@ def seen_at(page: Any, size: tuple[int, int]) -> None:
              .filter((one) => one.checkVisibility())
              .every((one) => one.querySelector('.main-svg')
                && Math.abs(one._fullLayout.width - one.clientWidth) < 2)"""
+    )
+
+
+def click_in_picture(page: Any, place: str, point: dict[str, float]) -> None:
+    """As Plotly says that a point was clicked, once the page listens."""
+    page.wait_for_function(
+        "(place) => document.querySelector(place)?._ev?.listenerCount('plotly_click')", arg=place
+    )
+    page.evaluate(
+        "([place, point]) => document.querySelector(place).emit('plotly_click', {points: [point]})",
+        [place, point],
     )
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from pretravel.files.map_file import read_map
 from pretravel.task.example_data import example_folder
-from tests.browser.screens import downloaded, tab
+from tests.browser.screens import click_in_picture, downloaded, tab
 from tests.browser.workbench_server import RunningWorkbench, opened, serious_problems
 from tests.support.commands import run
 
@@ -156,8 +156,7 @@ def test_what_a_file_does_not_state_is_asked_and_its_labels_stay_text(
     page.get_by_role("button", name="Show 75 touches", exact=True).click()
     page.get_by_label(f"Use touch {label}", exact=True).wait_for()
     page.wait_for_selector(".plot-area canvas")
-    point = "{points: [{curveNumber: 2, pointNumber: 3}]}"  # as Plotly says that it was clicked
-    page.evaluate(f"document.querySelector('.plot-area').emit('plotly_click', {point})")
+    click_in_picture(page, ".plot-area", {"curveNumber": 2, "pointNumber": 3})
     page.wait_for_selector("text=You left out 1 of 75 touches")
     assert not page.get_by_label("Use touch p3", exact=True).is_checked()
     assert page.locator("main img").count() == page.locator("main .picture img").count()

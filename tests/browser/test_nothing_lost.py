@@ -145,6 +145,28 @@ def test_an_unknown_file_gets_two_lines_and_not_a_list_of_all_formats(
     page.wait_for_selector("text=measurement routine of PC-DMIS")
 
 
+def test_a_wrong_file_is_said_before_the_others_are_there(
+    page: Any, workbench: RunningWorkbench
+) -> None:
+    def give(place: str, name: str, content: bytes) -> None:
+        given = {"name": name, "mimeType": "text/plain", "buffer": content}
+        page.set_input_files(f'.file-drop-input[data-url$="{place}"]', given)
+
+    doubt = ".file-drop-status.problem"
+    opened(page, f"{workbench.address}daily")
+    give("/daily/map", "other.json", b'{"hello": 1}')
+    page.wait_for_selector(f"{doubt}:has-text('other.json is no map of a probe')")
+    opened(page, f"{workbench.address}part")
+    give("/part/touches", "photo.jpg", bytes(range(256)))
+    page.wait_for_selector(f"{doubt}:has-text('this is not a text file')")
+    give("/part/touches", "letter.txt", b"Dear Sir")
+    page.wait_for_selector(f"{doubt}:has-text('is not a table of touches')")
+    # With all that it needs the work says it, and nobody else.
+    give("/part/map", "other.json", b'{"hello": 1}')
+    page.wait_for_selector(".error-view")
+    assert page.locator(doubt).count() == 0
+
+
 def test_words_of_a_page_are_not_those_of_a_command(page: Any, workbench: RunningWorkbench) -> None:
     opened(page, f"{workbench.address}tasks")
     said = page.inner_text("main")

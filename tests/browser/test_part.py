@@ -10,6 +10,7 @@ import pytest
 from pretravel.drawing.screen.work import example_map
 from pretravel.task.example_data import example_folder
 from tests.browser.screens import (
+    click_in_picture,
     data_lines,
     downloaded,
     drop,
@@ -94,10 +95,8 @@ def test_a_part_that_lies_anywhere_is_aligned_and_its_faces_are_measured(
     points = downloaded(page, "points.csv", tmp_path)
     assert len(data_lines(points)) == 80
     # As a person who clicks on the wall of the bore of 12 mm, in the frame of the part.
-    page.evaluate(
-        """() => document.querySelector('.charts .plot-area').emit('plotly_click', {points: [
-        {curveNumber: 0, pointNumber: 1e9, x: 18, y: 12, z: 10}]})"""
-    )
+    place = {"curveNumber": 0, "pointNumber": 1e9, "x": 18, "y": 12, "z": 10}
+    click_in_picture(page, ".charts .plot-area", place)
     tab(page, "One point")
     page.wait_for_selector("text=8 points: diameter 12.00")
     page.wait_for_selector("text=--select 'bore1-*'")

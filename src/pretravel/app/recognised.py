@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 _TOUCHES = ("touches", "log")
 """Purposes of tables of touches and logs of a control."""
+_MAPS = ("map", "map_file")
 _BEGIN = 4000
 """Bytes that tell what a file is."""
 
@@ -78,6 +79,36 @@ def kind_of(content: bytes) -> Kind | None:
     """
     begin = content[:_BEGIN]
     return next((kind for kind in FILE_KINDS if all(m in begin for m in kind.marks)), None)
+
+
+def not_this(name: str, content: bytes, purpose: str) -> str:
+    """Why a purpose cannot take a file, by its first bytes; empty where it may.
+
+    Parameters
+    ----------
+    name : str
+    content : bytes
+    purpose : str
+
+    >>> not_this("letter.txt", b"Dear Sir", "touches")[:48]
+    'letter.txt, line 1: the text is not a table of t'
+    >>> not_this("other.json", b"{}", "map")
+    'other.json is no map of a probe: “Qualify a probe” makes one'
+    >>> not_this("sphere.csv", b"x_mm,y_mm,z_mm", "touches")
+    ''
+    """
+    from pretravel.base import PretravelError
+    from pretravel.files import READABLE_FORMATS, SourceFile, format_of
+
+    begin = content[:_BEGIN]
+    if purpose in _MAPS and name.endswith(".json") and kind_of(content) is not FILE_KINDS[0]:
+        return f"{name} is no map of a probe: “Qualify a probe” makes one"
+    if purpose in _TOUCHES:
+        try:
+            format_of(SourceFile(name, begin))
+        except PretravelError as error:
+            return str(error).partition(READABLE_FORMATS)[0].strip()
+    return ""
 
 
 def kind_elsewhere(content: bytes, purpose: str) -> Kind | None:

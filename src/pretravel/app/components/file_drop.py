@@ -7,7 +7,9 @@ from collections.abc import Callable, Sequence
 from nicegui import ui
 
 from pretravel.app.components.layout import folded_until_opened, live, text
+from pretravel.app.jobs import WORKS
 from pretravel.app.project import ScreenState, StoredFile
+from pretravel.app.recognised import not_this
 from pretravel.app.session import SESSION
 from pretravel.app.uploads import UPLOADS, Slot
 
@@ -65,9 +67,27 @@ def file_drop(
         live([state.listen], lambda: _list(state, purpose), lambda: state.files[purpose])
         live(
             [state.listen],
+            lambda: _doubts(state, purpose),
+            lambda: (state.files[purpose], _is_used(state, purpose)),
+        )
+        live(
+            [state.listen],
             lambda: _way_back(state, purpose, several),
             lambda: (state.files[purpose], state.files.before(purpose)),
         )
+
+
+def _is_used(state: ScreenState, purpose: str) -> bool:
+    """Whether work with the file has begun: it says itself what is wrong with it."""
+    works = WORKS.made(state)
+    return any(work.ready() for work in works if purpose in (*work.job.files, *work.job.needs))
+
+
+def _doubts(state: ScreenState, purpose: str) -> None:
+    """What is wrong with a file that waits for others."""
+    for file in () if _is_used(state, purpose) else state.files[purpose]:
+        if said := not_this(file.name, file.content, purpose):
+            text("p", said, "file-drop-status problem").props('role="status"')
 
 
 def _way_back(state: ScreenState, purpose: str, several: bool) -> None:

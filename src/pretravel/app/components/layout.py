@@ -128,18 +128,30 @@ def text(tag: str, content: str, classes: str = "") -> TextElement:
     return made
 
 
-_COLUMN = re.compile(r"\S {2,}(?=\S)")
+_COLUMN = re.compile(r"(?:\S {2,}|^ {8,})(?=\S)")
 
 
 def printed(content: str) -> Element:
-    """Text as a command prints it; in a narrow place a line goes on below its second column."""
+    """Text as a command prints it: a line goes on below its second column, if it is not far.
+
+    On a phone the second column stands below the first, as the comments of a file below its lines.
+    """
     made = ui.element("pre").classes("file-text").props('tabindex="0"')
     with made:
         for line in content.splitlines():
-            second = _COLUMN.search(line[:24])
-            column = second.end() if second else min(len(line) - len(line.lstrip()), 16)
-            text("span", line).style(f"padding-left: {column}ch; text-indent: -{column}ch")
+            second = _COLUMN.search(line)
+            if second is None:
+                _hanging(text("span", line), min(len(line) - len(line.lstrip()), 16))
+                continue
+            with ui.element("span").classes("columns") as both:
+                text("span", line[: second.end()], "" if line[: second.end()].strip() else "gap")
+                text("span", line[second.end() :], "second")
+            _hanging(both, second.end() if second.end() <= 24 else 0)
     return made
+
+
+def _hanging(line: Element, column: int) -> None:
+    line.style(f"padding-left: {column}ch; text-indent: -{column}ch")
 
 
 def note(content: str) -> Element:

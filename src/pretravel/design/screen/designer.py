@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -96,7 +96,7 @@ def show(state: ScreenState) -> None:
         with ui.element("div").classes("design-strip"):  # where the pictures are out of sight
             live([work.listen], lambda: _strip(work), lambda: id(work.result))
     with places.status:
-        live([work.listen], lambda: _show_error(work), lambda: work.error)
+        live([work.listen], lambda: _show_error(state, work), lambda: work.error)
     with places.answer, _pale_with_error(work):
         live([work.listen], lambda: _verdict(work), lambda: id(work.result))
     plots: dict[str, ColouredPlot] = {}
@@ -255,8 +255,11 @@ def _words(field: DesignField) -> dict[str, str]:
     }
 
 
-def _show_error(work: _Designs) -> None:
-    if work.error:
+def _show_error(state: ScreenState, work: _Designs) -> None:
+    with suppress(PretravelError):  # a description that cannot be read: `_form` says so
+        _text_of_start(*_start_of(state))
+        if not work.error:
+            return
         error_view(work.error)
         if work.result is not None:
             note("The pictures show the last design that was possible.")

@@ -60,7 +60,7 @@ const fitted = (figure, width, height, turned) => {
   // A legend of one row, or in columns of the width of its longest name; beside a scene names have two lines.
   const inLegend = data.filter((trace) => trace.showlegend);
   const folded = inLegend.map((trace) => inLines(trace.name ?? "", 150, 13));
-  const wideOf = (name) => 13 * LETTER * Math.max(...name.split("<br>").map(long)) + 44;
+  const wideOf = (name) => 13 * 0.62 * Math.max(...name.split("<br>").map(long)) + 46; // words of wide letters, too
   const names = inLegend.map((trace) => wideOf(trace.name ?? ""));
   const right = bars.length ? (slim ? SLIM : BAR) : layout.scene ? 4 : 24;
   const around = { l: width < 420 ? 34 : 48, r: bars.length ? BAR + (width < 420 ? 26 : 40) : width < 420 ? 34 : 48 };
