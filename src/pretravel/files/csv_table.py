@@ -8,20 +8,25 @@ import math
 import re
 import string
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from pretravel.base import LARGEST_NUMBER, FloatArray, InputError, whole_file
-from pretravel.files.many_numbers import SIGNIFICANT_DIGITS, rows_by_arrow, takes_arrow
+from pretravel.files.many_numbers import (
+    SIGNIFICANT_DIGITS,
+    is_column,
+    rows_by_arrow,
+    takes_arrow,
+)
 from pretravel.files.source_file import Source, SourceFile, opened, shortened
 
-_PLAIN_FIRST = frozenset(f"{string.ascii_letters}{string.digits}_[")
-_PLAIN = f"{''.join(_PLAIN_FIRST)}]. :/#+-".encode()
+_PLAIN_FIRST = f"{string.ascii_letters}{string.digits}_[".encode()
+_PLAIN = _PLAIN_FIRST + b"]. :/#+-"
 
 
 @dataclass(frozen=True)
@@ -306,9 +311,9 @@ def write_csv_table(path: str | Path, columns: Mapping[str, npt.ArrayLike | Sequ
     path : str or Path
     columns : mapping of str to (n,) numbers or strings
     """
-    text = csv_table_text(columns)
-    with whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    with whole_file(path) as temporary, temporary.open("wb") as stream:
+        write_csv_header(stream, columns)
+        write_csv_rows(stream, columns)
 
 
 def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
@@ -317,28 +322,34 @@ def csv_table_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
     >>> csv_table_text({"name": ["a"], "x_mm": [0.5]})
     'name,x_mm\na,0.5\n'
     """
+    stream = io.BytesIO()
+    write_csv_header(stream, columns)
+    write_csv_rows(stream, columns)
+    return stream.getvalue().decode()
+
+
+def write_csv_header(stream: BinaryIO, names: Iterable[str]) -> None:
+    """Write the names of columns."""
     header = io.StringIO()
-    csv.writer(header, lineterminator="\n").writerow([harmless_cell(name) for name in columns])
-    return header.getvalue() + csv_rows_text(columns)
+    csv.writer(header, lineterminator="\n").writerow([harmless_cell(name) for name in names])
+    stream.write(header.getvalue().encode())
 
 
-def csv_rows_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
-    r"""The rows alone of a file as `write_csv_table` writes it.
-
-    >>> csv_rows_text({"name": ["a", "b"], "x_mm": [0.5, math.nan]})
-    'a,0.5\nb,\n'
-    """
+def write_csv_rows(stream: BinaryIO, columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> None:
+    """Write the rows alone of a file as `write_csv_table` writes it."""
     arrays = [_array(values) for values in columns.values()]
-    numbers = [array.dtype.kind == "f" for array in arrays]
+    numbers = [not is_column(array) and array.dtype.kind == "f" for array in arrays]
     if all(
         np.isfinite(a).all() if is_number else _is_plain(a)
         for a, is_number in zip(arrays, numbers, strict=True)
     ):
         if takes_arrow(len(arrays[0]) * sum(numbers) if arrays else 0):
-            return rows_by_arrow(arrays, numbers)
+            rows_by_arrow(stream, arrays, numbers)
+            return
         form = ",".join(f"%.{SIGNIFICANT_DIGITS}g" if number else "%s" for number in numbers)
         rows = zip(*(array.tolist() for array in arrays), strict=True)
-        return "".join(map((form + "\n").__mod__, rows))
+        stream.write("".join(map((form + "\n").__mod__, rows)).encode())
+        return
     cells = [
         [format_number(value) for value in array.tolist()]
         if is_number
@@ -347,20 +358,25 @@ def csv_rows_text(columns: Mapping[str, npt.ArrayLike | Sequence[str]]) -> str:
     ]
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(zip(*cells, strict=True))
-    return text.getvalue()
+    stream.write(text.getvalue().encode())
 
 
-def _array(values: npt.ArrayLike | Sequence[str]) -> npt.NDArray[Any]:
+def _array(values: npt.ArrayLike | Sequence[str]) -> Any:
     """A column as an array; of texts without a copy, which would give each the longest's room."""
+    if is_column(values):
+        return values
     texts = isinstance(values, list) and len(values) > 0 and isinstance(values[0], str)
     return np.asarray(values, dtype=object if texts else None)
 
 
-def _is_plain(cells: npt.NDArray[Any]) -> bool:
+def _is_plain(cells: Any) -> bool:
     """Whether texts are written as they are: no quotes, no marks, none empty."""
+    if is_column(cells):  # numbers in brackets
+        return True
     texts = list(map(str, cells.tolist()))
-    return not "".join(texts).encode().translate(None, _PLAIN) and all(
-        text[:1] in _PLAIN_FIRST for text in texts
+    return all(texts) and not (
+        "".join(texts).encode().translate(None, _PLAIN)
+        or "".join([text[0] for text in texts]).encode().translate(None, _PLAIN_FIRST)
     )
 
 

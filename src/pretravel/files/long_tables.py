@@ -15,10 +15,10 @@ from typing import Any, TypeAlias
 import numpy.typing as npt
 
 from pretravel.base import InputError, PretravelError, whole_file
-from pretravel.files.csv_table import csv_rows_text, csv_table_text
+from pretravel.files.csv_table import write_csv_header, write_csv_rows
 from pretravel.files.file_format import FileReadings, ReadingOptions
 from pretravel.files.format_registry import format_of
-from pretravel.files.many_numbers import arrow_column
+from pretravel.files.many_numbers import arrow_column, floats_of_arrow
 from pretravel.files.number_tables import (
     LABEL,
     NEEDED,
@@ -131,14 +131,14 @@ class LongTable:
 
     def _stored(self, rows: int) -> Iterator[Any]:
         """Rows of Parquet."""
-        from pyarrow import float64, parquet
+        from pyarrow import parquet
 
         with parquet.ParquetFile(self.path) as stored:
             # One group of rows after the other: of all groups at once, pyarrow keeps what it read.
             for group in range(stored.num_row_groups):
                 for batch in stored.iter_batches(batch_size=rows, row_groups=[group]):
                     yield {
-                        name: batch.column(i) if name == LABEL else batch.column(i).cast(float64())
+                        name: batch.column(i) if name == LABEL else floats_of_arrow(batch.column(i))
                         for name, i in self.head.places.items()
                     }
 
@@ -223,10 +223,12 @@ def written_in_parts(path: str | Path) -> Iterator[Callable[[_Columns], None]]:
         if Path(path).suffix.lower() == ".parquet":
             yield _parquet_appender(temporary, stack)
             return
-        stream = stack.enter_context(temporary.open("w", encoding="utf-8", newline=""))
+        stream = stack.enter_context(temporary.open("wb"))
 
         def append(columns: _Columns) -> None:
-            stream.write(csv_rows_text(columns) if stream.tell() else csv_table_text(columns))
+            if not stream.tell():
+                write_csv_header(stream, columns)
+            write_csv_rows(stream, columns)
 
         yield append
 
@@ -240,7 +242,8 @@ def _parquet_appender(path: Path, stack: ExitStack) -> Callable[[_Columns], None
     def append(columns: _Columns) -> None:
         part = pa.table({name: arrow_column(values) for name, values in columns.items()})
         if not writers:
-            writers.append(stack.enter_context(parquet.ParquetWriter(str(path), part.schema)))
+            made = parquet.ParquetWriter(str(path), part.schema, use_dictionary=False)
+            writers.append(stack.enter_context(made))
         writers[0].write_table(part)
 
     return append

@@ -16,14 +16,14 @@ import numpy as np
 from pretravel.base import LARGEST_NUMBER, FloatArray, InputError
 from pretravel.files.csv_table import CsvTable, cell_content
 from pretravel.files.file_format import ReadingOptions
-from pretravel.files.many_numbers import numbers_of_arrow
+from pretravel.files.many_numbers import floats_of_arrow, numbers_of_arrow
 from pretravel.files.source_file import SourceFile
 from pretravel.files.touch_columns import TouchColumns, read_touch_columns
 
 NEEDED = ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz")
 LABEL = "label"
 _HEAD_ROWS = 2_000
-_HEAD_BYTES = 400_000
+_HEAD_BYTES = 120_000
 _FEWEST_BYTES = 1_000_000
 """Of a file below which each row is read separately: that is as quick as the import of pyarrow."""
 _NUMERALS = b"0123456789+-.eE \r\n"
@@ -194,13 +194,13 @@ def _numbers_alone(content: bytes, head: TouchColumns) -> bool:
 
 def _stored(content: bytes, head: TouchColumns) -> dict[str, Any]:
     """The columns of Parquet."""
-    from pyarrow import float64, parquet
+    from pyarrow import parquet
 
     # parquet.read_table would import pandas.
     with parquet.ParquetFile(io.BytesIO(content)) as stored:
         rows = stored.read(use_threads=False).combine_chunks()
     return {
-        name: rows.column(i) if name == LABEL else rows.column(i).cast(float64())
+        name: rows.column(i) if name == LABEL else floats_of_arrow(rows.column(i))
         for name, i in head.places.items()
     }
 

@@ -178,6 +178,21 @@ def write_points(
     )
 
 
-def point_endings() -> tuple[str, ...]:
-    """Return the endings of the files to which points can be written."""
-    return tuple(e for known in FORMATS.values() if known.write_points for e in known.endings)
+def point_endings(sought: str = "") -> tuple[str, ...]:
+    """Return the endings of the files to which points can be written.
+
+    Parameters
+    ----------
+    sought : str
+        Only those up to this one, where points can be written to it: further formats need not be
+        imported then.
+
+    >>> point_endings(".parquet")
+    ('.csv', '.parquet')
+    """
+    found: list[str] = []
+    for known in FORMATS.values():
+        found += known.endings if known.write_points else ()
+        if sought in found:
+            break
+    return tuple(found)

@@ -197,4 +197,5 @@ def write_parquet_table(
 
     table = pa.table({name: arrow_column(values) for name, values in columns.items()})
     with whole_file(path) as temporary:
-        parquet.write_table(table, str(temporary))
+        # Numbers that are measured do not repeat: a dictionary of them takes most of the time.
+        parquet.write_table(table, str(temporary), use_dictionary=False)

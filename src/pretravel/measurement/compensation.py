@@ -193,7 +193,7 @@ def apply_with_errors(
         covariance=frozen(errors.covariance),
         deviation=None if deviation is None else frozen(deviation),
         labels=touches.labels
-        or tuple(str(touches.numbered_from + row) for row in range(len(touches))),
+        or tuple(map(str, range(touches.numbered_from, touches.numbered_from + len(touches)))),
         shared=errors.shared_along_normals() if shared else None,
         uncompensated=frozen(given.positions - pretravel_map.tip_radius * touches.normals),
         scatter=seen,

@@ -23,6 +23,8 @@ MACHINE_GEOMETRY = "geometry of the machine"
 """Of its scales, squarenesses and backlashes."""
 FRICTION_OF_PART = "friction of the part"
 _LEFT_TO_OWN = 0.02  # share of a point's variance that the factors of a map may leave out
+_BLOCK = 4096  # points whose map is evaluated at a time
+_FACTORS = 16  # of a map, decomposed at a time: often a few are enough
 _MOST_FACTOR_VALUES = 20_000_000  # numbers of touches times coefficients that are decomposed
 
 
@@ -200,20 +202,28 @@ class PointErrors:
         covariance = self.pretravel_map.covariance
         if len(self.closing) * len(covariance) > _MOST_FACTOR_VALUES:
             return None
-        directions = self.pretravel_map.probe_directions(self.normals)
-        design = self.pretravel_map.basis.design(directions) @ covariance.root
+        directions, basis = (
+            self.pretravel_map.probe_directions(self.normals),
+            self.pretravel_map.basis,
+        )
+        design = np.empty((len(directions), covariance.root.shape[1]))
+        left = np.empty(len(directions))
+        for start in range(0, len(directions), _BLOCK):  # a block of functions fits in the cache
+            part = slice(start, start + _BLOCK)
+            design[part] = basis.design(directions[part]) @ covariance.root
+            left[part] = np.sum(design[part] ** 2, axis=1)
         own = np.sum(list(self.of_touches.values()), axis=0) * self.closing**2
-        left = np.sum(design**2, axis=1)
         may_be_left = _LEFT_TO_OWN * (own + sum(part**2 for part in shared.values()) + left)
         # Axes of the numbers of the map, which are fewer than the points; the largest first.
-        axes = np.linalg.eigh(design.T @ design)[1]
-        factors = axes.T[::-1] @ design.T  # each beside itself in memory
+        axes = np.linalg.eigh(design.T @ design)[1].T[::-1]
         found: dict[str, FloatArray] = {}
-        # One at least: without any, the map would seem to state no uncertainty.
-        while not found or (len(found) < len(factors) and np.any(left > may_be_left)):
-            factor = factors[len(found)]
-            left = left - factor**2
-            found[f"map {len(found) + 1}"] = frozen(factor)
+        for first in range(0, len(axes), _FACTORS):
+            for factor in axes[first : first + _FACTORS] @ design.T:  # each beside itself in memory
+                # One at least: without any, the map would seem to state no uncertainty.
+                if found and not np.any(left > may_be_left):
+                    return shared | found
+                left -= factor**2
+                found[f"map {len(found) + 1}"] = frozen(factor)
         return shared | found
 
 

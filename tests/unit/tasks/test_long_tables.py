@@ -16,7 +16,7 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import InputError, PretravelError
 from pretravel.files import long_tables as files_long_table
 from pretravel.files import many_numbers, number_tables
-from pretravel.files.csv_table import csv_rows_text, csv_table_text
+from pretravel.files.csv_table import csv_table_text
 from pretravel.files.file_format import ReadingOptions
 from pretravel.files.long_tables import LongTable, long_table
 from pretravel.files.many_numbers import listed_rows
@@ -329,7 +329,7 @@ def test_memory_of_arrow_does_not_grow_with_the_table(tmp_path: Path) -> None:
 def test_rows_of_plain_cells_have_the_text_of_the_writer_of_csv() -> None:
     """The short way and the usual way; labels with signs that need quotes take the usual one."""
     columns = {"label": ["a1", "b 2"], "x": [1e-7, -123456789.123456789], "n": [0.1, -0.0]}
-    assert csv_rows_text(columns) == "a1,1e-07,0.1\nb 2,-123456789.123,-0\n"
+    assert csv_table_text(columns) == "label,x,n\na1,1e-07,0.1\nb 2,-123456789.123,-0\n"
     odd = {"label": ['a"1', "=1+1"], "x": [0.5, np.nan]}
     assert csv_table_text(odd) == 'label,x\n"a""1",0.5\n\'=1+1,\n'
 
@@ -343,8 +343,8 @@ def test_many_numbers_are_written_as_few(monkeypatch: pytest.MonkeyPatch) -> Non
     for many in (1, 10**9):
         monkeypatch.setattr(many_numbers, "_MANY", many)
         rows = listed_rows(list(numbers))
-        text = csv_rows_text({"label": [f"P{i}" for i in range(400)], "x": numbers[0], "l": rows})
-        lists[many] = [line.split(",") for line in text.splitlines()]
+        text = csv_table_text({"label": [f"P{i}" for i in range(400)], "x": numbers[0], "l": rows})
+        lists[many] = [line.split(",") for line in text.splitlines()[1:]]
     for few, much in zip(lists[10**9], lists[1], strict=True):
         assert few[0] == much[0]
         # The last of twelve digits may be rounded to the other side.
@@ -353,6 +353,17 @@ def test_many_numbers_are_written_as_few(monkeypatch: pytest.MonkeyPatch) -> Non
         for word in much[2].strip("[]").split():
             digits = word.partition("e")[0].replace(".", "").lstrip("-0")
             assert len(digits) <= 12, word
+
+
+def test_small_numbers_in_lists_have_twelve_decimals(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With carries, zeros of both signs, and numbers that round to zero or to the next digit."""
+    odd = [0.0, -0.0, 9.4999999999999, -9.4, 0.9999999999996, -0.9999999999996, -4e-13, 6e-13]
+    rng = np.random.default_rng(6)
+    numbers = np.array([[*odd, *rng.uniform(-9.4, 9.4, 2492)], rng.uniform(-0.1, 0.1, 2500)])
+    monkeypatch.setattr(many_numbers, "_MANY", 1)
+    rows = listed_rows(list(numbers)).to_pylist()
+    assert np.abs(listed_numbers(rows) - numbers).max() <= 0.501e-12  # and the last bit of both
+    assert {len(row) for row in rows} == {33}
 
 
 def test_numbers_of_text_are_read_with_every_bit(tmp_path: Path) -> None:

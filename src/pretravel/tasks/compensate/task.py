@@ -146,7 +146,7 @@ class Compensate(
             return usual
         from pretravel.files import point_endings
 
-        return (*point_endings(), *PAGES)
+        return (*point_endings(self.output.suffix.lower()), *PAGES)
 
     def run(
         self, progress: Progress = SILENT

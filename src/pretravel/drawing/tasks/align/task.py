@@ -134,9 +134,11 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
 
     def endings(self, output: str) -> tuple[str, ...]:
         """Points are written in each format that is known."""
+        if output != "points":
+            return super().endings(output)
         from pretravel.files import point_endings
 
-        return tuple(point_endings()) if output == "points" else super().endings(output)
+        return point_endings()
 
     def run(self, progress: Progress = SILENT) -> AlignedPart:
         """Read touches, part and map, and determine the placement."""
