@@ -478,10 +478,9 @@ def _notes(
         )
     of_variances = (
         "the readings determine the variance of each pair of directions, but not the shares of "
-        "machine and probe in it (the matrix of the variances is rank deficient by one). The "
-        "reported shares are equal, or as nearly equal as is possible without a negative variance"
+        "machine and probe in it (the matrix of the variances is rank deficient by one). "
     )
-    notes = [of_errors, of_variances + _movable_words(shares, variances)]
+    notes = [of_errors, of_variances + _share_words(shares, variances)]
     if shares.negative:
         notes.append(
             "least squares gives some pairs a negative variance, which is impossible; use the "
@@ -496,20 +495,35 @@ def _notes(
         own = float(variances[i] + variances[j])
         notes.append(
             f"the repeated pair ({repeated.machine}, {repeated.probe}) has the variance "
-            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats; the "
-            f"separation, which uses it, has {own / _SQUARE_MICROMETRE:.3g} µm² there"
+            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats"
+            f"{_u_of_repeats(repeated)}; with all readings together it is "
+            f"{own / _SQUARE_MICROMETRE:.3g} µm²"
         )
     return notes
 
 
-def _movable_words(shares: _Shares, variances: FloatArray) -> str:
-    """How far the shares can differ from half each."""
-    if shares.negative:
+def _u_of_repeats(repeated: RepeatedPair) -> str:
+    """The standard uncertainty of a variance, of normally distributed repeats."""
+    if repeated.count < 2:
         return ""
+    u = repeated.variance * math.sqrt(2.0 / (repeated.count - 1)) / _SQUARE_MICROMETRE
+    return f" (u = {u:.2g} µm²)"
+
+
+def _share_words(shares: _Shares, variances: FloatArray) -> str:
+    """What the shares are, and how far they can differ from these."""
+    if shares.negative:
+        return "The reported shares are as nearly equal as possible"
     if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
-        return ". Here only these shares avoid a negative variance"
+        return "Only the reported shares avoid a negative variance"
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
+    what = (
+        "Equal shares would give a negative variance: the reported shares are the nearest to equal "
+        "without one"
+        if shares.movable.min() < 1e-9 * float(np.mean(np.abs(variances)))
+        else "The reported shares are equal"
+    )
     return (
-        f". Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        f"{what}. Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
         f"direction, or {to_machine:.3g} µm² of each probe direction to each machine direction"
     )

@@ -67,9 +67,8 @@ class Align(TouchFilesWithFeed, OfOneTip, Reported):
     start: Annotated[
         str | None,
         Field(
-            help="Approximate placement of the part (x,y,z in mm, then rotations about x, "
-            "y, z in degrees); or a file of pretravel align. The rotations are about the machine's "
-            "axes, in that order. "
+            help="Approximate placement of the part (x,y,z in mm, then rotations in degrees about "
+            "the machine's axes x, y, z, in this order); or a file of pretravel align. "
             "Without a start, the placement follows from the plan (--plan), or is searched.",
             metavar="X,Y,Z,A,B,C",
             reads=placement_files,

@@ -84,7 +84,7 @@ class Repeat(Reported):
     output: Annotated[
         Path | None,
         output(
-            "Each touch with its drift, noise and step: .csv; or a page, .html or .pdf.",
+            "Each touch with the fitted level and the residual: .csv; or a page, .html or .pdf.",
             ".csv",
             *PAGES,
         ),
