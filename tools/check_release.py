@@ -156,12 +156,12 @@ def check_first_steps(environment: Environment, folder: Path, version: str) -> N
     if said != f"pretravel {version}":
         raise ReleaseError(f"--version says '{said}', the wheel is {version}")
     run([environment.command, "demo", "-o", "demo"], folder)
-    if not (folder / "demo" / "points.csv").exists():
+    if not (folder / "demo" / "part_points.csv").exists():
         raise ReleaseError(f"demo wrote {[path.name for path in folder.glob('demo/*')]}")
     program = (
         "import pretravel; from pathlib import Path; "
         "assert not any(p.name == 'src' for p in Path(pretravel.__file__).parents); "
-        "print(pretravel.read_points('demo/points.csv'))"
+        "print(pretravel.read_points('demo/part_points.csv'))"
     )
     if "Points(" not in run([environment.python, "-c", program], folder):
         raise ReleaseError("the points of the demonstration cannot be read")

@@ -118,8 +118,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         return ""
     if made_at is None and not stated:
         return (
-            "the touches have no column spindle_deg (orientation of the spindle): at another "
-            f"orientation points are wrong by up to {size * 1e3:.1f} µm. U does not contain this"
+            "there is no column spindle_deg: a turned spindle causes errors up to "
+            f"{size * 1e3:.1f} µm that are not in U"
         )
     if stated:
         who = "the touches give the orientation of the spindle, the map does not"

@@ -95,7 +95,7 @@ class TestRig:
         (tmp_path / "lab.toml").write_text('[laboratory]\nname = "North Ltd"\n', "utf-8")
         run("rig", *TRACES, "--lab", tmp_path / "lab.toml", "-o", tmp_path / "named.json")
         named = " ".join(read_result(tmp_path / "named.json").document.warnings)
-        assert "19 fields of lab.toml that a certificate needs are empty" in named
+        assert "19 fields of lab.toml are empty" in named
         assert "µm in" in content.document.verdict
         assert "U up to" in content.document.verdict
 

@@ -130,9 +130,9 @@ class TestLeastSquares:
         )
         assert found.repeated is pair
         note = next(note for note in found.notes if "repeated pair (12, 23)" in note)
-        assert "has the variance 0.4 µm² from 9 repeats" in note
-        assert "alone (u = 0.2 µm²)" in note  # 0.4 √(2 / 8)
-        assert f"gives {1e6 * now[19]:.3g} µm² there" in note
+        # u of a variance of 9 normally distributed repeats: the variance times the root of 2/8.
+        assert "has the variance 0.4 µm² from 9 repeats (u = 0.2 µm²)" in note
+        assert f"with all readings together it is {1e6 * now[19]:.3g} µm²" in note
 
     def test_directions_with_too_few_readings_are_named(self) -> None:
         """A full block of three by three, and machine 9 once: its residual is always zero."""

@@ -496,29 +496,37 @@ def _notes(
         i = design.machine_place(repeated.machine)
         j = design.probe_place(repeated.probe)
         own = float(variances[i] + variances[j])
-        of_repeats = repeated.variance * math.sqrt(2.0 / max(repeated.count - 1, 1))
         notes.append(
             f"the repeated pair ({repeated.machine}, {repeated.probe}) has the variance "
-            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats "
-            f"alone (u = {of_repeats / _SQUARE_MICROMETRE:.2g} µm²); the separation, from all "
-            f"readings and these repeats, gives {own / _SQUARE_MICROMETRE:.3g} µm² there"
+            f"{repeated.variance / _SQUARE_MICROMETRE:.3g} µm² from {repeated.count} repeats"
+            f"{_u_of_repeats(repeated)}; with all readings together it is "
+            f"{own / _SQUARE_MICROMETRE:.3g} µm²"
         )
     return notes
 
 
+def _u_of_repeats(repeated: RepeatedPair) -> str:
+    """The standard uncertainty of a variance, of normally distributed repeats."""
+    if repeated.count < 2:
+        return ""
+    u = repeated.variance * math.sqrt(2.0 / (repeated.count - 1)) / _SQUARE_MICROMETRE
+    return f" (u = {u:.2g} µm²)"
+
+
 def _share_words(shares: _Shares, variances: FloatArray) -> str:
-    """Which shares are given, and how far they can differ from these."""
+    """What the shares are, and how far they can differ from these."""
     if shares.negative:
-        return "No shares avoid a negative variance; those given have the least negative ones"
-    given = (
-        "The shares given are equal"
-        if shares.equal
-        else "Equal shares would make a variance negative; those given are the nearest to equal"
-    )
+        return "The reported shares are as nearly equal as possible"
     if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
-        return f"{given}. No other shares avoid a negative variance"
+        return "Only the reported shares avoid a negative variance"
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
+    what = (
+        "The reported shares are equal"
+        if shares.equal
+        else "Equal shares would give a negative variance: the reported shares are the nearest to "
+        "equal without one"
+    )
     return (
-        f"{given}. Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
+        f"{what}. Up to {to_probe:.3g} µm² of each machine direction could belong to each probe "
         f"direction, or {to_machine:.3g} µm² of each probe direction to each machine direction"
     )

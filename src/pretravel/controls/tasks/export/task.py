@@ -62,8 +62,8 @@ def _output_help() -> str:
 
     folders = [name for name, control in CONTROLS.usable().items() if control.folder]
     return (
-        f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others (radii: "
-        ".json; csv: .csv)."
+        f"Folder for {', '.join(folders[:-1])} and {folders[-1]}, file for the others "
+        "(.json for radii, .csv for csv)."
     )
 
 

@@ -62,10 +62,7 @@ class Hysteresis(Reported):
     ] = 100
     model: Annotated[
         Literal["fem", "analytic", "rigid"],
-        Field(
-            help="Body of the probe: finite elements (elastic), analytic (only the stylus bends), "
-            "or rigid."
-        ),
+        Field(help="Body of the probe: elastic (fem), only the stylus bends (analytic), or rigid."),
     ] = "fem"
     output: Annotated[
         Path | None,

@@ -226,10 +226,11 @@ def _warnings(alignment: Alignment) -> list[str]:
         )
     elif alignment.errors.excess > 0.0:
         found.append(
-            "the residuals are larger than the errors of the touches can explain. Besides these "
-            f"errors, {alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation) come from "
-            "the part or the touches: faces may be displaced, wavy or of another size, or touches "
-            "may scatter more than on the reference. u contains this"
+            "the residuals are larger than the errors of the touches can explain. Of them, "
+            f"{alignment.errors.excess / MICROMETRE:.2g} µm (standard deviation, corrected for "
+            "the degrees of freedom) come from the part or the touches: faces may be displaced, "
+            "wavy or of another size, or touches may scatter more than on the reference. u "
+            "contains this"
         )
     if not alignment.errors.map_is_stated:
         found.append(

@@ -236,7 +236,7 @@ def check_budget(
     ...     return qualify(touches, 25.0, tip_diameter=6.0, kind="mean", u_temperature=0.0)
     >>> found = check_budget(touches, again(touches), again, ActingErrors(3e-4), sets=20, rng=1)
     >>> [each.name for each in found.coverages], found.refused
-    (['points of faces', 'diameter of a bore', 'position of a bore, with one map'], ())
+    (['points of faces', 'diameter of a bore', 'position of a bore to others of the same map'], ())
     """
     found = qualification.pretravel_map
     outward = _around(bore[1]) @ found.rotation.T
@@ -449,7 +449,8 @@ def _of_bore(
     from_reference = _is_from_reference(made.pretravel_map)
     true = dict(zip("xyz", _BORE_AT + (made.center if from_reference else 0.0), strict=True))
     if places:
-        rows["position of a bore" if from_reference else "position of a bore, with one map"] = (
+        among = "" if from_reference else " to others of the same map"
+        rows[f"position of a bore{among}"] = (
             np.array([q.value - true[q.name] for q in places]),
             np.array([q.u for q in places]),
             coverage_factor(places[0].dof, whole_dof=False),

@@ -199,7 +199,8 @@ class CheckedBudget(Result):
             notes=(
                 (
                     f"Simulated errors: noise {acting.noise / MICROMETRE:.2f} µm, diameter of "
-                    f"the reference {acting.diameter / MICROMETRE:.2f} µm, its form "
+                    f"the reference {acting.diameter / MICROMETRE:.2f} µm (with its "
+                    "temperature), its form "
                     f"{acting.form / MICROMETRE:.2f} µm, hysteresis "
                     f"{acting.hysteresis / MICROMETRE:.2f} µm{_separated(self.task)}. "
                     f"The bore is {self.task.bore:g} mm wide, touched {self.task.bore_touches} "

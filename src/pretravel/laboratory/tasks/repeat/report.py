@@ -179,9 +179,8 @@ def _first_words(judged: RepeatSeries) -> str:
         return f"yes, by {size} (u = {_um(first.u)})"
     if judged.step and 0.5 * judged.step < abs(first.size) <= 1.5 * judged.step:
         return f"no: {size} is one step of the positions, which rounding makes too"
-    return (
-        f"no: {size} is within the noise; {first.p_value:.0%} of series have a larger one by chance"
-    )
+    chance = f"by chance the first touch differs as much in {100.0 * first.p_value:.2g} % of series"
+    return f"no: {size} is within the noise ({chance})"
 
 
 def _step_words(judged: RepeatSeries) -> str:

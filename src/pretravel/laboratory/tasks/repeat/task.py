@@ -84,8 +84,7 @@ class Repeat(Reported):
     output: Annotated[
         Path | None,
         output(
-            "Each touch with the level fitted there, what is left, and whether it counts: .csv; or "
-            "a page, .html or .pdf.",
+            "Each touch with the fitted level and the residual: .csv; or a page, .html or .pdf.",
             ".csv",
             *PAGES,
         ),

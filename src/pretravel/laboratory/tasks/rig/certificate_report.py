@@ -175,8 +175,8 @@ def _uncertainty_section(certificate: CalibrationCertificate) -> Section:
         formula = (
             f"U(L) = {number_text(budget.coverage_factor())} · "
             f"√({number_text(constant / MICROMETRE, decimals(4))}² + "
-            f"({number_text(slope * 1e6, decimals(3))} L)²) µm, where L is the pretravel in m; "
-            f"the budget below is for L = {length}."
+            f"({number_text(slope * 1e6, decimals(3))} L)²) µm, where L is the pretravel in m. The "
+            f"table is for {length}."
         )
     source = certificate.budget_source
     return Section(

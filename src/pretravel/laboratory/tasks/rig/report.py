@@ -302,8 +302,8 @@ def direction_table(calibration: RigCalibration, forces: Sequence[float] | None 
             *_polar_column(directions),
             Column.of("n", [float(d.count) for d in directions], digits=decimals(0)),
             column("pretravel", [d.pretravel for d in directions]),
-            column("u", [d.u_pretravel for d in directions]),
-            column("U", [d.expanded_pretravel for d in directions]),
+            column("u, repeats", [d.u_pretravel for d in directions]),
+            column("U, repeats", [d.expanded_pretravel for d in directions]),
             column("s", [d.repeatability.value for d in directions]),
             column("range", [d.pretravel_range for d in directions]),
             column("hysteresis", [d.hysteresis for d in directions]),
@@ -312,10 +312,10 @@ def direction_table(calibration: RigCalibration, forces: Sequence[float] | None 
             *_force_column(calibration, forces),
         ),
         title="Performance by direction",
-        explanation="n: touches; u: standard uncertainty of the mean, from the repeats of all "
-        "directions; U: expanded uncertainty, k u with k for 95.45 % (Student's t with the degrees "
-        "of freedom of the repeats), without the budget of the rig; s: standard deviation of one "
-        "touch, from the repeats of its direction.",
+        explanation="n: touches; u, repeats: standard uncertainty of the mean, from the repeats of "
+        "all directions; U, repeats: expanded uncertainty, k u with k for 95.45 % (Student's t "
+        "with the degrees of freedom of the repeats), without the budget of the rig; s: standard "
+        "deviation of one touch, from the repeats of its direction.",
         detail=True,
     )
 

@@ -177,8 +177,8 @@ class Rig(LaboratoryReport):
     mark: Annotated[
         tuple[MovedMark, ...],
         Field(
-            help="The ruler's position at an event (r0 first contact, r1 trigger, r2 stop, r3 loss "
-            "of contact), in mm, where you see the event in the trace. The uncertainty of a "
+            help="The ruler's position at an event, in mm, where you see the event in the trace "
+            "(r0 first contact, r1 trigger, r2 stop, r3 loss of contact). The uncertainty of a "
             "moved r0, r1 or r3 covers the old position too. May be repeated.",
             parse=trace_mark,
             metavar="TRACE:r0=MM",
@@ -453,5 +453,5 @@ class CalibratedRig(Result):
                 f"{fields} fields of the certificate are empty; fill them in with --lab "
                 "(pretravel laboratory > lab.toml)"
                 if task.lab is None
-                else f"{fields} fields of {task.lab.name} that a certificate needs are empty"
+                else f"{fields} fields of {task.lab.name} are empty"
             )

@@ -51,9 +51,10 @@ class Separate(LaboratoryReport):
     readings: Annotated[
         tuple[Path, ...],
         Field(
-            help="CSV with machine_index,probe_index,error_um, or touches of the reference's "
-            "equator at each orientation of the probe (x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg), in "
-            "one file or in one for each setup: files, a folder or a name with *.",
+            help="CSV with machine_index,probe_index,error_um (distance of the touch from the "
+            "centre less the radius, in µm), or touches of the reference's equator at each "
+            "orientation of the probe (x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg), in one file or in one "
+            "for each setup: files, a folder or a name with *.",
             positional=True,
             metavar="READINGS",
             reads=files_meant,
