@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ if __package__ in (None, ""):  # run as a file
 from benchmarks.departures.departure import Departure
 from benchmarks.departures.machine import DIAMETER, PART_AT, Run, latched, reference_run
 from benchmarks.departures.probes import MICROMETRE, MakeProbe, six_seats, uneven
+from benchmarks.departures.rows import ROWS
 from benchmarks.departures.tripod import FLAT, TIP_RADIUS, SimulatedProbe
 from pretravel import PretravelMap, Touches, apply, measure_feature, qualify, relations_between
 from pretravel.drawing.features.conformity import (
@@ -104,11 +105,16 @@ class Workshop:
         return measure_feature(points, kind, axis=Z if kind == "bore" else None, label=label)
 
 
-def workshop(number: int, kind: str, make_probe: MakeProbe = six_seats) -> Workshop:
+def workshop(
+    number: int,
+    kind: str,
+    make_probe: MakeProbe = six_seats,
+    departure: Departure = Departure("sphere"),
+) -> Workshop:
     """One probe, qualified as a user does."""
     generator = np.random.default_rng([SEED, number])
     probe = make_probe(generator)
-    departure = Departure("sphere", diameter_error=generator.normal(0.0, U_DIAMETER))
+    departure = replace(departure, diameter_error=generator.normal(0.0, U_DIAMETER))
     reference = reference_run(departure, probe, generator)
     at = latched(reference.run, probe, departure, generator)
     result = qualify(
@@ -267,6 +273,11 @@ def one_set(number: int, kind: str) -> dict[str, dict[str, float]]:
     shop = workshop(number, kind)
     oblique = np.array([np.sin(1.0), 0.0, np.cos(1.0)])
     found = {f"bore, {shape}, {n} touches": bore_row(shop, shape, n) for shape, n in BORES}
+    warming = workshop(number, kind, departure=ROWS["warming_rings"])
+    for n in (8, 24):
+        found[f"bore, perfect, {n} touches, after a sphere that drifted ring by ring"] = bore_row(
+            warming, "perfect", n
+        )
     found |= {f"plane, perfect, {n} touches": plane_row(shop, n) for n in PLANES}
     found |= {
         f"two bores, {n} touches each, distance along {axis}": bores_apart(shop, n, away)

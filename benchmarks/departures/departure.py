@@ -21,8 +21,9 @@ class Departure:
     make_probe: MakeProbe = six_seats
     directions: np.ndarray = field(default_factory=lambda: USUAL_25)
     repeats: int = 3
-    order: Literal["in a row", "passes", "shuffled passes"] = "in a row"
-    """Of the repeats: of each direction in a row, or all directions again and again."""
+    order: Literal["in a row", "rings", "passes", "shuffled passes"] = "in a row"
+    """Of the repeats: of each direction in a row, of each ring of directions again and again, or of
+    all directions."""
     ring: bool = False
     noise: float = 0.3 * MICROMETRE
     heavy_tails: bool = False
@@ -40,6 +41,8 @@ class Departure:
     backlash: float = 0.0
     drift: float = 0.0
     """Of the reference, from the first touch to the last."""
+    drift_slows: bool = False
+    """As of a machine that warms up, with a time constant of a third of the run; else steady."""
     stem_compliance: float = 0.0
     """Of the reference sphere, across its stem. [mm/N]"""
     delay: float = 0.0

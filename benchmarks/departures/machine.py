@@ -67,7 +67,7 @@ def reference_run(
 ) -> Reference:
     """Touches on the reference, along lines through a centre that is known to 10 µm."""
     directions = reachable(probe.stem, departure.directions)
-    rows, feeds = _sequence(departure, len(directions), generator)
+    rows, feeds = _sequence(departure, directions, generator)
     outward = directions[rows]
     center = REFERENCE_AT + generator.uniform(-0.5, 0.5, 3)
     assumed = center + generator.normal(0.0, 0.010, 3)
@@ -85,9 +85,12 @@ def reference_run(
         across = np.sum(outward[:, :2] ** 2, axis=1)
         reach = reach + 0.5 * departure.form * across * np.cos(2.0 * turn)
     side = -1.0 if departure.ring else 1.0
-    during = np.linspace(-0.5, 0.5, len(rows))[:, None]
+    during = np.linspace(-0.5, 0.5, len(rows))
+    if departure.drift_slows:
+        warmed = -np.exp(-3.0 * (during + 0.5)) / (1.0 - np.exp(-3.0))
+        during = warmed - np.mean(warmed)
     toward = generator.normal(size=3)
-    drifted = departure.drift * during * toward / np.linalg.norm(toward)
+    drifted = departure.drift * during[:, None] * toward / np.linalg.norm(toward)
     tip_at = assumed + reach[:, None] * outward + drifted
     curvature = -2.0 / RING_DIAMETER if departure.ring else 2.0 / DIAMETER
     run = Run(tip_at, side * radial, -side * outward, curvature, feeds, center, on_reference=True)
@@ -95,14 +98,18 @@ def reference_run(
 
 
 def _sequence(
-    departure: Departure, count: int, generator: np.random.Generator
+    departure: Departure, directions: np.ndarray, generator: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
     """Which direction each touch is in, and its feed, in the order of the touches."""
+    count = len(directions)
     repeat, rows = np.divmod(np.arange(count * departure.repeats), count)
     if departure.order == "shuffled passes":
         rows = np.concatenate([generator.permutation(count) for _ in range(departure.repeats)])
     elif departure.order == "in a row":
         rows, repeat = np.divmod(np.arange(count * departure.repeats), departure.repeats)
+    elif departure.order == "rings":
+        ring = np.unique(np.round(-directions[:, 2], 6), return_inverse=True)[1]
+        rows = rows[np.lexsort((repeat, ring[rows]))]
     second = departure.feed if departure.second_feed is None else departure.second_feed
     return rows, np.where(repeat % 2 == 1, second, departure.feed)
 

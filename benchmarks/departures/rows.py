@@ -167,6 +167,15 @@ ROWS: Mapping[str, Departure] = {
     "drift_passes": Departure(
         "sphere drifts 2 µm, repeats in passes", drift=2.0 * MICROMETRE, order="passes"
     ),
+    "drift_rings": Departure(
+        "sphere drifts 6 µm, ring by ring", drift=6.0 * MICROMETRE, order="rings"
+    ),
+    "warming_rings": Departure(
+        "machine warms up, sphere drifts 6 µm, ring by ring",
+        drift=6.0 * MICROMETRE,
+        drift_slows=True,
+        order="rings",
+    ),
     "sphere_stem": Departure("sphere stem bends 1 µm/N", stem_compliance=MICROMETRE),
     "backlash": Departure("backlash 0.5 µm", backlash=0.5 * MICROMETRE),
     "machine_scale": Departure("machine scale 10 ppm", scale=10e-6),

@@ -379,7 +379,7 @@ def _judged(model: ReferenceModel, found: _Solved) -> ReferenceFit:
             *_arrivals(model),
             *_outlying(model, found),
             *_repeating(found),
-            *_at_one_place(model, terms),
+            *_at_few_places(model, terms),
         ),
     )
 
@@ -428,29 +428,44 @@ def _repeating(found: _Solved) -> list[str]:
     ]
 
 
-def _at_one_place(model: ReferenceModel, terms: Sequence[Term]) -> list[str]:
-    """Warnings about scales between two places of an axis: an error of its screw is in them."""
-    said = []
+def _at_few_places(model: ReferenceModel, terms: Sequence[Term]) -> list[str]:
+    """A warning about scales between few places of an axis: errors of its screw are in them."""
     known = {term.name for term in terms if term.determined}
-    for axis, letter in enumerate("xyz"):
-        at, normal = model.positions[:, axis], model.touches.normals[:, axis]
-        ends = [at[normal * side > _STEEP] for side in (1, -1)]
-        if model.plate.any() and axis == 2:  # the plate is the other end of the block
-            ends = [at[model.plate], at[~model.plate & (normal > _STEEP)]]
-        alone = all(len(end) and float(np.ptp(end)) < _ELSEWHERE for end in ends)
-        if TERMS[axis] not in known or not alone:
-            continue
-        apart = abs(float(np.mean(ends[0]) - np.mean(ends[1])))
-        wrong = WITHIN_A_TURN / apart
-        said.append(
-            f"the scale of {letter} is that between two places of its axis, {apart:.0f} mm apart, "
-            "the same at all turns. An error of the screw there is in the scale, and no touch "
-            f"shows it: the {WITHIN_A_TURN / MICROMETRE:.0f} µm within a turn that ISO 3408-3 "
-            f"allows make up to {wrong * 1e6:.0f} µm/m, which U contains only by their "
-            f"probability. Place the block at another place of {letter} at each turn"
-            + (" (on parallels)" if letter == "z" else "")
+    found = [
+        (letter, apart) for axis, letter in enumerate("xyz")
+        if TERMS[axis] in known and (apart := _few_places(model, axis))
+    ]  # fmt: skip
+    if not found:
+        return []
+    axes = ", ".join(letter for letter, _ in found)
+    wrong = WITHIN_A_TURN / min(apart for _, apart in found)
+    return [
+        (
+            f"the touches that give the scale of {axes} are at few places of the axis: the block "
+            "stands at the same at all turns. An error of the screw there is in the scale, and "
+            f"touches hardly show it: the {WITHIN_A_TURN / MICROMETRE:.0f} µm within a turn that "
+            f"ISO 3408-3 allows make up to {wrong * 1e6:.0f} µm/m, which U contains only by their "
+            "probability. At each turn place the block a few millimetres elsewhere along each "
+            "axis, along z on parallels"
         )
-    return said
+    ]
+
+
+def _few_places(model: ReferenceModel, axis: int) -> float:
+    """Distance of the two ends of an axis that touches on blocks reach; zero: they reach more."""
+    normal, at = model.touches.normals[:, axis], model.positions[:, axis]
+    upper = np.where(model.plate, False, normal > _STEEP)
+    ends = [at[upper], at[model.plate if axis == 2 and model.plate.any() else normal < -_STEEP]]
+    if not all(len(end) for end in ends):
+        return 0.0
+    apart = abs(float(np.mean(ends[0]) - np.mean(ends[1])))
+    of_block = [
+        model.unknowns.start[place] for name, place in model.unknowns.at.items()
+        if name.startswith(f"{'xyz'[axis]} of ")
+    ]  # fmt: skip
+    moved = len(of_block) < 2 or float(np.ptp(of_block)) > _ELSEWHERE
+    several = any(float(np.ptp(end)) > _ELSEWHERE for end in ends)
+    return 0.0 if moved and several else apart
 
 
 def _told_from(model: ReferenceModel, found: _Solved, place: int) -> tuple[str, ...]:

@@ -368,7 +368,9 @@ def dof_of_features(terms: _Terms, u: float) -> float:
     """Degrees of freedom of the standard uncertainty of a function of one or two features.
 
     They are those with which Student's t gives the expanded uncertainty of an error that is normal
-    for each size of the form of the part, with the probabilities of these sizes.
+    for each size of the form of the part, with the probabilities of these sizes. Few residuals of
+    roughness often look like a smooth shape that moves the feature less. So the expanded
+    uncertainty covers as much if the part is rough alone, unless the residuals exclude that.
 
     Parameters
     ----------
@@ -382,11 +384,20 @@ def dof_of_features(terms: _Terms, u: float) -> float:
     float
         Infinite where the form of the part does not matter.
     """
+    found = _dof_of_form(terms, u, rough=False)
+    if not any(errors.form.may_be_rough for errors, _ in terms):
+        return found
+    return min(found, _dof_of_form(terms, u, rough=True))
+
+
+def _dof_of_form(terms: _Terms, u: float, *, rough: bool) -> float:
+    """By the probabilities of all forms; rough: of roughness alone in parts that may be so."""
     variance, probability, by_form = np.zeros(1), np.ones(1), 0.0
     for errors, rows in terms:
         weights = rows @ errors.association.response
         by_form += float(errors.form.covariance(weights)[0, 0])
-        variances, likely = errors.form.variances(weights[0])
+        alone = rough and errors.form.may_be_rough
+        variances, likely = errors.form.variances(weights[0], rough=alone)
         variance = np.add.outer(variance, variances).ravel()
         probability = np.multiply.outer(probability, likely).ravel()
     return dof_of_mixture(np.sqrt(max(u**2 - by_form, 0.0) + variance), probability, u)

@@ -24,6 +24,7 @@ _RARE = 0.01  # probability that noise alone is taken for form
 _PERFECT = 0.3  # probability, before the touches, that a surface has no form at all
 _SMOOTH = 0.5  # that a form is of one of the families, alone or …
 _BOTH = 0.4  # … together with roughness
+_NOT_EXCLUDED = 0.05  # probability of roughness alone, from which U covers it by itself
 _SIZES = 24  # of the form of a part that are tried
 _LEAST, _MOST = 0.3, 30.0  # of them, in standard deviations of the noise and of the residuals
 _VISIBLE = 0.1  # least share of a shape in the residuals: one below is named, not tried
@@ -81,6 +82,8 @@ class FormOfPart:
         Probabilities, and the sizes that they are of. Few residuals distinguish them poorly. [mm²]
     family : (c,) int
         Of `families`.
+    shown : int
+        Of `families`, the first, that residuals tell from roughness.
     hidden : tuple of str
         Families that the places of the touches cannot show.
     by_prior : bool
@@ -99,6 +102,7 @@ class FormOfPart:
     rough_variances: FloatArray = field(default_factory=lambda: np.zeros(1))
     smooth_variances: FloatArray = field(default_factory=lambda: np.zeros(1))
     family: IntArray = field(default_factory=lambda: np.zeros(1, dtype=int))
+    shown: int = 0
     hidden: tuple[str, ...] = ()
     by_prior: bool = False
     alike: tuple[str, ...] = ()
@@ -118,12 +122,29 @@ class FormOfPart:
             found = found + moved @ moved.T
         return np.asarray(found)
 
-    def variances(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Variances of a weighted sum, (n,) weights, by sizes, and their probabilities. [mm²]"""
+    @property
+    def _without_shown(self) -> BoolArray:
+        return (self.smooth_variances == 0.0) | (self.family >= self.shown)
+
+    @property
+    def may_be_rough(self) -> bool:
+        """Whether residuals that look like smooth shapes may as well be of a surface without."""
+        rough = float(self.weights[self._without_shown].sum() / self.weights.sum())
+        return _NOT_EXCLUDED < rough < 1.0
+
+    def variances(
+        self, weights: FloatArray, *, rough: bool = False
+    ) -> tuple[FloatArray, FloatArray]:
+        """Variances of a weighted sum, (n,) weights, by sizes, and their probabilities. [mm²]
+
+        Rough: of a surface without those shapes that residuals tell from roughness.
+        """
         alone = float(weights @ weights)
         common = np.array([float(np.sum((each @ weights) ** 2)) for each in self.families] or [0.0])
+        mine = self._without_shown if rough else np.ones(len(self.weights), dtype=bool)
+        each = self.rough_variances * alone + self.smooth_variances * common[self.family]
         return _binned(
-            self.rough_variances * alone + self.smooth_variances * common[self.family], self.weights
+            each[mine], self.weights[mine] / (self.weights[mine].sum() if rough else 1.0)
         )
 
     def drawn(self, trials: int, generator: np.random.Generator, count: int) -> FloatArray:
@@ -288,7 +309,9 @@ def form_of_part(
     family, rough, smooth = np.nonzero(found)
     share = weights[found] / weights[found].sum()
     none, roughness, shapes = np.zeros((0, count)), sizes[rough], sizes[smooth]
-    form = FormOfPart(0.0, none, compared.factors, share, roughness, shapes, family, hidden)
+    form = FormOfPart(
+        0.0, none, compared.factors, share, roughness, shapes, family, compared.shown, hidden
+    )
     if observed <= expected * float(chdtri(dof, _RARE)) / dof:
         return form
     form = _in_uncertainty(form, observed - expected, dof, compared.spectra)
