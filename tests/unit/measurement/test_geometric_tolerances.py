@@ -12,7 +12,12 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.frames import Placement, parse_placement
 from pretravel.drawing.features.conformity import ConformityVerdict
 from pretravel.drawing.features.measured_feature import measure_feature
-from pretravel.drawing.tolerances.datum_system import DatumFeature, DatumSystem, datum_system
+from pretravel.drawing.tolerances.datum_system import (
+    DatumFeature,
+    DatumSystem,
+    datum_system,
+    moved_by_frame,
+)
 from pretravel.drawing.tolerances.geometric_tolerances import inspect_geometry
 from pretravel.drawing.tolerances.tolerance_frame import (
     Frame,
@@ -524,3 +529,29 @@ def test_places_of_a_median_plane_move_with_its_tilt() -> None:
         by = (heights(step * unit) - heights(-step * unit)) / (2.0 * step)
         rows = np.array([own[0, k] for _, _, own, _ in found])
         assert rows == pytest.approx(by, abs=1e-3 * max(1.0, np.abs(by).max()))
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-3])
+def test_a_tilted_datum_lies_elsewhere_by_where_it_is_touched(tilt: float) -> None:
+    """B, square to A by the drawing, leans by 1 mrad; its face is 60 mm x 20 mm and has its middle
+    at y = 0. Touches anywhere on it have their middle 20 mm / sqrt(12 · 12) = 1.7 mm off."""
+    rng = np.random.default_rng(4)
+    base = DatumFeature(measure_feature(feature_points(GRID, np.tile(Z, (12, 1))), "plane"),
+                        np.zeros(3), Z)  # fmt: skip
+    side, found, u = np.array([0.0, -1.0, 0.0]), [], []
+    for _ in range(30):
+        at = np.column_stack(
+            [rng.uniform(0.0, 60.0, 12), np.zeros(12), rng.uniform(-20.0, 0.0, 12)]
+        )
+        at[:, 1] = -tilt * (at[:, 2] + 10.0)
+        leaning = measure_feature(feature_points(at, np.tile(side, (12, 1))), "plane")
+        system = datum_system([[base], [DatumFeature(leaning, np.array([30.0, 0.0, -10.0]), side)]])
+        found.append(system.placement.points(np.array([[30.0, 0.0, -10.0]]))[0, 1])
+        row = moved_by_frame(np.array([[30.0, 0.0, -10.0]]), np.array([[0.0, 1.0, 0.0]]))
+        u.append(float(np.linalg.norm(row @ system.by_places)))
+    if tilt == 0.0:
+        assert max(np.abs([*found, *u])) < 1e-9
+        return
+    # The standard deviation of 30 has 13 % of scatter: two and a half of them
+    assert np.sqrt(np.mean(np.square(found))) == pytest.approx(np.sqrt(np.mean(np.square(u))), 0.33)
+    assert np.mean(u) == pytest.approx(1.7e-3, rel=0.1)

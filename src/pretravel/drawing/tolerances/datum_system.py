@@ -73,12 +73,17 @@ class DatumSystem:
         points. [mm, rad]
     free : (6, m) float
         Motions that the datums leave free: shift, and turn about the same origin. [mm, rad]
+    by_places : (6, p) float
+        Motion by one standard uncertainty each of where planes were touched: a datum plane that is
+        tilted against those before it has another place where the middle of its touches is not
+        that of its face. [mm, rad]
     """
 
     placement: Placement
     features: tuple[MeasuredFeature, ...]
     by_parameters: tuple[FloatArray, ...]
     free: FloatArray
+    by_places: FloatArray
 
 
 def moved_by_frame(points: FloatArray, along: FloatArray) -> FloatArray:
@@ -138,7 +143,7 @@ def datum_system(datums: Datums) -> DatumSystem:
     lever = _lever(datums)
     placement = Placement()
     for _ in range(_STEPS):
-        motion, rows, free = _staged(datums, placement, lever)
+        motion, rows, places, free = _staged(datums, placement, lever)
         size = float(np.linalg.norm(motion[3:]))
         motion = motion * min(1.0, _LARGEST_TURN / max(size, 1e-300))
         placement = placement.moved(motion)
@@ -150,7 +155,10 @@ def datum_system(datums: Datums) -> DatumSystem:
             "drawing?"
         )
     features = tuple(each.feature for group in datums for each in group)
-    return DatumSystem(placement, features, tuple(map(frozen, rows)), frozen(free))
+    by_places = np.hstack([np.zeros((6, 0)), *places])
+    return DatumSystem(
+        placement, features, tuple(map(frozen, rows)), frozen(free), frozen(by_places)
+    )
 
 
 def _refuse_no_datum(datum: DatumFeature) -> None:
@@ -177,10 +185,11 @@ def _lever(datums: Datums) -> float:
 
 def _staged(
     datums: Datums, placement: Placement, lever: float
-) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+) -> tuple[FloatArray, list[FloatArray], list[FloatArray], FloatArray]:
     """Motion that brings the nominal datums onto the measured ones, datum after datum.
 
-    With its change by the parameters of each feature, and the motions that are left.
+    With its change by the parameters of each feature, by the places of touches, and the motions
+    that are left.
     """
     from scipy.linalg import block_diag
 
@@ -194,6 +203,7 @@ def _staged(
     to_origin[:3, 3:] = np.cross(np.eye(3), middle)
     scale = np.array([1.0, 1.0, 1.0, *(3 * [1.0 / lever])])
     rows: list[FloatArray] = []
+    places_of_touches: list[FloatArray] = []
     left, motion = np.eye(6), np.zeros(6)
     for group in datums:
         wanted = [_equations(each, placement, middle, lever) for each in group]
@@ -211,10 +221,15 @@ def _staged(
                                   zip(group, wanted, strict=True)))  # fmt: skip
             inverse = taken @ np.linalg.pinv(weight @ matrix @ taken) @ weight
             motion = motion + inverse @ (off - matrix @ motion)
-        rows = [row - inverse @ (matrix @ row) for row in rows]
-        start = 0
-        for _, own, change in wanted:
-            rows.append(inverse[:, start : start + len(own)] @ change)
+        rows, places_of_touches = (
+            [row - inverse @ (matrix @ row) for row in each] for each in (rows, places_of_touches)
+        )
+        start, tilt = 0, off - matrix @ motion
+        for each, (_, own, change) in zip(group, wanted, strict=True):
+            mine = slice(start, start + len(own))
+            rows.append(inverse[:, mine] @ change)
+            u = _u_of_places(each, placement, tilt[mine] / lever)
+            places_of_touches.append(inverse[:, mine] @ np.eye(len(own))[:, -1:] * u)
             start += len(own)
         left = left @ v[rank:].T
 
@@ -224,8 +239,24 @@ def _staged(
     return (
         from_origin(motion[:, None])[:, 0],
         [from_origin(row) for row in rows],
+        [from_origin(row) for row in places_of_touches],
         from_origin(left),
     )
+
+
+def _u_of_places(datum: DatumFeature, placement: Placement, tilt: FloatArray) -> float:
+    """Standard uncertainty of the place of a plane by where its touches have their middle. [mm]
+
+    Of touches anywhere on its face; the place is that of their middle, where the tilt [rad] that
+    the datums before it leave shows no more. Zero of other features.
+    """
+    if datum.feature.kind != "plane" or datum.direction is None:
+        return 0.0
+    points = datum.feature.association.points
+    sides = across(placement.vectors(datum.direction[None])[0])
+    heights = (points - points.mean(axis=0)) @ sides.T @ tilt[: len(sides)]
+    count = len(points)
+    return float(np.linalg.norm(heights)) / math.sqrt(max(count * (count - 1), 1))
 
 
 def _rests(datum: DatumFeature) -> bool:

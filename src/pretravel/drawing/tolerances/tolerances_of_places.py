@@ -38,6 +38,8 @@ from pretravel.drawing.tolerances.tolerance_frame import (
 )
 from pretravel.uncertainty import across
 
+PLACES_ON_DATUMS = "places of the touches on tilted datums"
+
 
 @dataclass(frozen=True, eq=False)
 class _Places:
@@ -91,6 +93,10 @@ def decided_places(
     machine = features[0].feature.errors.machine
     if machine > 0.0:
         parts[MACHINE] = machine**2 * np.eye(size)
+    moved = places.frame @ frames[0].system.by_places
+    if moved.any():
+        moved = np.vstack([moved, np.zeros((size - len(moved), moved.shape[1]))])
+        parts[PLACES_ON_DATUMS] = moved @ moved.T
     keep = _projection(places.free, size)
     along = _along(located, parts, keep)
     conformity = zone_conformity(

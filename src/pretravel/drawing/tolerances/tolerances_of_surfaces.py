@@ -270,6 +270,8 @@ def _form(
     moved = factor * noise
     for each, rows, noise in zip(system.features, system.by_parameters, drawn[1:], strict=True):
         moved = moved + (noise @ each.errors.association.response.T) @ (frame_rows @ rows).T
+    amounts = generator.standard_normal((trials, system.by_places.shape[1]))
+    moved = moved + amounts @ (frame_rows @ system.by_places).T
     opposed, load = None, zone_load(left, columns)
     if not own.correlation_known:
         fit = np.linalg.pinv(columns) if columns.shape[1] else np.zeros((0, len(left)))
