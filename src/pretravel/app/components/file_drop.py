@@ -78,7 +78,7 @@ def file_drop(
 
 
 def _is_used(state: ScreenState, purpose: str) -> bool:
-    """Whether work with the file has begun: it says itself what is wrong with it."""
+    """Whether work with the file was started: it says itself what is wrong with it."""
     works = WORKS.made(state)
     return any(work.ready() for work in works if purpose in (*work.job.files, *work.job.needs))
 

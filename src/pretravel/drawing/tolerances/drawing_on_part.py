@@ -103,7 +103,7 @@ def _of_one_kind(row: DrawnFeature, part: Part) -> DrawnFeature:
         raise PretravelError(
             f"feature '{row.name}' is a {row.kind}, but the kind of {faces_words(row.faces)} of "
             f"{part.name} is {' and '.join(sorted(own))}. If the part's file was changed since, "
-            "write the drawing and the points anew (pretravel drawing, pretravel align); else "
+            "write the drawing and the points again (pretravel drawing, pretravel align); else "
             "correct faces or kind"
         )
     return row
@@ -133,13 +133,13 @@ def differences_from_part(drawing: Drawing, part: Part, points: Points) -> list[
             found.append(
                 f"{row.name}: its place in the drawing is {off:.3f} mm from {there}. "
                 "The place in the drawing counts; if the part's file was changed "
-                "since, write the drawing anew (pretravel drawing)"
+                "since, write the drawing again (pretravel drawing)"
             )
         off = _off_the_face(row, part, points)
         if off > _ON_FACE:
             found.append(
                 f"{row.name}: its touches are {off:.3f} mm (median) from {there}. "
-                "If the part's file was changed since, align the touches anew "
+                "If the part's file was changed since, align the touches again "
                 "(pretravel align)"
             )
     return found
