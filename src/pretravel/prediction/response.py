@@ -150,5 +150,5 @@ def _check(
         raise ConvergenceError(
             f"touches on surfaces need a model with a linear compliance and Hertz's law at seats "
             f"and tip; model {expected.model} differs from this form by {off:.1e} mm"
-            + (f". It has it for {model.response_for}" if model.response_for else "")
+            + (f". The model has this form for {model.response_for}" if model.response_for else "")
         )

@@ -122,6 +122,7 @@ def test_hysteresis_writes_every_step(tmp_path: Path) -> None:
         "--cycles", "2", "-o", str(table), "--plot", str(png), "--verbose",
     )  # fmt: skip
     assert "hysteresis 2/µm" in said
+    assert "friction 0.2 (assumed: the description has none)" in said
     rows = read_csv_table(table)
     azimuth, force = (rows.numbers(name)[:, 0] for name in ("azimuth_deg", "force_N"))
     deflection, loading = (rows.numbers(name)[:, 0] for name in ("deflection_um", "loading"))

@@ -60,6 +60,12 @@ def test_damaged_files_are_named_and_a_map_can_be_given(tmp_path: Path) -> None:
     )
     assert "no drift is detected" in told
     assert "5, from 2026-03-01 to" in told
+    # Days with u of 0.1 µm exclude no change of 0.01 µm.
+    told, _ = both_outputs(
+        "history", logs, "--diameter", 25, "--map", tmp_path / "map.json", "--limit", 0.01
+    )
+    assert "these 5 days do not exclude" in " ".join(told.split())
+    assert "not excluded on the last day" in " ".join(told.split())
     assert "compared with the map of map.json" in " ".join(told.split())
     assert "sphere_2026-03-02.csv is not used:" in warned
     assert "1 file has no date in the name (sphere_late.csv)" in warned
@@ -80,6 +86,8 @@ def test_verifications_have_a_trend_too(tmp_path: Path) -> None:
             probe, check(touches(300 + day, size=3e-4 * day)), pretravel_map=old_map(),
             map_name="m.json", touches_name="t", decision="kept", time=start + timedelta(days=day),
         )  # fmt: skip
+        if day == 0:
+            assert "too few days to distinguish drift" in run("history", probe)
     told = run(
         "history", probe, "--limit", 4, "--plot", tmp_path / "h.png", "-o", tmp_path / "h.csv"
     )

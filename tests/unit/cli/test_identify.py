@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +27,11 @@ class TestIdentify:
         changed.write_text(text, encoding="utf-8")
         run("predict", changed, "--azimuth", "0:350:10", "--polar", "0:90:10",
             "-o", tmp_path / f"map.{ending}")  # fmt: skip
-        run("identify", tmp_path / f"map.{ending}", "--probe", "omp40-2-100mm", "--free",
-            "preload,tripod_radius,rotation", "-o", tmp_path / "found.toml",
-            "--plot", tmp_path / "left.png")  # fmt: skip
+        told = run("identify", tmp_path / f"map.{ending}", "--probe", "omp40-2-100mm", "--free",
+                   "preload,tripod_radius,rotation", "-o", tmp_path / "found.toml",
+                   "--plot", tmp_path / "left.png")  # fmt: skip
+        # What the catalogue describes, next to what was found.
+        assert re.search(r"spring\.preload_N +5\.91 +7 ", told)
         found = load_probe(tmp_path / "found.toml")
         assert found.preload == pytest.approx(7.0, rel=1e-4)
         assert found.tripod.radius == pytest.approx(15.0, rel=1e-4)

@@ -15,6 +15,7 @@ from pretravel.drawing.features.conformity import (
     size_conformity,
 )
 from pretravel.drawing.features.measured_feature import measure_feature
+from pretravel.drawing.tasks.measure.tables_of_features import conformity_table
 from tests.support.feature_points import OWN, around, feature_points
 
 CONFORMS, FAILS, UNDECIDED = ConformityVerdict
@@ -105,6 +106,21 @@ class TestPosition:
         found = position_conformity(np.array([0.03, 0.0]), np.diag([1e-6, 1e-2]), 0.02, 0.95)
         assert found.u == pytest.approx(0.002)
         assert found.verdict is FAILS
+
+
+class TestTableOfDecisions:
+    def test_a_corrected_value_is_explained_where_there_is_one(self) -> None:
+        position = position_conformity(np.array([0.001, 0.0]), 1e-6 * np.eye(2), 0.05, 0.95)
+        size = size_conformity("diameter", 20.01, 0.001, (20.0, 20.021), 0.95)
+        told = "its decision compares the value before this correction"
+        for decided, explained in (
+            (position.with_value(0.0005, 0.002), True),
+            (position.with_value(position.value, 0.002), False),
+            (size, False),
+        ):
+            assert decided.corrected == explained
+            table = conformity_table([("bore1", 0.001, size), ("bore1", 0.001, decided)])
+            assert (told in table.explanation) == explained
 
 
 class TestPromise:

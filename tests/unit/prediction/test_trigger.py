@@ -216,7 +216,9 @@ class TestTransducers:
 
     def test_the_simple_map_of_wozniak_touches_no_surface(self, omp40: Probe) -> None:
         at = Targets(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
-        with pytest.raises(ConvergenceError, match="It has it for descriptions with opening_um"):
+        with pytest.raises(
+            ConvergenceError, match="has this form for descriptions with opening_um"
+        ):
             simulate(omp40, Plane([0.0] * 3, [0.0, 0.0, 1.0]), at, model="wozniak")
 
 

@@ -82,10 +82,10 @@ class OfSeveralTips(Task):
     tip: Annotated[
         tuple[StatedTip, ...],
         Field(
-            help="One tip of several, by name, diameter D in mm and direction X,Y,Z from the tip "
-            "to its hub, such as front=4@0,1,0. Repeat the option for each tip of a star stylus, "
-            "or of a tool with several tips: --tip down=6 --tip front=4@0,1,0. The column tip of "
-            "the file contains the names; the default direction is 0,0,1. All tips touch the same "
+            help="One tip of several, by name, diameter in mm and direction from the tip to its "
+            "hub, such as front=4@0,1,0. Repeat the option "
+            "for each tip: --tip down=6 --tip front=4@0,1,0. The column tip of the file "
+            "contains the names; the default direction is 0,0,1. All tips touch the same "
             "sphere, which is not moved; offsets refer to the first tip. A name alone: use "
             "only the touches of this tip.",
             parse=stated_tip,

@@ -74,8 +74,8 @@ class Predict(Reported):
         float | None,
         Field(
             help="Coefficient of friction at the seats (Coulomb), for the third of three equal "
-            "touches; likely 0.1 to 0.3; by the models analytic and fem; wozniak has it in closed "
-            "form; default: that of the description, 0 in the catalogue.",
+            "touches; likely 0.1 to 0.3; for the models analytic, fem and, in closed form, "
+            "wozniak; default: that of the description, 0 in the catalogue.",
             range=FRICTION,
         ),
     ] = None

@@ -144,8 +144,8 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
         "residuals). At least, at most: 95 % bounds of a form (at the touched points) and of a "
         "distance near zero; U is then the difference between the value and the farther bound. "
-        "The measured range contains the errors of the points; if they explain all of it, the form "
-        "has no value, only 'at most'.",
+        "The measured range contains the errors of the points. If these errors alone explain a "
+        "form or a distance near zero, only 'at most' is given.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
