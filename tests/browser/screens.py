@@ -121,7 +121,7 @@ _CUT_OR_COVERED = """() => {
     const written = texts.map(([words]) => words);
     for (const axis of [plot.layout?.xaxis, plot.layout?.yaxis])
       for (const name of axis?.ticktext ?? [])
-        if (!written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
+        if (name && !written.includes(name.replaceAll('<br>', ''))) found.push(`missing: ${name}`);
     const titles = [...plot.querySelectorAll('.gtitle, .xtitle, .ytitle, .legendtext,'
         + '.xtick text, .ytick text, .angularaxistick text, .annotation-text, .slider-label')]
       .filter((one) => one.textContent.trim() && one.checkVisibility()

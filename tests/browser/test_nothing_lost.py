@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from pretravel.task.example_data import example_folder
 from tests.browser import screens
 from tests.browser.screens import settled
@@ -198,13 +200,19 @@ def test_what_is_typed_without_a_connection_leaves_no_verdict_of_before(
     step(page, "the value in this field is not valid")
 
 
-def test_what_is_typed_at_the_moment_of_a_reload_is_not_lost(
-    page: Any, workbench: RunningWorkbench
+@pytest.mark.parametrize("way", ["reload", "a step back"])
+def test_what_is_typed_at_the_moment_of_leaving_is_not_lost(
+    page: Any, workbench: RunningWorkbench, way: str
 ) -> None:
     """A field tells the server after a pause of typing, which the page does not wait for."""
+    opened(page, workbench.address)
     opened(page, f"{workbench.address}engineer")
     page.get_by_label(REFERENCE).fill("25.0007")
-    page.reload()
+    if way == "reload":
+        page.reload()
+    else:
+        page.go_back()
+        page.go_forward()
     page.wait_for_selector("main h1")
     page.wait_for_function(
         "() => document.querySelector('main input[aria-label^=\"Diameter of the reference\"]')"

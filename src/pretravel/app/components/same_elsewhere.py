@@ -22,8 +22,21 @@ def same_elsewhere(*tasks: Task) -> None:
         for heading, content in (("Command line", commands), ("Python", lines)):
             text("h3", heading)
             with ui.element("div").classes("code-block"):
-                text("pre", content).props('tabindex="0"')
+                if content is commands:
+                    _in_words(commands)
+                else:
+                    text("pre", content).props('tabindex="0"')
                 button = ui.button("Copy", icon="content_copy").props("no-caps flat")
                 button.props["aria-label"] = f"Copy: {heading}"
                 button.props["data-copy"] = content
                 button.classes("copy-button")
+
+
+def _in_words(commands: str) -> None:
+    """Lines that go on between two words: a browser would also break them within ``--option``."""
+    with ui.element("pre").props('tabindex="0"'):
+        for line in commands.splitlines():
+            *words, last = line.split(" ")
+            with ui.element("span").classes("line"):
+                for word in (*(f"{word} " for word in words), last):
+                    text("span", word, "word")
