@@ -124,7 +124,7 @@ class FormOfPart:
 
     @property
     def _without_shown(self) -> BoolArray:
-        return (self.smooth_variances == 0.0) | (self.family >= self.shown)
+        return np.asarray((self.smooth_variances == 0.0) | (self.family >= self.shown))
 
     @property
     def may_be_rough(self) -> bool:
