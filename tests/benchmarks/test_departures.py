@@ -233,13 +233,18 @@ def test_the_memory_moves_the_tip_along_the_push_before() -> None:
     assert change[0] == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("order", ["in a row", "passes", "shuffled passes"])
+@pytest.mark.parametrize("order", ["in a row", "rings", "passes", "shuffled passes"])
 def test_the_reference_drifts_from_the_first_touch_to_the_last(order: Any) -> None:
     still, _, _ = _latched(replace(EXACT, order=order))
     found, _, _ = _latched(replace(EXACT, order=order, drift=2 * MICROMETRE))
     moved = found - still
     assert np.linalg.norm(moved[-1] - moved[0]) == pytest.approx(2 * MICROMETRE, rel=1e-3)
     np.testing.assert_allclose(moved.mean(axis=0), 0.0, atol=1e-8)
+    slows, _, _ = _latched(replace(EXACT, order=order, drift=2 * MICROMETRE, drift_slows=True))
+    moved = np.linalg.norm(slows - still - (slows - still)[0], axis=1)
+    assert moved[-1] == pytest.approx(2 * MICROMETRE, rel=1e-3)
+    third = moved[len(moved) // 3] / moved[-1]  # 1 - 1/e of an end that e³ is short of
+    assert third == pytest.approx((1.0 - np.exp(-1.0)) / (1.0 - np.exp(-3.0)), abs=0.02)
 
 
 def test_passes_repeat_the_directions_one_after_the_other() -> None:
@@ -248,6 +253,9 @@ def test_passes_repeat_the_directions_one_after_the_other() -> None:
         _, reference, _ = _latched(replace(EXACT, order=order))
         normals = reference.nominal_normals
         np.testing.assert_array_equal(normals[same], EXACT.directions[[0, 0, 0]])
+    _, rings, _ = _latched(replace(EXACT, order="rings"))
+    ring = np.repeat(EXACT.directions[None, 1:5], 3, axis=0).reshape(-1, 3)
+    np.testing.assert_array_equal(rings.nominal_normals[3:15], ring)
     _, shuffled, _ = _latched(replace(EXACT, order="shuffled passes", second_feed=300.0))
     for part in np.split(shuffled.nominal_normals, 3):
         np.testing.assert_array_equal(np.sort(part, axis=0), np.sort(EXACT.directions, axis=0))
@@ -357,7 +365,7 @@ def test_features_are_compared_with_the_truth(capsys: pytest.CaptureFixture[str]
     one = features.one_set(0, "mean")
     assert one["bore, rough, 1 µm, 50 touches"]["true"] > 2.0 * MICROMETRE
     features.printed([one])
-    assert len(capsys.readouterr().out.splitlines()) == len(one) + len(features.BORES) + 10
+    assert len(capsys.readouterr().out.splitlines()) == len(one) + len(features.BORES) + 2 + 10
 
 
 def test_refusals_are_counted_and_not_averaged() -> None:
