@@ -155,7 +155,7 @@ def _sentences(
         else f" Set the probing feed to {feed:g} mm/min ({feed / INCH:.4g} in/min)."
     )
     sides = f" A face across X or Y is then wrong by up to {off / MICROMETRE:.2f} µm."
-    diameter = f"{2.0 * mean:.5f} mm ({2.0 * mean / INCH:.6f} in)"
+    diameter = f"{2.0 * mean:.5f} mm ({2.0 * mean / INCH:.6f} in), the mean of ±X and ±Y"
     offset = pretravel_map.tip_radius - mean
     return {
         "QtDragon, QtVCP": f"Probe diameter: {diameter}.{at}{sides}",

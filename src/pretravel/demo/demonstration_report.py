@@ -64,8 +64,9 @@ _SPHERE_TEXT = (
         "is in u_um of part_points.csv."
     ),
     (
-        "The errors with the tip radius alone contain the mean pretravel on the sphere; on the "
-        "part most of it is in the shift."
+        "On the sphere, the errors with the tip radius alone contain the mean pretravel. The "
+        "normals of the part point mainly upwards: there most of it is a shift of the whole part, "
+        "which is left out."
     ),
 )
 _RING_TEXT = (

@@ -136,6 +136,20 @@ class DriftOverTime:
                 found, least = one, time
         return found, least
 
+    def beyond_on_last_day(self) -> DailyQuantity | None:
+        """The quantity that the last day alone shows beyond the limit, by two u; None: none is.
+
+        A change of one day is no trend, and no jump before another day confirms it.
+        """
+        start = {one.quantity.name: one.start for one in self.last}
+        if not self.starts[-1]:
+            start = {one.name: 0.0 for one in self.quantities} | start
+        for one in self.quantities:
+            change = abs(one.values[-1] - start.get(one.name, math.nan)) - 2.0 * one.u[-1]
+            if change * one.share > self.limit:
+                return one
+        return None
+
     @property
     def earliest_if_walking(self) -> float:
         """The first early date of any quantity if they walk at random about their trends; the

@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 import numpy as np
+import pytest
 
 from pretravel.qualification.drifts import DailyQuantity, drift_over_time
 from pretravel.show.chart import Axis, PlaneChart, View
@@ -34,6 +35,17 @@ def test_the_forecast_is_in_the_picture() -> None:
 def test_a_limit_that_is_passed_says_so() -> None:
     told = drift_verdict(drift_over_time(DAYS, [LEVEL], 0.5e-3))
     assert "QUALIFY NOW: level has probably changed the map by more than 0.50 µm" in told
+
+
+@pytest.mark.parametrize(("days", "last"), [(4, 1.8), (2, 1.8), (4, -1.8), (4, 0.6)])
+def test_a_change_of_the_last_day_alone_is_said(days: int, last: float) -> None:
+    """It is no trend and no jump yet; within the limit and two u it is not said."""
+    values = np.array([0.05, -0.03, 0.02, -0.04])[-days:]
+    values[-1] = last
+    level = DailyQuantity("level", "µm", values, np.full(days, 0.16), 1e-3)
+    told = drift_verdict(drift_over_time(DAYS[:days], [level], 0.4e-3))
+    assert (f"on the last day level is {last:+.2f} µm (u = 0.16 µm)" in told) == (abs(last) > 0.72)
+    assert ("VERIFY AGAIN" in told) == (abs(last) > 0.72)
 
 
 def test_words_at_ticks_are_in_files_and_pages() -> None:

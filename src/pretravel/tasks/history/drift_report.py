@@ -145,14 +145,18 @@ def drift_verdict(drift: DriftOverTime) -> str:
     -------
     str
     """
+    limit = value_text(drift.limit / MICROMETRE, "µm")
     since = drift.moments[drift.starts[-1]]
     after = f"since the jump or new map of {_date(since)}: " if drift.starts[-1] else ""
+    last_day = "" if drift.drifting else _last_day_words(drift)
     span = float(drift.times[-1] - drift.times[drift.starts[-1]])
     if not drift.last and len(drift.times) - drift.starts[-1] >= FEWEST_VALUES:
-        return f"{after}all within {_time_span(span)}: a drift shows only over several days"
+        several = f"all within {_time_span(span)}: a drift shows only over several days"
+        return f"{after}{several}{last_day}"
     if not drift.last:
-        return f"{after}too few days to distinguish drift from scatter (3 are needed)"
-    limit = value_text(drift.limit / MICROMETRE, "µm")
+        return f"{after}too few days to distinguish drift from scatter (3 are needed){last_day}"
+    if last_day:
+        return f"{after}no trend{last_day}"
     moving = ", ".join(_movement(one) for one in drift.drifting)
     due, time = drift.first_due()
     _, early = drift.first_due(early=True)
@@ -185,6 +189,19 @@ def drift_verdict(drift: DriftOverTime) -> str:
     return (
         f"{after}no drift is detected; a drift too small to be detected in these days could reach "
         f"{limit} {on} at the earliest (95 %{_sooner(drift)})"
+    )
+
+
+def _last_day_words(drift: DriftOverTime) -> str:
+    """That the last day alone is beyond the limit; empty where it is not."""
+    changed = drift.beyond_on_last_day()
+    if changed is None:
+        return ""
+    value = value_text(changed.values[-1], changed.unit, Digits(2, signed=True))
+    u = value_text(changed.u[-1], changed.unit, decimals(2))
+    return (
+        f", but on the last day {changed.name} is {value} (u = {u}), which changes the map by more "
+        f"than {value_text(drift.limit / MICROMETRE, 'µm')}: VERIFY AGAIN, and qualify if it stays"
     )
 
 

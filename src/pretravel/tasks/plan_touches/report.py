@@ -55,7 +55,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         "without the common shift of all points",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="rms, when it was made"),
+                      remark="rms over these directions, when it was made"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
@@ -76,12 +76,12 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
 
 def _of_update(plan: TouchPlan) -> str:
     """What u contains that a qualification with the old map says."""
-    shown = "rms over the whole map, as a qualification with the old map says it"
+    shown = "rms over the whole map: the value that a qualification with the old map will give"
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}, with the common shift: it moves all points as another centre of the sphere "
-        "would, and cancels in distances"
+        f"{shown}. This value, unlike those above, contains the common shift of all points, which "
+        "another centre of the sphere would cause and which cancels in distances"
     )
 
 

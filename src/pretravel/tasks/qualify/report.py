@@ -52,6 +52,13 @@ from pretravel.six_seats import IDEAL, PARAMETERS, PhysicalMapFit
 from pretravel.task import budget_section
 from pretravel.tasks.qualify.summary import judgement, summary_figures, verdict
 
+_MODEL_NUMBERS = {
+    "lever_ratio": "lever / radius",
+    "rod_azimuth": "first rod",
+    "tip_approach": "compression of tip and part",
+}
+"""Of the six-seat model, under the names that its other figures have."""
+
 
 def qualification_document(
     result: Qualification,
@@ -255,7 +262,7 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
         return KeyFigure(label, value * factor, unit, digits, u * factor, remark=remark)
 
     learned = ", ".join(
-        f"{parameter.name.replace('_', ' ')} "
+        f"{_MODEL_NUMBERS.get(parameter.name, parameter.name.replace('_', ' '))} "
         f"{number_text(100.0 * fit.learned[index[parameter.name]], decimals(0))} %"
         for parameter in IDEAL
     )
