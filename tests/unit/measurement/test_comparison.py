@@ -152,10 +152,10 @@ class TestComparison:
                    "--plot", tmp_path / "c.png")  # fmt: skip
         assert "on the part: max" in told
         # The map left "full map 0.00" of itself: what it leaves is its u, of this one unknown.
-        assert re.search(r"^map \(max: 2 u, rms: u\) *$", told, re.MULTILINE)
+        assert re.search(r"^map \(twice the largest u, rms of u\) *$", told, re.MULTILINE)
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
-        assert re.search(r"^map \(max: 2 u, rms: u\) +[1-9]\.\d\d +0\.[1-9]\d", known, re.MULTILINE)
+        assert re.search(r"^map \(twice the largest u, rms of u\) +[1-9]\.\d\d +0\.[1-9]\d", known, re.MULTILINE)
         assert "one radius for all" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}
