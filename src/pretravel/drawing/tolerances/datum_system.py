@@ -248,15 +248,19 @@ def _u_of_places(datum: DatumFeature, placement: Placement, tilt: FloatArray) ->
     """Standard uncertainty of the place of a plane by where its touches have their middle. [mm]
 
     Of touches anywhere on its face; the place is that of their middle, where the tilt [rad] that
-    the datums before it leave shows no more. Zero of other features.
+    the datums before it leave shows no more. Its own errors tilt it too, but they are in u already.
+    Zero of other features.
     """
-    if datum.feature.kind != "plane" or datum.direction is None:
+    found, rows = datum.feature.association, datum.feature.association.direction_rows
+    if datum.feature.kind != "plane" or datum.direction is None or rows is None:
         return 0.0
-    points = datum.feature.association.points
     sides = across(placement.vectors(datum.direction[None])[0])
-    heights = (points - points.mean(axis=0)) @ sides.T @ tilt[: len(sides)]
-    count = len(points)
-    return float(np.linalg.norm(heights)) / math.sqrt(max(count * (count - 1), 1))
+    by_errors = np.asarray(sum(datum.feature.errors.parts(sides @ rows).values()))
+    tilted = np.outer(tilt[:2], tilt[:2]) - by_errors
+    middle = (found.points - found.points.mean(axis=0)) @ sides.T
+    count = len(middle)
+    squares = float(np.sum((middle @ tilted) * middle))
+    return math.sqrt(max(squares, 0.0) / max(count * (count - 1), 1))
 
 
 def _rests(datum: DatumFeature) -> bool:
