@@ -538,7 +538,7 @@ def test_a_tilted_datum_lies_elsewhere_by_where_it_is_touched(tilt: float) -> No
     rng = np.random.default_rng(4)
     base = DatumFeature(measure_feature(feature_points(GRID, np.tile(Z, (12, 1))), "plane"),
                         np.zeros(3), Z)  # fmt: skip
-    side, found, u = np.array([0.0, -1.0, 0.0]), [], []
+    side, found, u, known = np.array([0.0, -1.0, 0.0]), [], [], []
     for _ in range(30):
         at = np.column_stack(
             [rng.uniform(0.0, 60.0, 12), np.zeros(12), rng.uniform(-20.0, 0.0, 12)]
@@ -549,9 +549,14 @@ def test_a_tilted_datum_lies_elsewhere_by_where_it_is_touched(tilt: float) -> No
         found.append(system.placement.points(np.array([[30.0, 0.0, -10.0]]))[0, 1])
         row = moved_by_frame(np.array([[30.0, 0.0, -10.0]]), np.array([[0.0, 1.0, 0.0]]))
         u.append(float(np.linalg.norm(row @ system.by_places)))
+        place = np.array([30.0, 0.0, -10.0])
+        system = datum_system([[base], [DatumFeature(leaning, place, side, middle=place)]])
+        known.append(float(np.linalg.norm(row @ system.by_places)))
     if tilt == 0.0:
         assert max(np.abs([*found, *u])) < 1e-9
         return
+    # Where the middle of the face is known, u is the amount itself.
+    assert known == pytest.approx(np.abs(found), abs=1e-8)
     # The standard deviation of 30 has 13 % of scatter: two and a half of them
     assert np.sqrt(np.mean(np.square(found))) == pytest.approx(np.sqrt(np.mean(np.square(u))), 0.33)
     assert np.mean(u) == pytest.approx(1.7e-3, rel=0.1)

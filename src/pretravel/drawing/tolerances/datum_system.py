@@ -39,11 +39,14 @@ class DatumFeature:
     direction : (3,) float or None
         Nominal: outward normal of a plane, axis. None for a sphere. Of a surface the outward
         normal at each touch, (n, 3).
+    middle : (3,) float or None
+        Nominal: the middle of a plane's faces, where it is known. [mm]
     """
 
     feature: MeasuredFeature
     point: FloatArray
     direction: FloatArray | None
+    middle: FloatArray | None = None
 
     @classmethod
     def as_measured(cls, feature: MeasuredFeature) -> DatumFeature:
@@ -247,16 +250,23 @@ def _staged(
 def _u_of_places(datum: DatumFeature, placement: Placement, tilt: FloatArray) -> float:
     """Standard uncertainty of the place of a plane by where its touches have their middle. [mm]
 
-    Of touches anywhere on its face; the place is that of their middle, where the tilt [rad] that
-    the datums before it leave shows no more. Zero of other features.
+    The place is that of this middle, where the tilt [rad] that the datums before it leave shows no
+    more, and not of the middle of the face: where that is not known, the touches are anywhere on
+    it. Its own errors tilt a plane too, but they are in u already. Zero of other features.
     """
-    if datum.feature.kind != "plane" or datum.direction is None:
+    found, rows = datum.feature.association, datum.feature.association.direction_rows
+    if datum.feature.kind != "plane" or datum.direction is None or rows is None:
         return 0.0
-    points = datum.feature.association.points
     sides = across(placement.vectors(datum.direction[None])[0])
-    heights = (points - points.mean(axis=0)) @ sides.T @ tilt[: len(sides)]
-    count = len(points)
-    return float(np.linalg.norm(heights)) / math.sqrt(max(count * (count - 1), 1))
+    if datum.middle is not None:
+        off = placement.points(datum.middle[None])[0] - found.points.mean(axis=0)
+        return abs(float(sides @ off @ tilt[:2]))
+    by_errors = np.asarray(sum(datum.feature.errors.parts(sides @ rows).values()))
+    tilted = np.outer(tilt[:2], tilt[:2]) - by_errors
+    middle = (found.points - found.points.mean(axis=0)) @ sides.T
+    count = len(middle)
+    squares = float(np.sum((middle @ tilted) * middle))
+    return math.sqrt(max(squares, 0.0) / max(count * (count - 1), 1))
 
 
 def _rests(datum: DatumFeature) -> bool:

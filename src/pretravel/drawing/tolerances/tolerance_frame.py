@@ -25,7 +25,7 @@ from pretravel.drawing.tolerances.datum_system import (
     DatumSystem,
     datum_system,
 )
-from pretravel.surface import Part, feet_on_faces
+from pretravel.surface import Part, face_triangles, feet_on_faces
 
 POSITION, PROFILE = "position", "profile"
 COAXIALITY, CONCENTRICITY, SYMMETRY = "coaxiality", "concentricity", "symmetry"
@@ -333,7 +333,19 @@ def _nominal(placed: PlacedFeature) -> DatumFeature:
     direction = placed.direction
     if direction is None and found.direction_rows is not None:
         direction = placed.needed("direction")
-    return DatumFeature(placed.feature, placed.needed("point"), direction)
+    return DatumFeature(placed.feature, placed.needed("point"), direction, _middle(placed))
+
+
+def _middle(placed: PlacedFeature) -> FloatArray | None:
+    """The middle of the area of a plane's faces, where the part and the faces are known. [mm]"""
+    own = own_faces(placed)
+    if placed.feature.kind != "plane" or placed.part is None or own is None:
+        return None
+    shown = [face_triangles(placed.part.faces[index]) for index in np.unique(own)]
+    corners = np.concatenate([each.points[each.corners] for each in shown])
+    sides = corners[:, 1:] - corners[:, :1]
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return np.asarray(area @ corners.mean(axis=1) / area.sum())
 
 
 def _frame_of_axis(tolerance: GeometricTolerance, groups: Sequence[DatumWord]) -> Frame:
