@@ -2,7 +2,7 @@
 
 python -m benchmarks.run                   # everything; writes docs/benchmarks.md
 python -m benchmarks.run --only studies    # one of them; nothing is written
-python -m benchmarks.run --only waiting --update   # its rows in the page; other rows stay
+python -m benchmarks.run --only pages --update    # its rows in the page; other rows stay
 python -m benchmarks.run --small --print   # small sizes: shows that everything works
 """
 
@@ -17,7 +17,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import load, long_tables, ratios, studies, waiting
+from benchmarks import installed, load, long_tables, ratios, studies, waiting
 from benchmarks.commands import spent
 from benchmarks.results import (
     Figures,
@@ -79,7 +79,13 @@ BENCHMARKS: Mapping[str, Callable[[Sizes], Figures]] = {
     "finite-elements": ratios.finite_elements,
     "element-studies": studies.element_studies,
     "calculix": calculix,
-    "waiting": waiting.waiting,
+    "commands": waiting.commands,
+    "pages": waiting.pages,
+    "parts": waiting.parts,
+    "tables": waiting.tables,
+    "fits": waiting.fits,
+    "a-design": waiting.elements,
+    "installed": installed.installed,
     "over-touches": load.over_touches,
     "over-directions": load.over_directions,
     "over-designs": load.over_designs,
