@@ -15,10 +15,9 @@ COMMAND = "make benchmark"
 LEAST_MEMORY = 1e6
 """Less is chance. [bytes]"""
 _ABOUT_RATIOS = """\
-Each job is measured in the same run as its alternative, by the clock, or in time of the processor
-where the note has a goal. The ratio says how many times as long the alternative takes. No test sets
-a limit on time. Where an alternative takes its points one by one, it takes a part of them, and its
-time is scaled up."""
+Each job is measured in the same run as its alternative: by the clock, or by the processor's time
+where the note has a goal. The ratio says how many times as long the alternative takes; where it
+takes points one by one, the time of a part is scaled up."""
 _ABOUT_GROWTH = """\
 Each job runs at two or three sizes, each in a separate process. Where memory is stated, time is
 processor time with one thread, and memory is without imports and data. The exponents compare the
