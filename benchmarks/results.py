@@ -8,15 +8,16 @@ import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
+from typing import TypeAlias
 
+Table: TypeAlias = Sequence[Sequence[str]]
 COMMAND = "make benchmark"
 LEAST_MEMORY = 1e6
 """Less is chance. [bytes]"""
 _ABOUT_RATIOS = """\
-Each job is measured in the same run as its alternative, by the clock, and the results of both are
-compared. The ratio says how many times as long the alternative takes. No test sets a limit on time.
-Where an alternative takes its points one by one, it takes a part of them, and its time is
-scaled up."""
+Each job is measured in the same run as its alternative: by the clock, or by the processor's time
+where the note has a goal. The ratio says how many times as long the alternative takes; where it
+takes points one by one, the time of a part is scaled up."""
 _ABOUT_GROWTH = """\
 Each job runs at two or three sizes, each in a separate process. Where memory is stated, time is
 processor time with one thread, and memory is without imports and data. The exponents compare the
@@ -166,14 +167,14 @@ def computer() -> str:
     )
 
 
-def page(figures: Figures, where: str) -> str:
+def page(where: str, *, has_growths: bool = True) -> str:
     """The page of the documentation, in Markdown; the site takes its tables from their files.
 
     Parameters
     ----------
-    figures : Figures
     where : str
         The computer in words.
+    has_growths : bool
     """
     lines = [
         "# Benchmarks",
@@ -184,7 +185,7 @@ def page(figures: Figures, where: str) -> str:
         "",
         "<!-- generated: results benchmarks -->",
     ]
-    if figures.growths:
+    if has_growths:
         lines += ["", "## Growth", "", f"{_ABOUT_GROWTH} ([CSV](results/growth.csv))", ""]
         lines += ["<!-- generated: results growth -->"]
     return "\n".join(lines) + "\n"
@@ -224,6 +225,25 @@ def growth_table(growths: Sequence[Growth]) -> list[list[str]]:
             ]
         )
     return lines
+
+
+def updated(before: Table, now: Table) -> list[list[str]]:
+    """The rows of a table with those that were measured now; new ones come last.
+
+    Parameters
+    ----------
+    before, now : sequence of sequence of str
+        The first row has the names of the columns. Rows with the same job and the same alternative
+        (or what grows) are the same.
+
+    >>> updated([["job", "with"], ["a", "x", "1"], ["b", "x", "2"]],
+    ...         [["job", "with"], ["b", "x", "3"], ["c", "x", "4"]])
+    [['job', 'with'], ['a', 'x', '1'], ['b', 'x', '3'], ['c', 'x', '4']]
+    """
+    other = 2 if len(now[0]) > 2 and now[0][2] == "alternative" else 1
+    rows = {(row[0], row[other]): list(row) for row in before[1:]}
+    rows |= {(row[0], row[other]): list(row) for row in now[1:]}
+    return [list(now[0]), *rows.values()]
 
 
 def _signed(value: float) -> str:

@@ -2,6 +2,7 @@
 
 python -m benchmarks.run                   # everything; writes docs/benchmarks.md
 python -m benchmarks.run --only studies    # one of them; nothing is written
+python -m benchmarks.run --only pages --update    # its rows in the page; other rows stay
 python -m benchmarks.run --small --print   # small sizes: shows that everything works
 """
 
@@ -16,17 +17,19 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from benchmarks import load, long_tables, ratios, studies, waiting
+from benchmarks import installed, load, long_tables, ratios, studies, waiting
 from benchmarks.commands import spent
 from benchmarks.results import (
     Figures,
     Row,
+    Table,
     computer,
     growth_line,
     growth_table,
     page,
     ratio_table,
     row_line,
+    updated,
 )
 from benchmarks.sizes import FULL, SMALL, Sizes
 
@@ -76,7 +79,13 @@ BENCHMARKS: Mapping[str, Callable[[Sizes], Figures]] = {
     "finite-elements": ratios.finite_elements,
     "element-studies": studies.element_studies,
     "calculix": calculix,
-    "waiting": waiting.waiting,
+    "commands": waiting.commands,
+    "pages": waiting.pages,
+    "parts": waiting.parts,
+    "tables": waiting.tables,
+    "fits": waiting.fits,
+    "a-design": waiting.elements,
+    "installed": installed.installed,
     "over-touches": load.over_touches,
     "over-directions": load.over_directions,
     "over-designs": load.over_designs,
@@ -102,23 +111,42 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", choices=BENCHMARKS, action="append", help="run this one")
     parser.add_argument("--small", action="store_true", help="small sizes; nothing is written")
     parser.add_argument("--print", action="store_true", help="write no page")
+    parser.add_argument("--update", action="store_true", help="write; rows not run stay")
     options = parser.parse_args(arguments)
     where = computer()
     print(where)
     print(f"{'':66s} {'pretravel':>8s} {'other':>8s} {'ratio':>6s}")
     found = run(options.only or list(BENCHMARKS), SMALL if options.small else FULL)
-    if not (options.only or options.small or options.print):
-        PAGE.write_text(page(found, where), encoding="utf-8")
-        _write_table("benchmarks", ratio_table(found.rows))
-        if found.growths:
-            _write_table("growth", growth_table(found.growths))
+    if options.update or not (options.only or options.small or options.print):
+        where += " Rows without a goal are of earlier runs." if options.update else ""
+        ratios_found, growths_found = ratio_table(found.rows), growth_table(found.growths)
+        if options.update:
+            ratios_found = updated(_read_table("benchmarks"), ratios_found)
+            growths_found = updated(_read_table("growth"), growths_found)
+        has_growths = len(growths_found) > 1
+        PAGE.write_text(page(where, has_growths=has_growths), encoding="utf-8")
+        _write_table("benchmarks", ratios_found)
+        if has_growths:
+            _write_table("growth", growths_found)
         print(f"wrote {PAGE}")
 
 
-def _write_table(name: str, rows: Sequence[Sequence[str]]) -> None:
-    folder = PAGE.parent / "results"
-    folder.mkdir(exist_ok=True)
-    with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
+def _table_file(name: str) -> Path:
+    return PAGE.parent / "results" / f"{name}.csv"
+
+
+def _read_table(name: str) -> list[list[str]]:
+    path = _table_file(name)
+    if not path.is_file():
+        return [[]]
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+def _write_table(name: str, rows: Table) -> None:
+    path = _table_file(name)
+    path.parent.mkdir(exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from benchmarks.results import (
-    Figures,
     Growth,
     Row,
     exponent,
@@ -20,6 +20,7 @@ from benchmarks.results import (
     ratio_table,
     row_line,
     seconds_text,
+    updated,
 )
 
 ROW = Row("points read", "1,000", 0.5, "a plain loop", 25.0, "at most 12 MB")
@@ -55,7 +56,7 @@ def test_ratios_say_how_many_times_as_long_the_alternative_takes() -> None:
 
 def test_page_and_tables_show_every_figure() -> None:
     missing = Row("map", "9", None, "another solver", None, "not measured: it is not installed")
-    lines = page(Figures((ROW, missing), (GROWTH,)), "A computer with 3 cores.").splitlines()
+    lines = page("A computer with 3 cores.").splitlines()
     assert lines[0] == "# Benchmarks"
     assert any("make benchmark" in line and "A computer with 3 cores." in line for line in lines)
     assert "<!-- generated: results benchmarks -->" in lines
@@ -66,6 +67,14 @@ def test_page_and_tables_show_every_figure() -> None:
     ]
     sizes = "10: 1 s, 5 MB; 100: 2 s, 20 MB; 1,000: 20 s, 2 GB"
     assert growth_table((GROWTH,))[1:] == [["`read`", "points", sizes, "1.00", "2.00"]]
+
+
+def test_an_update_keeps_the_rows_that_were_not_measured() -> None:
+    """A job with two alternatives has two rows; measured ones stay in their place."""
+    other, slower = replace(ROW, alternative="a quick loop"), replace(ROW, ours=1.0)
+    new = replace(ROW, what="points written")
+    before, now = ratio_table((ROW, other)), ratio_table((new, slower))
+    assert updated(before, now) == ratio_table((slower, other, new))
 
 
 def test_figures_are_printed_while_they_are_measured() -> None:

@@ -155,7 +155,8 @@ class TestComparison:
         assert re.search(r"^map \(twice the largest u, rms of u\) *$", told, re.MULTILINE)
         write_map(tmp_path / "known.json", example_map())
         known = run("compare", tmp_path / "known.json")
-        assert re.search(r"^map \(twice the largest u, rms of u\) +[1-9]\.\d\d +0\.[1-9]\d", known, re.MULTILINE)
+        numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
+        assert re.search(r"^map \(twice the largest u, rms of u" + numbers, known, re.MULTILINE)
         assert "one radius for all" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}

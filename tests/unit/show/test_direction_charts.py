@@ -18,8 +18,8 @@ from pretravel.show.direction_charts import (
     scattered_top_view,
     touched_levels,
 )
-from pretravel.tasks.plan_touches.report import touch_plan_view
-from pretravel.tasks.qualify.report import qualification_view
+from pretravel.tasks.plan_touches.picture import touch_plan_view
+from pretravel.tasks.qualify.picture import qualification_view
 from pretravel.tasks.qualify.update_report import map_update_view
 from tests.support.example_maps import example_map, example_qualification
 from tests.support.reference_touches import sphere_touches

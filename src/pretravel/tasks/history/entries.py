@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from pretravel.files import Entry
+if TYPE_CHECKING:
+    from pretravel.files import Entry
 
 
 def decision_words(decision: str) -> str:

@@ -1,35 +1,26 @@
-"""Report and picture of a plan of few touches: where, and what they bring."""
+"""Report of a plan of few touches: where, and what they bring."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
 from pretravel.qualification import TouchPlan
 from pretravel.show import (
-    Axis,
-    Colour,
     Column,
     Document,
-    Dots,
     KeyFigure,
-    LineMark,
     Picture,
-    PlaneChart,
-    Scale,
     Table,
-    View,
     angles_deg,
-    azimuth_axis,
     decimals,
-    direction_words,
-    is_ring,
     number_text,
-    scattered_top_view,
 )
+
+if TYPE_CHECKING:
+    from pretravel.show import View
 
 
 def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
@@ -47,6 +38,12 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
     """
     title = f"Touches that keep {map_name or 'a map'} good"
     drift = plan.prior.drift
+
+    def drawn() -> View:
+        from pretravel.tasks.plan_touches.picture import touch_plan_view
+
+        return touch_plan_view(plan, title)
+
     noise = plan.prior.pretravel_map.repeatability / MICROMETRE
     return Document(
         title=title,
@@ -70,7 +67,7 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
                       "turn: about the axis; form: other changes, in % of the map's variation"),
         ),
         tables=(_directions_table(plan),),
-        pictures=(Picture("u today and with the touches", lambda: touch_plan_view(plan, title)),),
+        pictures=(Picture("u today and with the touches", drawn),),
     )  # fmt: skip
 
 
@@ -104,48 +101,3 @@ def _directions_table(plan: TouchPlan) -> Table:
         title="Directions, in their order:",
         explanation="In the probe frame. In this order, the tip arrives from changing directions.",
     )
-
-
-def touch_plan_view(plan: TouchPlan, title: str = "") -> View:
-    """Standard uncertainty of the map today and with the touches, in the same colours.
-
-    Parameters
-    ----------
-    plan : TouchPlan
-    title : str
-
-    Returns
-    -------
-    View
-    """
-    highest = float(plan.u_before.max()) / MICROMETRE
-    scale = Scale("u of the map", "µm", 0.0, highest)
-    planned: dict[str, Any] = dict(
-        zip(("node_polar_deg", "node_azimuth_deg"), angles_deg(plan.directions), strict=True),
-        node_name="planned touches, in their order",
-        node_labels=tuple(direction_words(plan.directions)),
-        numbered=True,
-    )
-    if is_ring(plan.places):
-        return View(title or "Plan of touches", (_ring_chart(plan),))
-    today = scattered_top_view("u today", plan.places, plan.u_before / MICROMETRE, scale)
-    then = scattered_top_view("u with the touches", plan.places, plan.u_after / MICROMETRE, scale)
-    return View(title or "Plan of touches", (today, replace(then, **planned)), 2)
-
-
-def _ring_chart(plan: TouchPlan) -> PlaneChart:
-    """The same over the azimuth, where the map is one of a ring."""
-    azimuth = angles_deg(plan.places)[1]
-    order = np.argsort(azimuth)
-    states: tuple[tuple[str, Colour, FloatArray], ...] = (
-        ("today", "before", plan.u_before),
-        ("with the touches", "after", plan.u_after),
-    )
-    lines = [
-        LineMark(azimuth[order], u[order] / MICROMETRE, name, colour) for name, colour, u in states
-    ]
-    at = angles_deg(plan.directions)[1]
-    labels = tuple(direction_words(plan.directions))
-    touches = Dots(at, np.zeros(len(at)), "planned touches", "ink", symbol="diamond", labels=labels)
-    return PlaneChart("u of the map", azimuth_axis(), Axis("u of the map", "µm", low=0.0),
-                      (*lines, touches))  # fmt: skip

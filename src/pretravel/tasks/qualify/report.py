@@ -1,14 +1,14 @@
-"""Report and pictures of a qualification: the map of a probe from touches on a reference."""
+"""Report of a qualification: the map of a probe from touches on a reference."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pretravel.base import DEGREE, MICROMETRE, FloatArray
+from pretravel.base import DEGREE, MICROMETRE
 from pretravel.maps import USUAL_U_DIAMETER, some_directions
 from pretravel.qualification import (
     KindScore,
@@ -18,39 +18,25 @@ from pretravel.qualification import (
     radius_budget,
 )
 from pretravel.show import (
-    Axis,
     Column,
     Document,
-    Dots,
     KeyFigure,
-    Mark,
     Picture,
-    PlaneChart,
-    Rule,
-    Scale,
     Section,
     Span,
     Table,
-    View,
-    angles_deg,
-    at_the_edge,
-    azimuth_axis,
     budget_picture,
-    chart_by_place,
     decimals,
-    is_ring,
-    labels_of,
-    map_and_touches,
-    map_body,
-    map_top_view,
     number_text,
     signed_decimals,
-    some_rows,
     value_text,
 )
 from pretravel.six_seats import IDEAL, PARAMETERS, PhysicalMapFit
 from pretravel.task import budget_section
 from pretravel.tasks.qualify.summary import judgement, summary_figures, verdict
+
+if TYPE_CHECKING:
+    from pretravel.show import View
 
 _MODEL_NUMBERS = {
     "lever_ratio": "lever / radius",
@@ -93,6 +79,12 @@ def qualification_document(
     title = f"{touches_name}, " if touches_name else "Qualification, "
     title += f"map kind {pretravel_map.kind}"
     budgets = (part_point_budget(result), radius_budget(result))
+
+    def drawn() -> View:
+        from pretravel.tasks.qualify.picture import qualification_view
+
+        return qualification_view(result, title)
+
     return Document(
         title=title,
         verdict=verdict(result, budgets[0]),
@@ -112,7 +104,7 @@ def qualification_document(
             Section("Method", (_method(result),), detail=True, certificate=True),
         ),
         pictures=(
-            Picture("Map, touches and residuals", lambda: qualification_view(result, title)),
+            Picture("Map, touches and residuals", drawn),
             *(budget_picture(budget, budget.result) for budget in budgets),
         ),
         notes=(*(f"left out as requested: {name}" for name in excluded),),
@@ -286,71 +278,3 @@ def _six_seat_section(fit: PhysicalMapFit) -> Section:
         ),
         detail=True,
     )  # fmt: skip
-
-
-def qualification_view(qualification: Qualification, title: str = "") -> View:
-    """The map from above and as a body, over azimuth with the touches, and the residuals by place.
-
-    Parameters
-    ----------
-    qualification : Qualification
-    title : str
-
-    Returns
-    -------
-    View
-        Of touches on a ring: the map over azimuth, and the residuals over azimuth.
-    """
-    pretravel_map = qualification.pretravel_map
-    title = title or f"Qualification, map kind {pretravel_map.kind}"
-    directions = qualification.contact_normals @ pretravel_map.rotation
-    observed, residuals = qualification.observed, qualification.residuals / MICROMETRE
-    labels = labels_of(
-        directions,
-        [("pretravel", observed / MICROMETRE, False), ("residual", residuals, True)],
-    )
-    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
-    # A touch that the map leaves out sets no scale: it is named where the residuals stand.
-    used = np.setdiff1d(np.arange(len(directions)), outliers)
-    own = tuple(labels[row] for row in used)
-    around = map_and_touches(pretravel_map, directions[used], observed[used], own)
-    if outliers:
-        around = replace(around, note=f"{around.note} Outliers are not drawn here.")
-    if is_ring(directions):
-        return View(title, (around, _residuals_on_ring(qualification, directions, labels)), 2)
-    scale = Scale.of("residual (touch − map)", "µm", residuals[used], signed=True)
-    by_place = chart_by_place(
-        directions, residuals, scale, "residuals by place", labels=labels,
-        groups=qualification.groups, ringed=("named as outlier", outliers),
-    )  # fmt: skip
-    body = map_body(pretravel_map, directions[used], observed[used], own)
-    return View(title, (map_top_view(pretravel_map), around, by_place, body), 2)
-
-
-def _residuals_on_ring(
-    qualification: Qualification, directions: FloatArray, labels: tuple[str, ...]
-) -> PlaneChart:
-    """Residuals over azimuth, and before them those of the mean radius about its own centre."""
-    outliers = [row for outlier in qualification.outliers for row in outlier.rows]
-    used = np.setdiff1d(np.arange(len(directions)), outliers)
-    rows = used[some_rows(np.arange(len(used)), 3000)]
-    observed = qualification.observed / MICROMETRE
-    circle = np.column_stack([np.ones(len(observed)), directions[:, :2]])
-    mean = observed - circle @ np.linalg.lstsq(circle, observed, rcond=None)[0]
-    azimuth = angles_deg(directions)[1][rows]
-    residuals = qualification.residuals[rows] / MICROMETRE
-    named = tuple(labels[row] for row in rows)
-    kind = qualification.pretravel_map.kind
-    marks: list[Mark] = [
-        Rule(0.0),
-        Dots(azimuth, mean[rows], "after the mean radius", "before", symbol="ring", labels=named),
-        Dots(azimuth, residuals, f"after the map ({kind})", "after", labels=named),
-    ]
-    if outliers:
-        at = angles_deg(directions[outliers])[1]
-        beyond = qualification.residuals[outliers] / MICROMETRE
-        drawn = at_the_edge(beyond, np.append(mean[rows], residuals))
-        marks.append(Dots(at, drawn, "named as outlier", "limit", symbol="ring", size=11.0,
-                          labels=tuple(labels[row] for row in outliers)))  # fmt: skip
-    return PlaneChart("residuals by place", azimuth_axis(),
-                      Axis("residual (touch − map)", "µm"), tuple(marks))  # fmt: skip

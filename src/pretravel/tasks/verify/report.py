@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, describe
-from pretravel.files import Entry
 from pretravel.qualification import MENTIONED, Cause, Change, LikelyCause, Verification
 from pretravel.show import (
     Document,
@@ -26,6 +25,7 @@ from pretravel.show import (
 from pretravel.tasks.history import decision_words
 
 if TYPE_CHECKING:
+    from pretravel.files import Entry
     from pretravel.show import View
 
 

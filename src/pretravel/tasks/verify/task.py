@@ -102,7 +102,7 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
             read_map,
             refuse_known_touches,
         )
-        from pretravel.qualification import qualify_like, refuse_own_touches, verify
+        from pretravel.qualification import refuse_own_touches, verify
 
         if self.history is not None and self.history.suffix.lower() != HISTORY_ENDING:
             raise PretravelError(
@@ -131,6 +131,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
         result = verify(measured, old_map, self.diameter, ring=self.ring, false_alarm_rate=rate)
         new_map = None
         if self.accept is not None:
+            from pretravel.qualification import qualify_like
+
             new_map = qualify_like(measured, old_map, self.diameter, ring=self.ring).pretravel_map
         with _new_map(self.accept, new_map):
             if self.history is not None:

@@ -87,7 +87,9 @@ def comparison_document(result: Comparison, *, map_name: str = "") -> Document:
 
 
 def _shown(method: str) -> str:
-    return "map (twice the largest u, rms of u)" if method == FULL_MAP else _SHOWN.get(method, method)
+    return (
+        "map (twice the largest u, rms of u)" if method == FULL_MAP else _SHOWN.get(method, method)
+    )
 
 
 def _colour(method: str) -> Colour:

@@ -1,0 +1,142 @@
+"""How large an installation is, and how soon the workbench shows its first page."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import subprocess
+import tempfile
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator, Sequence
+from importlib.metadata import PackageNotFoundError, distribution, requires
+from importlib.util import find_spec
+from pathlib import Path
+
+import psutil
+from packaging.requirements import Requirement
+
+from benchmarks.commands import PRETRAVEL, python_file
+from benchmarks.results import Figures, Row, memory_text
+from benchmarks.sizes import Sizes
+
+_MOST_WAIT = 60.0
+_EMPTY_PAGE = """
+from nicegui import ui
+ui.label("empty")
+ui.run(port={port}, show=False, reload=False)
+"""
+
+
+def _needed(name: str, extras: Sequence[str] = ()) -> Iterator[str]:
+    """The packages that a package requires, where they are installed."""
+    environments = [{"extra": extra} for extra in ("", *extras)]
+    for text in requires(name) or ():
+        one = Requirement(text)
+        if one.marker is None or any(map(one.marker.evaluate, environments)):
+            yield one.name.lower()
+
+
+def _with_all_needed(names: Sequence[str]) -> set[str]:
+    found: set[str] = set()
+    left = list(names)
+    while left:
+        name = left.pop()
+        if name in found:
+            continue
+        try:
+            left += _needed(name)
+        except PackageNotFoundError:
+            continue
+        found.add(name)
+    return found
+
+
+def _size(name: str) -> float:
+    """Bytes of the files of an installed package, without what Python compiles from them."""
+    found = distribution(name)
+    paths = [Path(str(found.locate_file(file))) for file in found.files or ()]
+    return float(sum(p.stat().st_size for p in paths if p.suffix != ".pyc" and p.is_file()))
+
+
+def _installation() -> Row:
+    """The core with all that it needs, against the libraries of its arithmetic."""
+    core = _with_all_needed(list(_needed("pretravel")))
+    libraries = _with_all_needed(["numpy", "scipy", "matplotlib"])
+    ours, theirs = (sum(map(_size, names)) for names in (core, libraries))
+    note = (
+        f"{memory_text(ours)} in {len(core)} packages beside pretravel; numpy, scipy and "
+        f"matplotlib with all that they need: {memory_text(theirs)} in {len(libraries)}"
+    )
+    return Row("installation of the core", "", None, "numpy, scipy, matplotlib", None, note)
+
+
+def _first_page(command: Sequence[str], port: int, folder: Path) -> tuple[float, float]:
+    """Time of the processor until a server has sent its first page, and its memory then."""
+    environment = {
+        **os.environ,
+        **dict.fromkeys(("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME"), str(folder)),
+        "PYTHONDONTWRITEBYTECODE": "",
+    }
+    said = folder / "said.txt"
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with said.open("wb") as stream:
+        running = subprocess.Popen(
+            command, cwd=folder, env=environment, stdout=stream, stderr=stream
+        )
+        try:
+            process, end = psutil.Process(running.pid), time.monotonic() + _MOST_WAIT
+            while True:
+                # The workbench says its address with a key.
+                address = re.search(rf"http://127.0.0.1:{port}/[?]\S*", said.read_text())
+                try:
+                    url = address[0] if address else f"http://127.0.0.1:{port}/"
+                    with opener.open(url, timeout=30.0) as page:
+                        page.read()
+                    break
+                except (urllib.error.URLError, ConnectionError):
+                    if time.monotonic() > end or running.poll() is not None:
+                        raise
+                    time.sleep(0.02)
+            times = process.cpu_times()
+            return times.user + times.system, float(process.memory_info().rss)
+        finally:
+            running.terminate()
+            running.wait()
+
+
+def _free_port() -> int:
+    with socket.socket() as asked:
+        asked.bind(("127.0.0.1", 0))
+        return int(asked.getsockname()[1])
+
+
+def _workbench(repeats: int) -> Row:
+    """The workbench's first page against an empty page of NiceGUI."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        ours: list[tuple[float, float]] = []
+        theirs: list[tuple[float, float]] = []
+        for _ in range(1 + repeats):  # modules are compiled in the first one
+            port = _free_port()
+            command = [*PRETRAVEL, "app", "--no-browser", "--port", str(port)]
+            ours.append(_first_page(command, port, folder))
+            port = _free_port()
+            empty = python_file(folder, "empty.py", _EMPTY_PAGE.format(port=port))
+            theirs.append(_first_page(empty, port, folder))
+    middle = repeats // 2
+    (first, memory), (reference, _) = (sorted(each[1:])[middle] for each in (ours, theirs))
+    said = "met" if first <= 1.5 * reference else "missed: modules of the tasks that it lists"
+    note = f"goal 1.5 times, {said}; {memory_text(memory)} then"
+    other = "an empty page of NiceGUI"
+    return Row("first page of the workbench", "", first, other, reference, note)
+
+
+def installed(sizes: Sizes) -> Figures:
+    """Size of the installation, and the start of the workbench."""
+    rows = [_installation()]
+    if find_spec("nicegui") is not None:
+        rows.append(_workbench(min(sizes.repeats, 3)))
+    return Figures(tuple(rows))
