@@ -16,13 +16,13 @@ LEAST_MEMORY = 1e6
 """Less is chance. [bytes]"""
 _ABOUT_RATIOS = """\
 Each job is measured in the same run as its alternative: by the clock, or by the processor's time
-where the note has a goal. The ratio says how many times as long the alternative takes; where it
+where the note has a goal. The ratio: how many times as long the alternative takes; where it
 takes points one by one, the time of a part is scaled up."""
 _ABOUT_GROWTH = """\
 Each job runs at two or three sizes, each in a separate process. Where memory is stated, time is
 processor time with one thread, and memory is without imports and data. The exponents compare the
 two largest sizes: 1 is linear, less where a part does not grow, 2 is a matrix of all pairs.
-Over workers, −1 is the ideal."""
+Over workers −1 is ideal."""
 
 
 @dataclass(frozen=True)
