@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pretravel.drawing.tolerances.tolerances_of_places import PLACES_ON_DATUMS
 from tests.support.coarse_models import MESHES, models_by_name_are_coarse
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"
@@ -94,7 +95,8 @@ def test_what_u_contains(script: Any) -> None:
     form = names["FORM_OF_PART"]
     # As independent errors, the lobes would be 2 · 2 µm / sqrt(2) / sqrt(8) = 1.0 µm.
     assert bore[form] < 1.0 / 3.0
-    assert position[form] > max(u for cause, u in position.items() if cause != form)
+    of_part = {form, PLACES_ON_DATUMS}  # rough planes are also tilted against each other
+    assert position[form] > 3.0 * max(u for cause, u in position.items() if cause not in of_part)
     assert len(names["draw"](computed).axes) == 4
 
 
