@@ -161,6 +161,7 @@ def test_a_fault_is_drawn_by_what_it_is_not_by_where() -> None:
     assert moved.rank("1") == _fault("return width / height").rank("1") != moved.rank("2")
 
 
+@pytest.mark.slow
 def test_tests_notice_faults(tried: tuple[Scratch, LineMap]) -> None:
     """A number, a default value, a value of the module, a loop without an end."""
     for after, test in {
@@ -174,23 +175,27 @@ def test_tests_notice_faults(tried: tuple[Scratch, LineMap]) -> None:
         assert verdict.killer == expected, after
 
 
+@pytest.mark.slow
 def test_a_line_that_no_test_executes_is_a_survivor(tried: tuple[Scratch, LineMap]) -> None:
     verdict = try_fault(_fault("return width * 5"), *tried, patience=20.0)
     assert (verdict.killer, verdict.tests, verdict.executing) == ("", 0, 0)
 
 
+@pytest.mark.slow
 def test_survivors_run_the_other_tests_of_the_file(tried: tuple[Scratch, LineMap]) -> None:
     """The test that fails without a fault does not count."""
     verdict = try_fault(_fault("if width < 1:"), *tried, patience=20.0)
     assert (verdict.killer, verdict.tests, verdict.executing) == ("", 4, 2)
 
 
+@pytest.mark.slow
 def test_a_module_that_cannot_be_loaded_is_noticed(tried: tuple[Scratch, LineMap]) -> None:
     whole = len(MODULE.encode())
     fault = Fault("prediction/sides.py", "", "", "", "", (5, 5), (whole, whole), b"\n1 / 0\n")
     assert "cannot be loaded" in try_fault(fault, *tried, patience=20.0).killer
 
 
+@pytest.mark.slow
 def test_a_process_that_crashes_is_noticed(tried: tuple[Scratch, LineMap]) -> None:
     end = b"    import os; os._exit(7)\n"
     place = MODULE.encode().index(b"    return LEAST")
@@ -198,6 +203,7 @@ def test_a_process_that_crashes_is_noticed(tried: tuple[Scratch, LineMap]) -> No
     assert try_fault(fault, *tried, patience=20.0).killer == "crashed"
 
 
+@pytest.mark.slow
 def test_tests_that_fail_without_a_fault_are_told(tried: tuple[Scratch, LineMap]) -> None:
     """Every fault would look as if it were noticed."""
     scratch, line_map = tried
@@ -209,11 +215,13 @@ def test_tests_that_fail_without_a_fault_are_told(tried: tuple[Scratch, LineMap]
         assert failing_without_fault(scratch, line_map) == "crashed"
 
 
+@pytest.mark.slow
 def test_the_file_is_whole_again(tried: tuple[Scratch, LineMap]) -> None:
     scratch, _ = tried
     assert (scratch.project / "src/pretravel/prediction/sides.py").read_text() == MODULE
 
 
+@pytest.mark.slow
 def test_the_map_follows_lines_that_move(project: Path, tried: tuple[Scratch, LineMap]) -> None:
     moved = project.parent / "moved"
     scratch = Scratch(moved, project)
@@ -231,6 +239,7 @@ def test_the_map_follows_lines_that_move(project: Path, tried: tuple[Scratch, Li
         }
 
 
+@pytest.mark.slow
 def test_a_function_that_makes_a_value_of_the_module_concerns_all_its_tests(
     tried: tuple[Scratch, LineMap],
 ) -> None:
@@ -252,6 +261,7 @@ def test_a_function_that_makes_a_value_of_the_module_concerns_all_its_tests(
         path.write_text(MODULE)
 
 
+@pytest.mark.slow
 def test_a_value_of_the_module_concerns_all_its_tests(tried: tuple[Scratch, LineMap]) -> None:
     """Its line is executed while the module is loaded, in whichever test is the first."""
     scratch, line_map = tried
