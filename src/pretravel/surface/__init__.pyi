@@ -29,6 +29,7 @@ from .search import faces_to_touch as faces_to_touch
 from .search import feet_on_faces as feet_on_faces
 from .search import normals_near as normals_near
 from .shapes import Sphere as Sphere
+from .shapes_of_revolution import Cylinder as Cylinder
 from .specification import face_of as face_of
 from .specification import is_shape as is_shape
 from .specification import parse_surface as parse_surface

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import DEGREE, PretravelError
+from pretravel.base import DEGREE, FloatArray, PretravelError
 from pretravel.drawing.inspection import InspectionPlan
 from pretravel.measurement import associate
 from pretravel.show import (
@@ -28,7 +28,7 @@ from pretravel.show import (
     significant,
     value_text,
 )
-from pretravel.surface import Face, Part, Surface
+from pretravel.surface import Cylinder, Face, Part, Surface
 
 _HALF = 0.99
 """Of half a turn: half a bore is named as a bore, a fillet is not."""
@@ -87,31 +87,44 @@ def _size_warnings(size: float) -> tuple[str, ...]:
 
 def _type_words(face: Face) -> str:
     """What a face is; a bore or a boss by its diameter and its axis."""
-    if face.kind != "cylinder":
+    axis = _axis_of(face)
+    if axis is None:
         return face.kind
-    local = face.coarse.points
-    try:
-        # The normals of a cylinder lie across its axis: no search is needed.
-        normals = face.local(face.coarse.uv).normal
-        axis = np.linalg.svd(normals, full_matrices=False)[2][-1]
-        found = associate("cylinder", local, axis=axis * np.sign(axis[np.argmax(np.abs(axis))]))
-    except PretravelError:  # too narrow a strip
-        return face.kind
-    assert found.direction is not None
-    assert found.diameter is not None
+    point, direction, diameter = axis
     normal = face.local(face.middle[None])
-    away = normal.point[0] - found.point
-    across = away - (away @ found.direction) * found.direction
+    away = normal.point[0] - point
+    across = away - (away @ direction) * direction
     low, high = face.box
     turns = float(high[0] - low[0]) > _HALF * math.pi
     side = "bore" if float(across @ normal.normal[0]) < 0.0 else "boss"
-    main = int(np.argmax(np.abs(found.direction)))
-    upright = abs(float(found.direction[main])) > 1.0 - _UPRIGHT
-    way = "xyz"[main] if upright else value_text(tuple(found.direction.tolist()), "", decimals(2))
+    main = int(np.argmax(np.abs(direction)))
+    upright = abs(float(direction[main])) > 1.0 - _UPRIGHT
+    way = "xyz"[main] if upright else value_text(tuple(direction.tolist()), "", decimals(2))
     kept = [axis for axis in range(3) if axis != main or not upright]
-    at = value_text(tuple(float(found.point[axis]) for axis in kept), "", decimals(2))
+    at = value_text(tuple(float(point[axis]) for axis in kept), "", decimals(2))
     name = side if turns else f"part of a {side}"
-    return f"{name} {found.diameter:.4g} about {way} at {at}"
+    return f"{name} {diameter:.4g} about {way} at {at}"
+
+
+def _axis_of(face: Face) -> tuple[FloatArray, FloatArray, float] | None:
+    """Point in the middle, direction and diameter of a cylinder; None of other faces."""
+    if face.kind != "cylinder":
+        return None
+    points = face.coarse.points
+    if isinstance(face.base, Cylinder):
+        direction, origin = np.asarray(face.base.axes)[2], np.asarray(face.base.origin)
+        direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+        middle = origin + (np.nanmean(points, axis=0) - origin) @ direction * direction
+        return middle, direction, 2.0 * face.base.radius
+    try:  # moved or scaled: the normals of a cylinder lie across its axis, and no search is needed
+        normals = face.local(face.coarse.uv).normal
+        axis = np.linalg.svd(normals, full_matrices=False)[2][-1]
+        found = associate("cylinder", points, axis=axis * np.sign(axis[np.argmax(np.abs(axis))]))
+    except PretravelError:  # too narrow a strip
+        return None
+    assert found.direction is not None
+    assert found.diameter is not None
+    return found.point, found.direction, found.diameter
 
 
 def _faces_table(values: Mapping[str, list[Any]]) -> Table:
