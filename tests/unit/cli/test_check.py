@@ -45,10 +45,12 @@ class TestStandards:
     def test_map_puts_form_and_size_right(self, tmp_path: Path) -> None:
         run("qualify", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6, "--kind", "physical",
             "-o", tmp_path / "map.json")  # fmt: skip
-        run("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--map", tmp_path / "map.json",
-            "-o", tmp_path / "after.csv")  # fmt: skip
-        run("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6,
+        with_map = run("check", "iso10360-5", SPHERE, "--diameter", 24.9987,
+            "--map", tmp_path / "map.json", "-o", tmp_path / "after.csv")  # fmt: skip
+        alone = run("check", "iso10360-5", SPHERE, "--diameter", 24.9987, "--tip-diameter", 6,
             "-o", tmp_path / "before.csv")  # fmt: skip
+        assert "as the machine reports them" in alone
+        assert "as the machine reports them" not in with_map
         before, after = (
             [abs(float(row["value_um"])) for row in rows(tmp_path / f"{name}.csv")]
             for name in ("before", "after")

@@ -398,6 +398,7 @@ class CheckedProbe(Result):
             method=(*self._method(), *self._comparisons()),
             warnings=[*self.warnings, *warnings],
         )
+        report = replace(report, notes=(*self._notes(), *report.notes))
         return with_laboratory(report, self.statements)
 
     def _comparisons(self) -> Iterator[str]:
@@ -418,6 +419,14 @@ class CheckedProbe(Result):
         elif task.tip_diameter is not None:
             text += f" The effective diameter of the tip is {task.tip_diameter:g} mm."
         yield text
+
+    def _notes(self) -> tuple[str, ...]:
+        """What was tested, where no map is given."""
+        if self.task.map_file is not None:
+            return ()
+        return (
+            "the touches were tested as the machine reports them; with a map, compensated points",
+        )
 
     def write(self, output: str, path: Path) -> None:
         """Write the figures."""
