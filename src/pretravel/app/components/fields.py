@@ -102,7 +102,9 @@ def number_field(
             state.settings[name] = typed_number(given)
         elif good:
             state.settings.pop(name, None)
-        field.props["hint"] = (_understood(given, unit) if good else "") or hint
+        field.props.pop("hint", None)  # an empty one would leave a gap
+        if words := (_understood(given, unit) if good else "") or hint:
+            field.props["hint"] = words
         field.update()
 
     def shown() -> str:
