@@ -47,11 +47,18 @@ _SCROLLING = """() => [...document.querySelectorAll('main, main *')].filter((one
   return /auto|scroll/.test(style.overflowY) && one.scrollHeight > one.clientHeight + 1;
 }).map((one) => `${one.tagName}.${one.className}`)"""
 
+_EMPTY_LINES = """() => [...document.querySelectorAll('.field')].filter((one) => {
+  const words = one.querySelector('.q-field__bottom');
+  return words?.offsetHeight && !words.textContent.trim();
+}).map((one) => one.textContent)"""
+"""Below a field: its gap to the next one is larger than that of others."""
+
 
 def test_a_screen_has_one_scroll_and_its_answer_on_top(filled: Any) -> None:
     for size in WIDTHS:
         seen_at(filled, size)
         assert filled.evaluate(_SCROLLING) == [], size
+        assert filled.evaluate(_EMPTY_LINES) == [], size
         assert filled.evaluate("document.documentElement.scrollWidth") <= size[0]
         answer = filled.locator(".verdict-card").first.bounding_box()
         picture = filled.locator(".screen-picture").bounding_box()

@@ -128,12 +128,17 @@ def _scattered(positions: FloatArray) -> dict[str, Any]:
     return {"type": "scatter3d", "x": x, "y": y, "z": z}
 
 
+_EVERY_NORMAL = {"facenormalsepsilon": 0.0, "vertexnormalsepsilon": 0.0}
+"""By its defaults Plotly gives small triangles, 0.0005 of its scene's unit of area, no normal: they
+are dark on a bright surface."""
+
+
 def _mesh_trace(mark: SpaceMesh, scale: Scale | None) -> dict[str, Any]:
     x, y, z = (plain_numbers(column) for column in mark.vertices.T)
     i, j, k = (column.tolist() for column in np.asarray(mark.triangles, dtype=np.int64).T)
     trace: dict[str, Any] = {"type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k}
     # Much light from everywhere: strong shadows would change the colours of values.
-    trace["lighting"] = {"ambient": 0.75, "diffuse": 0.35, "specular": 0.05}
+    trace["lighting"] = {"ambient": 0.75, "diffuse": 0.35, "specular": 0.05, **_EVERY_NORMAL}
     trace |= {"opacity": mark.opacity, "flatshading": mark.values is None} | legend_entry(mark.name)
     if mark.values is None or scale is None:
         return trace | {"color": f"@{mark.colour}", "hoverinfo": "skip"}

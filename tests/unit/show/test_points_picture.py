@@ -142,6 +142,26 @@ def test_triangles_cover_faces_and_no_holes(tmp_path: Path) -> None:
     assert area == pytest.approx(flat + 2.0 * np.pi * radius * height, rel=2e-3)
 
 
+def test_every_triangle_of_a_scene_has_a_normal(part: Part) -> None:
+    """Plotly gives none where the square of two sides' product, in its units, is not above a limit:
+    the triangle is dark."""
+    figure = plotly_figure(part_view(part).charts[0])
+    scene = figure["layout"]["scene"]
+    unit = [
+        scene["aspectratio"][name] / np.ptp(scene[f"{name}axis"]["range"])
+        for name in ("x", "y", "z")
+    ]
+    smallest = np.inf
+    for mesh in figure["data"]:
+        if mesh["type"] == "mesh3d":
+            places = np.column_stack([mesh["x"], mesh["y"], mesh["z"]]) * unit
+            a, b, c = (places[mesh[corner]] for corner in "ijk")
+            square = np.sum(np.cross(b - a, c - a) ** 2, axis=1)
+            assert square.min() > mesh["lighting"].get("facenormalsepsilon", 1e-6)
+            smallest = min(smallest, float(square.min()))
+    assert smallest < 1e-6  # the default would be in the way
+
+
 def test_every_face_has_its_number(part: Part) -> None:
     (chart,) = part_view(part).charts
     assert isinstance(chart, SpaceChart)

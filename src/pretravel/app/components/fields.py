@@ -57,6 +57,13 @@ def _understood(given: str, unit: str) -> str:
     return f"understood as {number_text(typed_number(given))} {unit}".strip()
 
 
+def _say_below(field: ui.element, words: str) -> None:
+    field.props.pop("hint", None)  # an empty one would leave a gap
+    if words:
+        field.props["hint"] = words
+    field.update()
+
+
 def number_field(
     state: ScreenState,
     name: str,
@@ -102,8 +109,7 @@ def number_field(
             state.settings[name] = typed_number(given)
         elif good:
             state.settings.pop(name, None)
-        field.props["hint"] = (_understood(given, unit) if good else "") or hint
-        field.update()
+        _say_below(field, (_understood(given, unit) if good else "") or hint)
 
     def shown() -> str:
         return number_text(state.settings.get(name, default))
@@ -112,8 +118,7 @@ def number_field(
     field = ui.input(f"{label} [{unit}]" if unit else label, value=shown(), validation=problem)
     field.props(f'outlined stack-label inputmode="decimal" debounce="{_TYPING}" autocomplete="off"')
     field.classes("field").on_value_change(commit)
-    if hint:
-        field.props["hint"] = hint
+    _say_below(field, hint)
 
     def refresh() -> None:
         given = str(field.value or "")
@@ -135,8 +140,7 @@ def text_field(
     field.props('outlined stack-label debounce="250" autocomplete="off" maxlength="1000"').classes(
         "field"
     )
-    if hint:
-        field.props["hint"] = hint
+    _say_below(field, hint)
 
     def commit() -> None:
         state.settings[name] = str(field.value or "")
@@ -160,8 +164,7 @@ def choice_field(
     value = state.settings.get(name, default)
     field = ui.select(shown, label=label, value=value if value in shown else default)
     field.props('outlined stack-label behavior="menu"').classes("field")
-    if hint:
-        field.props["hint"] = hint
+    _say_below(field, hint)
 
     def commit() -> None:
         if field.value != state.settings.get(name, default):  # a default is shown, not stored
