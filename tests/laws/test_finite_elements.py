@@ -74,6 +74,7 @@ def tip_motion(reduced: ReducedModel, forces: np.ndarray) -> np.ndarray:
     return (moved + reduced.resultants.T @ rigid)[TIP_FORCE]
 
 
+@pytest.mark.slow  # the whole stiffness matrix; each element by itself is below
 def test_six_rigid_motions_cost_no_energy() -> None:
     model = coarse_model()
     stiffness, motions = whole(model), rigid_motions(model.mesh.points)

@@ -87,8 +87,8 @@ OTHERS: dict[str, dict[str, str]] = {
 """Further files, and others than the usual ones."""
 KINDS = ("touches.csv", "map.json", "probe.toml", "part.step", "results.nc", "script.py")
 """One file of each kind, which is dropped where it does not belong."""
-LONG = ("align", "check-budget", "hysteresis")
-"""Tasks whose computations with all files take a quarter of the time of this law."""
+LONG = ("align", "axis", "check-budget", "design", "hysteresis", "program part")
+"""Tasks whose computations with all files take half of the time of this law."""
 every_quick_screen = pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in ON_SCREENS],

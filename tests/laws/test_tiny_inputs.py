@@ -71,7 +71,8 @@ def _parsed(command: str) -> tuple[type[Task], dict[str, Any]]:
     ("command", "distinct", "count"),
     [
         pytest.param(command, distinct, count, marks=[pytest.mark.slow] * (
-            command.startswith("align") and (distinct, count) == (3, 6)  # a long search
+            (command.startswith("align") and (distinct, count) == (3, 6))  # a long search
+            or distinct == 2
         ))
         for command in COMMANDS for distinct in (1, 2, 3) for count in (1, 6)
     ],
@@ -92,7 +93,16 @@ def test_a_few_distinct_values(command: str, distinct: int, count: int, tmp_path
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("text", ["", "\n\n", "x_mm,y_mm,z_mm,nx,ny,nz\n", "# none\n", "\0"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        pytest.param("\n\n", marks=pytest.mark.slow),
+        "x_mm,y_mm,z_mm,nx,ny,nz\n",
+        pytest.param("# none\n", marks=pytest.mark.slow),
+        "\0",
+    ],
+)
 def test_empty_files_are_refused_by_name(command: str, text: str, tmp_path: Path,
                                          monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)

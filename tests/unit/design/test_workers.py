@@ -35,6 +35,7 @@ def cluster(workers: int = 2) -> Iterator[Any]:
         yield started
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_same_file(tmp_path: Path) -> None:
     run_study(study(20), tmp_path / "one.nc", ALONE)
     run_study(study(20), tmp_path / "two.nc", Workers(count=2))

@@ -64,6 +64,7 @@ def test_another_kind_of_probe_is_said() -> None:
     assert any(SAID in warning for warning in found.warnings)
 
 
+@pytest.mark.slow
 def test_rounding_does_not_choose_between_starts() -> None:
     """Searches that stop where the first seat changes have no evidence: what the linear model there
     promises is not reached. Touches that differ by rounding give the same map."""

@@ -33,6 +33,7 @@ def _around(part: Part) -> np.ndarray:
     return np.concatenate(places)[:POINTS]
 
 
+@pytest.mark.slow
 def test_no_face_within_reach_is_left_out_and_few_others_are_taken(blades: Part) -> None:
     """Against the distances of all faces, right to half a micrometre: 0.05 mm aside of a sample of
     an edge, 3 mm away. The boxes overlap: of the pairs that they allow, most are none."""
