@@ -454,7 +454,7 @@ def classes_of(counts: FloatArray) -> tuple[FloatArray, IntArray]:
     count, classes = np.unique(counts, return_inverse=True)
     if len(count) <= MOST_CLASSES:
         return np.asarray(count), np.asarray(classes.ravel(), dtype=np.int64)
-    # Equal steps of the logarithm: a variance of the mean is then nowhere far from that of a class.
+    # Classes lie at equal steps of the logarithm, so that each variance is near that of its class.
     steps = np.log(counts / count[0]) / np.log(count[-1] / count[0]) * (MOST_CLASSES - 1)
     _, classes = np.unique(np.round(steps), return_inverse=True)
     classes = classes.ravel()

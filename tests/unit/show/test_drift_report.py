@@ -48,6 +48,15 @@ def test_a_change_of_the_last_day_alone_is_said(days: int, last: float) -> None:
     assert ("VERIFY AGAIN" in told) == (abs(last) > 0.72)
 
 
+def test_a_random_walk_beyond_the_limit_says_qualify_whatever_the_last_day_shows() -> None:
+    days = [DAYS[0] + timedelta(days=day) for day in range(16)]
+    walk = np.cumsum(np.random.default_rng(0).normal(0.0, 0.4, 16))
+    level = DailyQuantity("level", "µm", walk - walk[0], np.full(16, 0.02), 1e-3)
+    drift = drift_over_time(days, [level], 0.5e-3)
+    assert drift.beyond_on_last_day() is not None
+    assert "QUALIFY NOW" in drift_verdict(drift)
+
+
 def test_words_at_ticks_are_in_files_and_pages() -> None:
     x = Axis("date", "", 0.0, 2.0, ticks=(0.0, 2.0), tick_names=("1 March", "3 March"))
     line = LineMark(np.arange(3.0), np.arange(3.0))

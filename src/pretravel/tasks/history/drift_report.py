@@ -155,8 +155,6 @@ def drift_verdict(drift: DriftOverTime) -> str:
         return f"{after}{several}{last_day}"
     if not drift.last:
         return f"{after}too few days to distinguish drift from scatter (3 are needed){last_day}"
-    if last_day:
-        return f"{after}no trend{last_day}"
     moving = ", ".join(_movement(one) for one in drift.drifting)
     due, time = drift.first_due()
     _, early = drift.first_due(early=True)
@@ -167,6 +165,8 @@ def drift_verdict(drift: DriftOverTime) -> str:
     if due is not None and time <= drift.times[-1]:
         moved = f"{due.quantity.name} has probably changed the map by more than {limit}"
         return f"{after}{moving or 'a random walk'}. QUALIFY NOW: {moved}"
+    if last_day:
+        return f"{after}no trend{last_day}"
     if drift.drifting:
         when = f"due on {_date(drift.moment(time))}" if due is not None else "no due date"
         reached = f"Qualify next when the change reaches {limit}"
