@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pretravel.drawing.features.largest_distance import largest_distance
+from pretravel.uncertainty import EXPANDED_COVERAGE
 
 
 @pytest.mark.parametrize("true", [0.0, 2.0, 6.0])
@@ -33,6 +34,14 @@ def test_the_interval_covers_what_is_true(true: float, places: int, sets: int) -
         assert np.mean(off) < 0.6 * np.mean(raw)
     if true == 6.0 and places == 1:  # half of what errors across this distance add, 0.17 µm
         assert abs(np.mean(off)) < 4.0 * np.std(off) / math.sqrt(sets) + 0.08e-3
+
+
+def test_the_bound_is_no_smaller_than_errors_where_hardly_anything_is_measured() -> None:
+    """Rayleigh's distribution: a place that is known to 1 µm is within 2.45 µm with 95 %."""
+    found = largest_distance(np.array([[1e-8, 0.0]]), 1e-6 * np.eye(2), math.inf)
+    rayleigh = math.sqrt(-2.0 * math.log(1.0 - EXPANDED_COVERAGE))
+    assert found.ends[0] == 0.0
+    assert found.ends[1] == pytest.approx(2e-3 * rayleigh, rel=0.02)  # a quantile of 8,000 draws
 
 
 def test_far_from_zero_it_is_the_distance_with_its_linear_uncertainty() -> None:

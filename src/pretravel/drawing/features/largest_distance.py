@@ -66,7 +66,8 @@ def largest_distance(
     in two directions are measured as 1.25 u on average. The value is that of which as often more
     as less would be measured. The interval of a place holds the true
     distances that would be measured as here with no small probability (2.5 % on each side, or 5 %
-    where it begins at zero); the largest of several lies between the largest of their ends.
+    where it begins at zero), and from zero at least what errors alone give with 95 %; the largest
+    of several lies between the largest of their ends.
 
     >>> far = largest_distance(np.array([[0.03, 0.04]]), 1e-6 * np.eye(2), math.inf)
     >>> round(far.value, 4), round(far.u, 4)
@@ -119,8 +120,9 @@ def _one_place(located: FloatArray, errors: FloatArray) -> tuple[float, float, f
     value = _crossing(below, 0.5, measured, digits) if zero > 0.5 else 0.0
     low = _crossing(below, side, measured, digits) if zero > side else 0.0
     high = _crossing(below, 0.5 * outside if low > 0.0 else outside, most, digits)
-    # Where by chance even less is measured than errors alone give, the errors are the bound.
-    return value, low, max(high, float(np.median(noise)), value)
+    # Where by chance hardly anything is measured, what errors alone give is the bound: the place
+    # is known no better for it.
+    return value, low, max(high, float(np.quantile(noise, EXPANDED_COVERAGE)), value)
 
 
 def _far_from_zero(
