@@ -303,6 +303,15 @@ def unit_of(text: str) -> str | None:
     return _UNITS.get(word)
 
 
+def unit_of_title(title: str) -> str | None:
+    """Return the unit in the name of a column, or None.
+
+    >>> unit_of_title("tip_diameter_mm"), unit_of_title("Tip diameter")
+    ('mm', None)
+    """
+    return _without_unit(title)[1]
+
+
 def is_unit_row(cells: list[str]) -> bool:
     """Whether cells are units, such as those of the second line of a header.
 

@@ -75,6 +75,8 @@ class TextTable:
         Lines of comments that look like rows.
     among : tuple of Record
         Other comments between the rows.
+    before : tuple of Record
+        Comments and other lines before the rows, in which the header is not.
     """
 
     file: SourceFile
@@ -89,6 +91,7 @@ class TextTable:
     preamble: tuple[Record, ...] = ()
     disabled: tuple[int, ...] = ()
     among: tuple[Record, ...] = ()
+    before: tuple[Record, ...] = ()
 
     @property
     def width(self) -> int:
@@ -265,7 +268,8 @@ def _table(
         _refuse_header_of_other_width(file, split[header], body, separator)
     rows = [_cells_of_width(file, cells, width, names, number) for number, cells in body]
     among = comments_among(file, comments, [number for number, _ in body], _is_row(separator))
-    notes = [line for _, line in comments] + [" ".join(cells) for _, cells in before]
+    titles = tuple((number, " ".join(cells)) for number, cells in before)
+    notes = [line for _, line in comments] + [line for _, line in titles]
     return TextTable(
         file=file,
         names=None if names is None else tuple(_padded(names, width)),
@@ -276,9 +280,10 @@ def _table(
         encoding=encoding,
         units=tuple(_padded(units, width)) if units else (),
         unit=_stated_unit(file, notes),
-        preamble=tuple((number, " ".join(cells)) for number, cells in before),
+        preamble=titles,
         disabled=tuple(n for n, line in comments if is_data(split_cells(line[1:], separator))),
         among=among,
+        before=(*(record for record in comments if record[0] < body[0][0]), *titles),
     )
 
 

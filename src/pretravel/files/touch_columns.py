@@ -27,11 +27,10 @@ from pretravel.files.lines_of_tables import SEPARATORS
 from pretravel.files.roles_of_columns import (
     ColumnRoles,
     column_roles,
-    refuse_other_units,
-    refuse_stated_misses,
 )
 from pretravel.files.row_statements import unknown_lines
 from pretravel.files.source_file import SourceFile
+from pretravel.files.stated_conditions import refuse_contradictions
 from pretravel.files.tables import read_parquet_table
 from pretravel.files.text_table import TextTable, read_text_table
 from pretravel.touches import WORD_COLUMNS
@@ -124,8 +123,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
     whole = bool({*roles.index} & {*WORD_COLUMNS, *ROTARY_ROLES, FRAME_ROLE})
     roles = _without_counts(text, _of_one_frame(text, roles))
     text, roles = _without_rotary(text, roles)
-    refuse_stated_misses(text, roles)
-    refuse_other_units(text, roles, unit.name if unit is not None else NO_UNIT)
+    refuse_contradictions(text, roles, options, NO_UNIT if unit is None else unit.name)
     columns = {_own_name(role): roles.words(text, role) for role in roles.index}
     table = CsvTable(
         file.path,
@@ -143,7 +141,7 @@ def read_touch_columns(file: SourceFile, options: ReadingOptions | None = None) 
         text.separator == ","
         and text.encoding == "UTF-8"
         and decimal != ","
-        and not (text.preamble or text.units or text.disabled or roles.stated)
+        and not (text.preamble or text.units or text.disabled or roles.stated or table.unread)
         and all(text.title(i) == _own_name(role) for role, i in roles.index.items())
     )
     titles = {role: text.title(i) for role, i in roles.index.items()}

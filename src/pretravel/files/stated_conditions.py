@@ -1,0 +1,170 @@
+"""What columns and comments of a table state of its touches, where it contradicts the job."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from pretravel.files.column_names import LENGTH_UNITS, unit_of, unit_of_title
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.roles_of_columns import ColumnRoles
+from pretravel.files.text_table import TextTable
+
+_CONTACT = {
+    "contact", "triggered", "touched", "success", "kontakt", "ausgelöst", "hit", "probed",
+    "detected",
+}  # fmt: skip
+"""Titles, or words of titles, of columns of yes and no."""
+_MISSED = {"miss", "missed"}
+_STATUS = {*_CONTACT, "status", "state", "result", "probestatus", "probe status", "ergebnis"}
+_YES = {"1", "true", "yes", "y", "ja"}
+_NO = {"0", "false", "no", "n", "nein"}
+_OF_PROBE = {"probe", "probing", "touch", "trigger", "sensor", "taster", "antastung"}
+"""With one of these in its title, a status is that of the touch and no verdict about the part."""
+_FAILED = {"failed", "fail", "failure", "error", "timeout", "nok", "fehler"}
+_MISSES = {"miss", "missed", "no contact", "not triggered", "no trigger", "kein kontakt"}
+_UNIT = {"unit", "units", "einheit", "unit of length"}
+_ON = {*_YES, "on", "g41", "g42"}
+_COMPENSATED = re.compile(
+    r"(?:\w*radius|\w*tip|\w*ball|probe|cutter)?\W?comp(?:\.|ensated|ensation)?|kompensiert|"
+    r"radiuskorrektur|korrigiert|corrected"
+)
+_OF_TIP = r"(?:tip|stylus|ball|probe|tastkugel|taster(?:kugel)?|kugel)"
+_OF_REFERENCE = (
+    r"(?:(?:reference|calibration|gauge|ref|cal)\W?)?(?:sphere|ring|reference|referenz\w*)"
+)
+_SIZE = r"\W{0,3}(?P<size>dia(?:meter)?|durchmesser|Ø|⌀|radius)"
+_VALUE = r"\W{0,3}(?P<value>\d+(?:[.,]\d+)?)\s*(?P<unit>mm|in(?:ch)?\b|\")?"
+LARGEST_DIFFERENCE = 0.18
+"""Of two diameters of one tip or reference: of an effective and a nominal one, twice the largest
+pretravel, 80 µm, and their tolerances. [mm]"""
+
+
+def refuse_contradictions(
+    text: TextTable, roles: ColumnRoles, options: ReadingOptions, unit: str
+) -> None:
+    """Refuse a table that states another thing of its touches than the user.
+
+    Parameters
+    ----------
+    text : TextTable
+    roles : ColumnRoles
+    options : ReadingOptions
+    unit : str
+        Unit of length in which the table is read.
+
+    Raises
+    ------
+    InputError
+        Rows without contact, in another unit or of positions that were compensated; another
+        diameter of the tip or of the reference. With the line.
+    """
+    _refuse_misses(text, roles)
+    _refuse_other_units(text, roles, unit)
+    _refuse_compensated(text, roles)
+    radius = options.tip_radius
+    for what, words, given, inputs in (
+        ("tip", _OF_TIP, None if radius is None else 2.0 * radius, ("map_file", "tip_diameter")),
+        ("reference", _OF_REFERENCE, options.reference_diameter, ("diameter",)),
+    ):
+        if given is None:
+            continue
+        for line, where, diameter in _diameters(text, words, unit, options.tip):
+            if abs(diameter - given) > LARGEST_DIFFERENCE:
+                raise text.file.error(
+                    f"{where} gives the {what} a diameter of {diameter:.6g} mm, and {given:.6g} mm "
+                    "is used: one of them is wrong",
+                    line,
+                    inputs=inputs,
+                )
+
+
+def _diameters(
+    text: TextTable, words: str, unit: str, tip: str | None
+) -> Iterator[tuple[int, str, float]]:
+    """Line, place and value of each diameter that a column or a comment gives. [mm]"""
+    factor = LENGTH_UNITS.get(unit, 1.0)
+    for i, title in enumerate(text.names or ()):
+        named = re.match(rf"{words}{_SIZE}", title.replace("_", " "), re.IGNORECASE)
+        if named is None:
+            continue
+        cells = text.column(i)
+        if len({*cells}) > 1:  # of several tips one is chosen by its name
+            cells = tuple(cell for cell in cells if cell == tip)
+        number = _number(cells[0]) if cells else None
+        if number is not None:
+            own = LENGTH_UNITS.get(unit_of_title(title) or "", factor)
+            line = text.lines[text.column(i).index(cells[0])]
+            yield line, title, own * number * _diameters_in(named)
+    for line, comment in text.before:
+        found = re.search(rf"\b{words}{_SIZE}{_VALUE}", comment, re.IGNORECASE)
+        if found is not None:
+            own = LENGTH_UNITS.get(unit_of(found["unit"] or "") or "", factor)
+            value = float(found["value"].replace(",", "."))
+            yield line, "this line", own * value * _diameters_in(found)
+
+
+def _diameters_in(named: re.Match[str]) -> float:
+    return 2.0 if named["size"].lower() == "radius" else 1.0
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return None if "_" in cell else float(cell.replace(",", "."))
+    except ValueError:
+        return None
+
+
+def _refuse_compensated(text: TextTable, roles: ColumnRoles) -> None:
+    """Refuse rows that state in a column of their own that they are compensated."""
+    for i, name in _other_columns(text, roles):
+        cells = text.column(i)
+        rows = [row for row, cell in enumerate(cells) if cell.strip().lower() in _ON]
+        if rows and _COMPENSATED.fullmatch(name.replace("_", " ")):
+            raise text.file.error(
+                f"{text.title(i)} is '{cells[rows[0]]}' in this row: a position that the control "
+                "or the CMM compensated. The centre of the tip at the trigger is needed",
+                text.lines[rows[0]],
+            )
+
+
+def _refuse_misses(text: TextTable, roles: ColumnRoles) -> None:
+    """Refuse rows that state in a column of their own that they are no contact."""
+    for i, name in _other_columns(text, roles):
+        cells = [cell.strip().lower() for cell in text.column(i)]
+        words = {*re.findall(r"\w+", name), name}
+        no = set(_MISSES) if words & _STATUS else set()
+        if words & _STATUS and words & _OF_PROBE:
+            no |= _FAILED
+        if set(cells) <= _YES | _NO:
+            no |= (_NO if words & _CONTACT else set()) | (_YES if words & _MISSED else set())
+        missed = [row for row, cell in enumerate(cells) if cell in no]
+        if missed:
+            rows = "this row" if len(missed) == 1 else f"this row, and in {len(missed) - 1} more"
+            raise text.file.error(
+                f"{text.title(i)} is '{text.column(i)[missed[0]]}' in {rows}: a touch without "
+                "contact is no point; exclude the line",
+                text.lines[missed[0]],
+                inputs=("exclude",),
+            )
+
+
+def _refuse_other_units(text: TextTable, roles: ColumnRoles, unit: str) -> None:
+    """Refuse rows that state another unit of length than the one in which the table is read."""
+    for i, name in _other_columns(text, roles):
+        units = [unit_of(cell) for cell in text.column(i)] if name in _UNIT else []
+        for row, stated in enumerate(units):
+            if stated in LENGTH_UNITS and unit in LENGTH_UNITS and stated != unit:
+                raise text.file.error(
+                    f"{text.title(i)} is '{text.column(i)[row]}' in this row, and the table is "
+                    f"read in {unit}",
+                    text.lines[row],
+                    inputs=("units",),
+                )
+
+
+def _other_columns(text: TextTable, roles: ColumnRoles) -> Iterator[tuple[int, str]]:
+    """Index and lower-case name of each column that has no role."""
+    for i, title in enumerate(text.names or ()):
+        if i not in roles.used:
+            yield i, title.strip().lower()

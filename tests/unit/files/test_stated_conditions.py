@@ -1,0 +1,82 @@
+"""Tables that state a tip, a reference or a compensation that contradicts the job."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pretravel.base import InputError
+from pretravel.files.file_format import ReadingOptions
+from pretravel.files.readings import read_readings, write_readings
+from pretravel.files.source_file import SourceFile
+
+JOB = ReadingOptions(tip_radius=3.0, reference_diameter=25.0)
+
+
+def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOptions = JOB) -> int:
+    """Read two touches with one more column and a first line; their number."""
+    rows = "".join(f"{x},0,3,0,0,1{cell and ','}{cell}\n" for x in (0, 1))
+    text = f"{comment}\nx_mm,y_mm,z_mm,nx,ny,nz{header and ','}{header}\n{rows}"
+    return len(read_readings(SourceFile("a.csv", text.lstrip().encode()), options).touches)
+
+
+@pytest.mark.parametrize(
+    ("header", "cell", "comment", "words"),
+    [
+        ("tip_diameter_mm", "5", "", "tip_diameter_mm gives the tip a diameter of 5 mm, and 6 mm"),
+        ("Stylus radius", "2.5", "", "Stylus radius gives the tip a diameter of 5 mm"),
+        ("tip dia [inch]", "0.125", "", "diameter of 3.175 mm"),
+        ("", "", "# tip diameter: 5 mm", "line 1: this line gives the tip a diameter of 5 mm"),
+        ("", "", "# Tastkugel Ø 4,0", "diameter of 4 mm"),
+        ("", "", "Ball radius = 2", "diameter of 4 mm"),
+        ("sphere_diameter_mm", "30", "", "gives the reference a diameter of 30 mm, and 25 mm"),
+        ("", "", "# reference sphere diameter 30", "reference a diameter of 30 mm"),
+        ("compensated", "yes", "", "the control or the CMM compensated"),
+        ("Radius comp.", "ON", "", "the control or the CMM compensated"),
+    ],
+)
+def test_what_contradicts_the_job_is_refused_by_name(
+    header: str, cell: str, comment: str, words: str
+) -> None:
+    with pytest.raises(InputError, match="one of them is wrong|The centre of the tip") as raised:
+        read(header, cell, comment)
+    assert words in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "cell", "comment"),
+    [
+        ("tip_diameter_mm", "5.967", ""),  # the effective diameter: less twice the pretravel
+        ("tip_diameter_mm", "6", "# reference sphere diameter 24.9987 mm"),
+        ("tip dia [inch]", "0.23622", ""),
+        ("compensated", "no", ""),
+        ("", "", "# probe radius subtracted: none"),
+    ],
+)
+def test_what_agrees_with_the_job_is_read(header: str, cell: str, comment: str) -> None:
+    assert read(header, cell, comment) == 2
+
+
+def test_a_tip_of_several_is_compared_when_it_is_chosen() -> None:
+    text = b"x_mm,y_mm,z_mm,nx,ny,nz,tip_diameter_mm\n0,0,3,0,0,1,6\n1,0,2,0,0,1,4\n"
+    file = SourceFile("a.csv", text)
+    assert len(read_readings(file, replace(JOB, tip="6")).touches) == 1
+    with pytest.raises(InputError, match="line 3: .* diameter of 4 mm, and 6 mm"):
+        read_readings(file, replace(JOB, tip="4"))
+
+
+def test_a_file_with_a_radius_of_the_tip_is_compared_too(tmp_path: Path) -> None:
+    touches = read_readings(SourceFile("a.csv", b"x,y,z,i,j,k\n0,0,3,0,0,1\n"), JOB).touches
+    path = tmp_path / "touches.qif"
+    write_readings(path, touches, 2.5)
+    assert np.isclose(read_readings(path).tip_radius or 0.0, 2.5)
+    with pytest.raises(InputError, match="the file gives the tip a diameter of 5 mm, and 6 mm"):
+        read_readings(path, JOB)
+
+
+def test_columns_that_are_not_read_are_named() -> None:
+    text = b"x_mm,y_mm,z_mm,nx,ny,nz,temperature\n0,0,3,0,0,1,21.5\n"
+    assert "not read: temperature" in read_readings(SourceFile("a.csv", text)).touches.reading
