@@ -12,7 +12,7 @@ from pretravel.controls.control_table import (
     SLACK_DEG,
     TableSettings,
     check_radii,
-    feed_statement,
+    conditions_statements,
     map_statement,
 )
 from pretravel.controls.gcode import plain_number
@@ -86,7 +86,7 @@ def _statements(
         f"{words}. Largest difference from the map {error}",
         f"holds from {range_deg} from the probe axis. Outside there is an alarm",
         f"units {settings.units}. Tip radius {plain_number(radius)}",
-        feed_statement(pretravel_map, settings),
+        *conditions_statements(pretravel_map, settings),
         "the normal is a unit vector out of the part - along the axes of the machine",
     ]
 

@@ -13,7 +13,7 @@ from pretravel.base import DEGREE, INCH, MICROMETRE, FloatArray, PretravelError
 from pretravel.controls.gcode import plain_number
 from pretravel.controls.lookup_table import LookupTable
 from pretravel.controls.map_identity import map_identity
-from pretravel.maps import PretravelMap
+from pretravel.maps import PretravelMap, error_of_a_turn
 
 TABLE_UNITS = {"mm": 1.0, "inch": 1.0 / INCH}
 """Units of a table, with the factor from mm."""
@@ -119,6 +119,16 @@ def feed_statement(pretravel_map: PretravelMap, settings: TableSettings) -> str:
     return "the map has no feed - measure at the feed at which the probe was qualified"
 
 
+def conditions_statements(pretravel_map: PretravelMap, settings: TableSettings) -> list[str]:
+    """The feed and the orientation of the spindle for which a table holds."""
+    feed, made_at = feed_statement(pretravel_map, settings), pretravel_map.provenance.spindle_deg
+    if made_at is not None:
+        return [feed, f"made at spindle {made_at:g} degrees - measure at that orientation"]
+    if error_of_a_turn(pretravel_map) == 0.0:
+        return [feed]
+    return [feed, "the map has no orientation of the spindle - measure as it was qualified"]
+
+
 @dataclass(frozen=True, eq=False)
 class ControlTable:
     """A lookup table in the numbers of a control.
@@ -219,6 +229,6 @@ def table_statements(
         f"table of {size} - cubic between. Largest difference from the map {error}",
         f"holds from {range_deg} from the probe axis. Outside there is an alarm",
         f"units {settings.units}. Tip radius {plain_number(float(radius))}",
-        feed_statement(pretravel_map, settings),
+        *conditions_statements(pretravel_map, settings),
         "the normal is a unit vector out of the part - along the axes of the machine",
     ]

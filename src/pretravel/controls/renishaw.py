@@ -7,7 +7,7 @@ from pretravel.controls.control import Control, ExportedFiles, ExportSettings, s
 from pretravel.controls.control_table import (
     TableSettings,
     check_radii,
-    feed_statement,
+    conditions_statements,
     map_statement,
 )
 from pretravel.controls.fanuc import FANUC
@@ -106,7 +106,7 @@ def _radii_statements(
     return [
         map_statement(pretravel_map),
         f"units {settings.units}. Tip radius {radius} minus pretravel",
-        feed_statement(pretravel_map, settings),
+        *conditions_statements(pretravel_map, settings),
         f"the angles are {meaning} - from X toward Y of the machine",
         f"if read as such the nearest radius is wrong by {_residuals(table)} in the XY plane",
         f"a control that takes the angles as {other} is wrong by {misread} at most",

@@ -65,6 +65,33 @@ def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> N
         )
 
 
+def refuse_turned_map(pretravel_map: PretravelMap, spindle_deg: float) -> None:
+    """Refuse a map for touches that will be made at another orientation of the spindle.
+
+    Parameters
+    ----------
+    pretravel_map : PretravelMap
+    spindle_deg : float
+        [°]
+
+    Raises
+    ------
+    PretravelError
+        The map states another one.
+    """
+    made_at = pretravel_map.provenance.spindle_deg
+    if (
+        made_at is not None
+        and abs(float(_turn(np.asarray(spindle_deg - made_at)))) > SAME_ORIENTATION
+    ):
+        raise PretravelError(
+            f"the map was made with the spindle at {made_at:g}°, and the program turns it to "
+            f"{spindle_deg:g}°: the lobes of the probe turn with it. Measure at the orientation "
+            "of the map, or qualify at that of the program",
+            inputs=("compensated", "spindle_deg"),
+        )
+
+
 def turned_to(pretravel_map: PretravelMap, spindle_deg: float) -> PretravelMap:
     """The map as the spindle has it at another orientation.
 
@@ -111,10 +138,8 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
         By the touches.
     """
     made_at = pretravel_map.provenance.spindle_deg
-    if stated and made_at is not None:
-        return ""
-    size, u = _lobes(pretravel_map)
-    if not size > 2.0 * u > 0.0:
+    size = error_of_a_turn(pretravel_map)
+    if (stated and made_at is not None) or size == 0.0:
         return ""
     if made_at is None and not stated:
         return (
@@ -131,17 +156,17 @@ def orientation_note(pretravel_map: PretravelMap, *, stated: bool) -> str:
     )
 
 
-def _lobes(pretravel_map: PretravelMap) -> tuple[float, float]:
-    """Largest change of the map by half a turn, and the standard uncertainty there. [mm]"""
+def error_of_a_turn(pretravel_map: PretravelMap) -> float:
+    """Largest change of a map by half a turn of the spindle; 0 where it is within U. [mm]"""
     directions, value, u = over_support(pretravel_map)
     opposite = directions * [-1.0, -1.0, 1.0]
     inside = pretravel_map.support.supports(opposite)
     if not inside.any():
-        return 0.0, 0.0
+        return 0.0
     other = pretravel_map.pretravel(opposite[inside] @ pretravel_map.rotation.T, extrapolate=True)
     change: FloatArray = np.abs(other - value[inside])
     worst = int(np.argmax(change))
-    return float(change[worst]), float(u[inside][worst])
+    return float(change[worst]) if change[worst] > 2.0 * u[inside][worst] else 0.0
 
 
 def _turn(degrees: FloatArray) -> FloatArray:

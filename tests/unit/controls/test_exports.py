@@ -22,6 +22,7 @@ from pretravel.controls.control import ExportedFiles, ExportSettings
 from pretravel.controls.control_table import (
     TableSettings,
     check_radii,
+    conditions_statements,
     control_table,
     feed_statement,
     map_statement,
@@ -49,7 +50,7 @@ from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Provenance
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.example_maps import mean_map
+from tests.support.example_maps import example_map, mean_map
 
 fanuc_macro = partial(macro_programs, dialect=FANUC)
 haas_macro = partial(macro_programs, dialect=HAAS)
@@ -446,6 +447,16 @@ class TestHeads:
         for text, words in told.items():
             assert words in text
         assert len(told) == 4
+
+    def test_the_orientation_of_a_table(self) -> None:
+        """Of a map without lobes the orientation does not matter."""
+        made = mean_map(0.01)
+        turned = replace(made, provenance=Provenance(spindle_deg=30.0))
+        told = conditions_statements(turned, TableSettings())
+        assert told[1:] == ["made at spindle 30 degrees - measure at that orientation"]
+        assert len(conditions_statements(made, TableSettings())) == 1
+        _, lobed = conditions_statements(example_map(), TableSettings())
+        assert lobed.startswith("the map has no orientation of the spindle")
 
     def test_the_source_of_a_map_stands_as_it_is(self) -> None:
         """Signs that a control reads are replaced; nothing is written as a web page would."""

@@ -395,6 +395,16 @@ class TestRefusals:
             program, "a_log.ngc", compensated=known
         )
 
+    def test_a_map_of_another_orientation(self) -> None:
+        program = _planned(feeds=[50])
+        made_at = Provenance(spindle_deg=350.0)
+        turned = replace(mean_map(0.016), provenance=made_at)
+        with pytest.raises(PretravelError, match=r"spindle at 350°, and .* turns it to 90°"):
+            linuxcnc_program(program, "a_log.ngc", compensated=turned, spindle=0.5 * np.pi)
+        for same in (-10.0, 350.5):
+            text = linuxcnc_program(program, "a_log.ngc", compensated=turned, spindle=same * DEGREE)
+            assert "M19" in text
+
 
 @cache
 def _mean_form() -> Lookup:

@@ -41,7 +41,7 @@ def read(header: str = "", cell: str = "", comment: str = "", options: ReadingOp
 def test_what_contradicts_the_job_is_refused_by_name(
     header: str, cell: str, comment: str, words: str
 ) -> None:
-    with pytest.raises(InputError, match="one of them is wrong|The centre of the tip") as raised:
+    with pytest.raises(InputError, match=r"one of them is wrong|The centre of the tip") as raised:
         read(header, cell, comment)
     assert words in str(raised.value)
 
@@ -64,7 +64,7 @@ def test_a_tip_of_several_is_compared_when_it_is_chosen() -> None:
     text = b"x_mm,y_mm,z_mm,nx,ny,nz,tip_diameter_mm\n0,0,3,0,0,1,6\n1,0,2,0,0,1,4\n"
     file = SourceFile("a.csv", text)
     assert len(read_readings(file, replace(JOB, tip="6")).touches) == 1
-    with pytest.raises(InputError, match="line 3: .* diameter of 4 mm, and 6 mm"):
+    with pytest.raises(InputError, match=r"line 3: .* diameter of 4 mm, and 6 mm"):
         read_readings(file, replace(JOB, tip="4"))
 
 

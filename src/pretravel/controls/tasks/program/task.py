@@ -39,6 +39,7 @@ from pretravel.task import (
 if TYPE_CHECKING:
     from pretravel.base import FloatArray
     from pretravel.controls.program import ProbingProgram
+    from pretravel.maps import PretravelMap
     from pretravel.surface import Part
 
 _RINGS = "0,20,40,60,75,90"
@@ -509,6 +510,8 @@ def _planned(
             f"{compensated} has no feed: the points hold only if the probe was qualified at "
             "the feed of this program"
         )
+    if pretravel_map is not None and (turn := _unknown_turn(pretravel_map, task.spindle_deg)):
+        warnings.append(turn)
     if program.left_out:
         more = "…" if len(program.left_out) > _NAMED else ""
         names = ", ".join(program.left_out[:_NAMED]) + more
@@ -516,6 +519,21 @@ def _planned(
         warnings.append(f"{count} targets left out that cannot be reached: {names}")
     warnings += [f"not checked: {statement}" for statement in program.unchecked]
     return PlannedProgram(program, content, "\n".join(lines) + "\n", tuple(warnings))
+
+
+def _unknown_turn(pretravel_map: PretravelMap, spindle_deg: float | None) -> str:
+    """What holds where the map or the program has no orientation of the spindle."""
+    from pretravel.maps import error_of_a_turn
+
+    made_at, size = pretravel_map.provenance.spindle_deg, error_of_a_turn(pretravel_map)
+    if (made_at is None) == (spindle_deg is None) or size == 0.0:
+        return ""
+    who = (
+        f"the map is of spindle {made_at:g}°, and the program does not orient the spindle"
+        if spindle_deg is None
+        else f"the program orients the spindle to {spindle_deg:g}°, and the map has no orientation"
+    )
+    return f"{who}: at another orientation points are wrong by up to {size * 1e3:.1f} µm"
 
 
 class ProgramMdi(Task):
