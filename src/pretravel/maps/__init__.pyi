@@ -64,9 +64,11 @@ from .spherical_harmonics import checked_terms as checked_terms
 from .spherical_harmonics import degrees_and_orders as degrees_and_orders
 from .spherical_harmonics import real_spherical_harmonics as real_spherical_harmonics
 from .spindle_orientation import error_of_a_turn as error_of_a_turn
+from .spindle_orientation import one_word as one_word
 from .spindle_orientation import orientation_note as orientation_note
 from .spindle_orientation import orientation_of as orientation_of
 from .spindle_orientation import refuse_other_orientation as refuse_other_orientation
 from .spindle_orientation import refuse_turned_map as refuse_turned_map
+from .spindle_orientation import tip_note as tip_note
 from .support import DirectionSupport as DirectionSupport
 from .support import some_directions as some_directions

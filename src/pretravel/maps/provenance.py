@@ -192,6 +192,8 @@ class Provenance:
         Digests of the touches (`pretravel.qualification.own_touches`).
     spindle_deg : float or None
         Orientation of the spindle at which the reference was touched, where that is stated. [°]
+    tip, orientation : str
+        Names of the tip and of the orientation of the head, where the touches state them.
     center_covariance : (3, 3) float, optional
         Of the centre of the reference, probe frame: a place that is found through the map has
         it, beyond what points have. None where the map separates no centre, or does not say. [mm²]
@@ -209,6 +211,8 @@ class Provenance:
     reading: str = ""
     touch_digests: str = ""
     spindle_deg: float | None = None
+    tip: str = ""
+    orientation: str = ""
     center_covariance: tuple[tuple[float, ...], ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
@@ -269,7 +273,10 @@ class Provenance:
         return replace(self, center_covariance=_matrix(covariance))
 
 
-_TEXTS = ("source", "touches", "touches_file", "reading", "gauge", "probe", "touch_digests")
+_TEXTS = (
+    "source", "touches", "touches_file", "reading", "gauge", "probe", "touch_digests", "tip",
+    "orientation",
+)  # fmt: skip
 
 
 def _matrix(values: npt.ArrayLike) -> tuple[tuple[float, ...], ...]:

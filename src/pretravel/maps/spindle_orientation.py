@@ -1,7 +1,8 @@
-"""The orientation of the spindle that a map and touches state: a probe's lobes turn with it."""
+"""Orientation of spindle and head, and the tip, that a map and touches state: one map is of one."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -41,15 +42,59 @@ def orientation_of(touches: Touches) -> float | None:
     return round(first, 6)
 
 
+def one_word(touches: Touches, column: str) -> str:
+    """The one word that touches state in a column (tip, orientation); empty where they do not.
+
+    >>> one_word(Touches([[0.0, 0.0, 3.0]], [[0.0, 0.0, 1.0]], tips=("T1A0B0",)), "tip")
+    'T1A0B0'
+    """
+    words = {*touches.words.get(column, ())}
+    return words.pop() if len(words) == 1 else ""
+
+
+_HEAD = re.compile(r"A(-?\d+(?:\.\d+)?)[ _/]?B(-?\d+(?:\.\d+)?)", re.IGNORECASE)
+"""Angles of an indexing head in the name of a tip, as in T1A90B0."""
+_ANGLES = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+def _head(tip: str, orientation: str) -> tuple[float, ...] | str:
+    """Angles of the head, or its orientation by name; empty where neither is stated."""
+    found = _HEAD.search(orientation or tip)
+    angles = found.groups() if found else _ANGLES.findall(orientation)
+    return tuple(map(float, angles)) or orientation.strip().casefold()
+
+
+def tip_note(touches: Touches, pretravel_map: PretravelMap) -> str:
+    """A sentence where touches and map state tips of two names; empty where nothing differs."""
+    mine, other = one_word(touches, "tip"), pretravel_map.provenance.tip
+    if not (mine and other) or mine.casefold() == other.casefold():
+        return ""
+    return (
+        f"the touches are of tip {mine}, the map is of tip {other}: another stylus has another "
+        "pretravel. Qualify it, or give both one name"
+    )
+
+
 def refuse_other_orientation(touches: Touches, pretravel_map: PretravelMap) -> None:
-    """Refuse touches at another orientation of the spindle than that of the map.
+    """Refuse touches at another orientation of spindle or head than that of the map.
 
     Raises
     ------
     PretravelError
         Both are stated, and differ.
     """
-    made_at = pretravel_map.provenance.spindle_deg
+    made = pretravel_map.provenance
+    head = _head(made.tip, made.orientation)
+    mine = _head(one_word(touches, "tip"), one_word(touches, "orientation"))
+    if head and mine and head != mine:
+        stated = one_word(touches, "orientation") or one_word(touches, "tip")
+        raise PretravelError(
+            f"the touches are of the orientation {stated}, the map is of "
+            f"{made.orientation or made.tip}: the head has turned, and the directions of the "
+            "pretravel with it. Qualify the probe in this orientation",
+            inputs=("map_file",),
+        )
+    made_at = made.spindle_deg
     if made_at is None or touches.spindle is None:
         return
     angles = touches.spindle / DEGREE

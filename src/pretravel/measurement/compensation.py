@@ -346,7 +346,7 @@ def compensation_warnings(touches: TouchSummary, pretravel_map: PretravelMap) ->
             "mm, do the normals point out of the part, is the nominal where the part is?"
         )
     elsewhere = "" if touches.movement is None else touches.movement.sentence()
-    stated = (elsewhere, gross_points_sentence(touches.gross))
+    stated = (touches.other_tip, elsewhere, gross_points_sentence(touches.gross))
     return [*warnings, *touches.scatter.sentences(), *(said for said in stated if said)]
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pretravel.base import FloatArray
-from pretravel.maps import PretravelMap
+from pretravel.maps import PretravelMap, tip_note
 from pretravel.measurement.friction_of_part import movement_by_friction
 from pretravel.measurement.gross_points import GrossPoint, gross_points
 from pretravel.measurement.points import Points
@@ -163,6 +163,8 @@ class TouchSummary:
         Points far from the nominal and from their neighbours; of joined summaries, within each.
     states_spindle : bool
         Whether the touches state the orientation of the spindle.
+    other_tip : str
+        A sentence where they state another tip than the map.
     scatter : ScatterOnPart
         Of repeated places and plane faces.
     by_friction : float
@@ -177,6 +179,7 @@ class TouchSummary:
     movement: MovementSums | None = field(default=None, compare=False)
     gross: tuple[GrossPoint, ...] = ()
     states_spindle: bool = False
+    other_tip: str = ""
     scatter: ScatterOnPart = field(default_factory=ScatterOnPart, compare=False)
     by_friction: float = 0.0
 
@@ -213,6 +216,7 @@ class TouchSummary:
                 touches.where,
             ),
             touches.spindle is not None,
+            tip_note(touches, pretravel_map),
             (points.scatter or ScatterOnPart()).with_faces(
                 points.positions,
                 points.normals,
@@ -240,6 +244,7 @@ class TouchSummary:
             movement,
             self.gross + other.gross,
             self.states_spindle and other.states_spindle,
+            self.other_tip or other.other_tip,
             self.scatter.joined(other.scatter),
             max(self.by_friction, other.by_friction),
         )

@@ -25,6 +25,7 @@ from pretravel.maps import (
     QualificationSetup,
     Scatter,
     refuse_other_orientation,
+    tip_note,
 )
 from pretravel.qualification.delay import several_feeds, travel_per_second
 from pretravel.qualification.observe import observe
@@ -185,7 +186,7 @@ def update_map(
             "themselves: qualify without the old map"
         )
     refuse_other_orientation(touches, old_map)
-    noted = _feed_warnings(touches, old_map)
+    noted = [*filter(None, [tip_note(touches, old_map)]), *_feed_warnings(touches, old_map)]
     state = _State.of(touches, old_map, drifted_map(old_map, drift, ring=ring))
     setup = QualificationSetup(diameter, 2.0 * old_map.tip_radius, ring)
     resting = old_map.without_machine(touches)

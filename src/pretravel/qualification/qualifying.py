@@ -39,6 +39,7 @@ from pretravel.maps import (
     as_map,
     fit_harmonic,
     kind_named,
+    one_word,
     orientation_of,
     values_in_blocks,
 )
@@ -512,6 +513,8 @@ def _map(
             reading=touches.reading,
             touch_digests=ready.digests,
             spindle_deg=orientation_of(touches),
+            tip=one_word(touches, "tip"),
+            orientation=one_word(touches, "orientation"),
             gauge=f"pretravel is relative to {gauge}",
             level_known=setup.tip_diameter is not None,
             setup=setup,

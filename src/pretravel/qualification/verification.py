@@ -23,6 +23,7 @@ from pretravel.maps import (
     QualificationSetup,
     as_map,
     refuse_other_orientation,
+    tip_note,
 )
 from pretravel.qualification.change_causes import MENTIONED, Cause, LikelyCause, likely_causes
 from pretravel.qualification.change_tests import (
@@ -224,7 +225,8 @@ def touches_beside_map(
     refuse_several(touches)
     refuse_unverifiable(pretravel_map)
     refuse_other_orientation(touches, pretravel_map)
-    feed_warnings = _feed_warnings(touches, pretravel_map)
+    conditions = [*filter(None, [tip_note(touches, pretravel_map)])]
+    conditions += _feed_warnings(touches, pretravel_map)
     touches = pretravel_map.without_machine(touches)
     setup = QualificationSetup(diameter, 2.0 * pretravel_map.tip_radius, ring)
     rotation = pretravel_map.rotation
@@ -232,7 +234,7 @@ def touches_beside_map(
     new = _NewTouches(touches, pretravel_map, setup)
     everything = new.compared(np.ones(len(touches), dtype=bool))
     kept, gross = new.without_gross(everything)
-    return TouchesBesideMap(everything, kept, gross, tuple(feed_warnings), tuple(effects.warnings))
+    return TouchesBesideMap(everything, kept, gross, tuple(conditions), tuple(effects.warnings))
 
 
 def _result(

@@ -25,7 +25,7 @@ from pretravel.maps.harmonic_regression import fit_harmonics
 from pretravel.maps.kind import KindOfMap, MapFit, hidden_variance, usual_shift_covariance
 from pretravel.maps.kinds import harmonic
 from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
-from pretravel.maps.kinds.mean import MeanBasis, MeanKind
+from pretravel.maps.kinds.mean import MeanBasis, MeanKind, averaged
 from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
 from pretravel.maps.kinds.tabulated import TabulatedBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_constant
@@ -565,3 +565,29 @@ class TestHarmonicCentre:
         assert near.smoothing is near.posterior.smoothing
         assert begun[0] is None
         assert begun[1] is fit.posterior.amplitudes
+
+
+def test_averages_have_one_uncertainty_in_every_direction() -> None:
+    """Whatever the functions: u is the scatter about them in one direction, here of the lobes."""
+
+    class Bulge(MeanBasis):
+        """A constant less one function, which is not the constant itself."""
+
+        size = 2
+        constant = np.array([2.0, -1.0])
+
+        def design(self, directions: FloatArray) -> FloatArray:
+            squared = directions[:, 2] ** 2
+            return np.column_stack([0.5 + squared, 2.0 * squared])
+
+    def solve(pretravel: FloatArray, _: float) -> FloatArray:
+        design = Bulge().design(observation.directions)
+        return np.asarray(np.linalg.lstsq(design, pretravel)[0])
+
+    observation = _seen(sphere_pattern_25())
+    plain = averaged(observation, MeanBasis(), lambda _, mean: np.array([mean]))
+    fit = averaged(observation, Bulge(), solve)
+    rows = Bulge().design(sphere_pattern_25())
+    u = np.sqrt(fit.covariance.variance_of(rows))
+    np.testing.assert_allclose(u, u[0], rtol=1e-9)
+    assert 0.3 < u[0] / np.sqrt(plain.covariance.variances[0]) < 1.1

@@ -29,13 +29,14 @@ def test_what_is_stated_comes_back() -> None:
     )  # fmt: skip
     stated = Provenance(
         Origin.QUALIFIED, "a", "b", "c", "d", level_known=False, probe="e", setup=setup,
-        kind_settings={"x": 1.0}, reading="f", touch_digests="g",
+        kind_settings={"x": 1.0}, reading="f", touch_digests="g", tip="h", orientation="i",
     )  # fmt: skip
     kept = stated.as_dict()
     assert kept == {
         "origin": "qualified", "source": "a", "touches": "b", "touches_file": "c",
         "reading": "f", "gauge": "d", "probe": "e", "touch_digests": "g",
-        "level_known": False, "setup": asdict(setup), "kind_settings": {"x": 1.0},
+        "tip": "h", "orientation": "i", "level_known": False, "setup": asdict(setup),
+        "kind_settings": {"x": 1.0},
     }  # fmt: skip
     assert Provenance.from_dict(kept) == stated
     assert Provenance.from_dict(kept | {"of a later version": 1}) == stated

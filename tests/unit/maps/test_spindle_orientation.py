@@ -17,7 +17,7 @@ from pretravel.files.map_file import read_map, write_map
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import Origin, Provenance
 from pretravel.maps.spindle_orientation import orientation_note, orientation_of, turned_to
-from pretravel.measurement.compensation import apply, conditions_notes
+from pretravel.measurement.compensation import apply, compensation_warnings, conditions_notes
 from pretravel.measurement.points_summary import TouchSummary
 from pretravel.qualification.change_causes import Cause
 from pretravel.qualification.prior_update import update_map
@@ -75,6 +75,51 @@ def test_another_orientation_is_refused(command) -> None:  # type: ignore[no-unt
         PretravelError, match=r"spindle turned to 180° \(75 such touches\), the map"
     ):
         command(with_spindle(touches, np.pi), made)
+
+
+@pytest.mark.parametrize(
+    ("of_map", "of_touches"),
+    [
+        ({"orientation": "A0B0"}, {"orientations": "A90B0"}),
+        ({"orientation": "0 0"}, {"orientations": "90 0"}),
+        ({"orientation": "down"}, {"orientations": "front"}),
+        ({"tip": "T1A0B0"}, {"tips": "T2A90B-45"}),
+        ({"tip": "T1A0B0"}, {"orientations": "A90 B0"}),
+    ],
+)
+def test_a_turned_head_is_refused(of_map: dict[str, str], of_touches: dict[str, str]) -> None:
+    made, touches = _qualified(None), scene_of(Job("baseline", 4, "harmonic")).later_touches
+    stated = replace(made, provenance=replace(made.provenance, **of_map))
+    words = {name: (word,) * len(touches) for name, word in of_touches.items()}
+    for command in (apply, lambda t, m: verify(t, m, 25.0), lambda t, m: update_map(t, m, 25.0)):
+        command(replace(touches, **words), made)
+        with pytest.raises(PretravelError, match=r"are of the orientation .*the head has turned"):
+            command(replace(touches, **words), stated)
+
+
+@pytest.mark.parametrize(
+    ("mine", "other", "told"),
+    [("T1", "T2", True), ("T1", "t1", False), ("", "T2", False), ("T1", "", False)],
+)
+def test_a_tip_of_another_name_is_named(mine: str, other: str, told: bool) -> None:
+    touches = scene_of(Job("baseline", 4, "harmonic")).later_touches
+    stated = replace(touches, tips=(mine,) * len(touches)) if mine else touches
+    made = replace(_qualified(None), provenance=Provenance(Origin.QUALIFIED, tip=other))
+    said = [
+        *compensation_warnings(TouchSummary.of(stated, apply(stated, made), made), made),
+        *verify(stated, made, 25.0).warnings,
+        *update_map(stated, made, 25.0).warnings,
+    ]
+    assert sum(f"of tip {mine}, the map is of tip {other}" in each for each in said) == 3 * told
+
+
+def test_a_map_states_the_tip_and_the_head_of_its_touches() -> None:
+    touches = _reference()
+    words = {"tips": ("T1",) * len(touches), "orientations": ("A0B0",) * len(touches)}
+    made = qualify(replace(touches, **words), 25.0, tip_diameter=6.0, kind="mean")
+    assert (made.pretravel_map.provenance.tip, made.pretravel_map.provenance.orientation) == (
+        "T1", "A0B0",
+    )  # fmt: skip
 
 
 def test_a_turned_map_is_that_of_the_turned_probe() -> None:

@@ -93,9 +93,9 @@ def averaged(
     Returns
     -------
     MapFit
-        Each coefficient stands for many directions. The standard deviation of the residuals, with
-        what few directions do not show, is therefore the uncertainty in any one direction, and it
-        is common to all coefficients.
+        Averages stand for many directions. The standard deviation of the residuals, with what few
+        directions do not show, is therefore the uncertainty in any one direction, and it is common
+        to all of them.
     """
     free, to_sphere = observation.free_design, observation.to_sphere
     solution = to_sphere @ observation.values
@@ -124,7 +124,7 @@ def averaged(
         observation=observation,
         basis=basis,
         coefficients=coefficients,
-        covariance=Covariance.fully_shared(np.full(basis.size, variance)),
+        covariance=_of_one_direction(basis, variance),
         mean=float(solution[0]),
         u_mean=math.sqrt(float(sphere_covariance[0, 0])),
         shift=solution[1:],
@@ -133,3 +133,11 @@ def averaged(
         dof=dof,
         noise=math.sqrt(float(np.sum(residuals**2)) / dof),
     )
+
+
+def _of_one_direction(basis: MapBasis, variance: float) -> Covariance:
+    """Covariance of the coefficients with which every direction has this variance."""
+    level = np.ones(basis.size) if basis.constant is None else basis.constant
+    if np.all(level >= 0.0):
+        return Covariance.fully_shared(variance * level**2)
+    return Covariance.full(variance * np.outer(level, level))

@@ -268,16 +268,17 @@ class Check(TouchFiles, OfOneTip, LaboratoryReport):
         self._refuse_limit_without_size()
         QualificationSetup(self.diameter, self.tip_diameter, self.ring)  # exchanged diameters
         spindle = None if self.spindle is None else [a * DEGREE for a in self.spindle.degrees]
+        pretravel_map, tip_diameter = None, self.tip_diameter
+        if self.map_file is not None:
+            pretravel_map = read_map(self.map_file, tip_diameter=tip_diameter)
+            tip_diameter = 2.0 * pretravel_map.tip_radius
         readings = self.read_touches(
             progress,
-            tip_diameter=self.tip_diameter,
+            tip_diameter=tip_diameter,
             reference_diameter=self.diameter,
             ring=self.ring,
             spindle=spindle,
         ).in_machine_axes()
-        pretravel_map = None
-        if self.map_file is not None:
-            pretravel_map = read_map(self.map_file, tip_diameter=self.tip_diameter)
         return self._checked(readings, pretravel_map, statements)
 
     def _checked(
