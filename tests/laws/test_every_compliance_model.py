@@ -16,6 +16,7 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.compliance import MODELS
 from pretravel.prediction.compliance.base import TIP_ON_PART, compliance_model
 from pretravel.prediction.description import Moving
+from pretravel.prediction.materials import material
 from pretravel.prediction.response import probe_response
 from pretravel.prediction.trigger import predict
 
@@ -121,11 +122,12 @@ def test_statics_do_not_depend_on_the_model(model: str, polar: float, azimuth: f
 @every_model
 def test_a_response_is_its_model(model: str) -> None:
     """The response of a model is exact; a model without a response is refused."""
+    part = material("aluminium")
     if not compliance_model(model).has_response:
         with pytest.raises(PretravelError):
             probe_response(PROBE, model)
         return
-    response = probe_response(PROBE, model)
-    assert np.allclose(
-        response.pretravel(UPPER), predict(PROBE, UPPER, model).pretravel, rtol=1e-9, atol=1e-13
-    )
+    response = probe_response(PROBE, model, workpiece=part)
+    expected = predict(PROBE, UPPER, model, workpiece=part)
+    assert np.allclose(response.force(UPPER)[0], expected.force, rtol=1e-12)
+    assert np.allclose(response.pretravel(UPPER), expected.pretravel, rtol=1e-9, atol=1e-13)

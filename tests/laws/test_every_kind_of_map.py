@@ -123,7 +123,12 @@ def test_apply_undoes_embed(name: str, seed: int) -> None:
     normals = _normals(made)
     points = rng.uniform(-500.0, 500.0, normals.shape)
     approaches = unit(-normals + rng.uniform(-0.5, 0.5, normals.shape))
+    moving = replace(made, feed=0.0, delay=0.01, u_delay=1e-4)
+    feeds = rng.uniform(30.0, 900.0, len(normals))
     for way in (None, approaches):
+        late = embed(points, normals, moving, approaches=way, feeds=feeds)
+        # 0.15 mm of travel, and 1 µm where the approach is known by its direction alone.
+        assert np.abs(apply(late, moving).positions - points).max() < 1e-12
         touches = embed(points, normals, made, approaches=way)
         # Coordinates of 500 mm have a rounding of 1e-13 mm.
         assert np.abs(apply(touches, made).positions - points).max() < 1e-12
@@ -210,11 +215,13 @@ def test_directions_outside_the_support_are_refused(name: str) -> None:
     assert made.supports(_normals(made)).all()
     with pytest.raises(ExtrapolationError):
         made.pretravel(below)
-    with pytest.raises(ExtrapolationError):
-        made.pretravel_and_uncertainty(np.vstack([_normals(made), below]))
+    for call in (made.pretravel_and_uncertainty, made.tip_displacement):
+        with pytest.raises(ExtrapolationError):
+            call(np.vstack([_normals(made), below]))
     beyond = from_angles(np.radians(102.0), np.radians(np.arange(0, 360, 30)))
     assert not made.supports(beyond @ made.rotation.T).any()
-    assert np.isfinite(made.pretravel(beyond @ made.rotation.T, extrapolate=True)).all()
+    for call in (made.pretravel, made.pretravel_and_uncertainty, made.tip_displacement):
+        assert np.isfinite(call(beyond @ made.rotation.T, extrapolate=True)).all()
 
 
 @every_kind
@@ -281,19 +288,18 @@ def test_an_average_evaluates_on_a_control_as_its_parts_do(kinds: tuple[str, str
     correction = form.correction
     own = own + real_spherical_harmonics(n, correction.terms) @ correction.coefficients
     assert own == pytest.approx(expected, abs=1e-9)
+    moved, own_moved = (each.displacement(n, None) for each in (basis, maps[0].basis))
+    assert np.array_equal(moved, own_moved)  # the largest weight's; of series there is none
 
 
-@pytest.mark.parametrize("kinds", [("physical", "physical"), ("harmonic", "harmonic")])
+@pytest.mark.parametrize(
+    "kinds",
+    [("physical", "physical"), ("harmonic", "harmonic"), ("physical", "wozniak"),
+     ("wozniak", "physical")],
+)  # fmt: skip
 def test_an_average_without_one_probe_has_no_closed_form(kinds: tuple[str, str]) -> None:
-    maps = _two_maps(kinds)
-    basis, coefficients, _ = averaged_map(maps, [np.zeros(3)] * 2, [0.5, 0.5])
-    assert basis.form_on_control(coefficients) is None
-
-
-def test_averages_of_what_has_no_closed_form_have_none() -> None:
     """Woźniak's model is neither a probe nor a series."""
-    maps = [_map("physical"), _map("wozniak")]
-    assert maps[1].basis.form_on_control(maps[1].coefficients) is None
+    maps = _two_maps(kinds)
     basis, coefficients, _ = averaged_map(maps, [np.zeros(3)] * 2, [0.5, 0.5])
     assert basis.form_on_control(coefficients) is None
 

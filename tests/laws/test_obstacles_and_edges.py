@@ -22,7 +22,7 @@ from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict, predicted_map
 from pretravel.surface.cad.part import Part
 from pretravel.surface.cad.step_part import read_step_part
-from pretravel.surface.shapes import Ellipsoid, Reversed, Sphere
+from pretravel.surface.shapes import Sphere
 from pretravel.surface.shapes_of_revolution import Torus
 from pretravel.touches.targets import Targets
 
@@ -176,39 +176,8 @@ class TestEdges:
         assert set(np.round(points[:, 2], 9)) == {0.0, 10.0}
 
 
-def test_a_region_is_the_same_a_period_further() -> None:
-    """A half cylinder around angle zero: 350° and -10° give the same."""
-    from pretravel.surface.cad.trim import Trim
-
-    half = np.array([[-1.5, 0.0], [1.5, 0.0], [1.5, 4.0], [-1.5, 4.0], [-1.5, 0.0]])
-    region = Trim([half], (2.0 * math.pi, math.inf))
-    asked = np.array([[-0.2, 2.0], [2.0 * math.pi - 0.2, 2.0], [math.pi, 2.0], [0.0, 5.0]])
-    assert region.inside(asked).tolist() == [True, True, False, False]
-    assert region.inside(asked - [4.0 * math.pi, 0.0]).tolist() == [True, True, False, False]
-
-
 class TestFolded:
     """Surfaces that intersect themselves change sides: the side is determined or refused."""
-
-    def test_a_spindle_torus(self) -> None:
-        from pretravel.surface.cad.brep import SurfaceRecord
-        from pretravel.surface.cad.step_part import _one_side
-        from pretravel.surface.cad.trim import Trim
-
-        record = SurfaceRecord("torus", Torus([0, 0, 0], 3.0, 5.0))
-
-        def region(low: float, high: float) -> Trim:
-            ring = np.array([[0, low], [2, low], [2, high], [0, high], [0, low]], dtype=float)
-            return Trim([ring], (2 * math.pi, 2 * math.pi))
-
-        for trim in (None, region(-1.0, 3.0)):
-            with pytest.raises(PretravelError, match="on both sides"):
-                _one_side(record, trim)
-        assert _one_side(record, region(-1.0, 1.0)) is record
-        barrel = _one_side(record, region(2.7, 3.6))
-        assert barrel.along_parameters == -1
-        assert isinstance(barrel.surface, Torus)
-        assert barrel.surface.inner
 
     def test_a_barrel_from_a_file(self, tmp_path: Path) -> None:
         """An arc of 40 mm with a largest distance of 5 mm from the axis: a torus whose tube centre
@@ -238,27 +207,6 @@ class TestFolded:
         up = local.normal[:, 2] >= -0.05
         done = touch(_tip(), part, Targets(points[up], local.normal[up]))
         assert done.converged.all()
-
-    def test_offset_beyond_the_centre_of_curvature(self) -> None:
-        from pretravel.surface.cad.brep import SurfaceRecord
-        from pretravel.surface.cad.step_part import _one_side
-        from pretravel.surface.swept import Offset
-
-        hollow = SurfaceRecord("offset of sphere", Offset(Reversed(Sphere([0, 0, 0], 5.0)), 6.0))
-        with pytest.raises(PretravelError, match="beyond its centre of curvature"):
-            _one_side(hollow, None)
-        _one_side(SurfaceRecord("offset", Offset(Sphere([0, 0, 0], 5.0), 6.0)), None)
-        # The limit is the radius: 0.1 mm before the centre the offset is a ball of 0.1 mm.
-        ball, bore = Sphere([0, 0, 0], 5.0), Reversed(Sphere([0, 0, 0], 5.0))
-        for valid in (Offset(ball, -4.9), Offset(bore, 4.9), Offset(bore, -6.0)):
-            assert _one_side(SurfaceRecord("offset", valid), None).surface is valid
-        with pytest.raises(PretravelError, match="beyond its centre of curvature"):
-            _one_side(SurfaceRecord("offset", Offset(ball, -5.1)), None)
-        # Of an ellipsoid it is the smallest radius of curvature, c²/a at the equator.
-        egg = Ellipsoid([0, 0, 0], [10.0, 10.0, 6.0])
-        _one_side(SurfaceRecord("offset", Offset(egg, -3.59)), None)
-        with pytest.raises(PretravelError, match="beyond its centre of curvature"):
-            _one_side(SurfaceRecord("offset", Offset(egg, -3.61)), None)
 
 
 class TestEachForItself:

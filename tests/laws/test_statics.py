@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pretravel.base.directions import fibonacci_cap
-from pretravel.base.errors import DescriptionError, PretravelError
+from pretravel.base.directions import fibonacci_cap, from_angles
+from pretravel.base.errors import DescriptionError
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.description import Moving, Probe
 from pretravel.prediction.seats import seat_statics
@@ -43,38 +43,25 @@ def probes(draw: st.DrawFn) -> Probe:
     )
 
 
-@given(probes())
-def test_force_and_moment_balance(probe: Probe) -> None:
-    """Spring, touch and six reactions add up to zero, summed vector by vector."""
-    trigger = predict(probe, UPPER)
-    statics = seat_statics(probe)
+@given(probes(), st.floats(0.0, np.pi), st.floats(0.0, 2.0 * np.pi))
+def test_force_and_moment_balance(probe: Probe, polar: float, azimuth: float) -> None:
+    """Spring, weight, touch and six reactions add up to zero, summed vector by vector; a fiftieth
+    of the preload at 2 mm above the rods is too light to unseat any of these probes."""
+    probe = replace(probe, moving=Moving(mass=0.02 * probe.preload / 9.80665, height=2.0))
+    down = from_angles(polar, azimuth)[0]
+    trigger = predict(probe, UPPER, gravity=down)
+    statics, weight = seat_statics(probe, down), 0.02 * probe.preload * down
     for row in range(0, len(UPPER), 57):
         forces = trigger.reactions[row][:, None] * statics.normals
         touch = trigger.force[row] * trigger.directions[row]
-        total = forces.sum(axis=0) + touch + [0.0, 0.0, -probe.preload]
+        total = forces.sum(axis=0) + touch + weight + [0.0, 0.0, -probe.preload]
         moment = np.cross(statics.points, forces).sum(axis=0)
         moment += np.cross([0.0, 0.0, -probe.lever], touch)
+        moment += np.cross([0.0, 0.0, 2.0], weight)
         # 1e-9 relative to the forces and lever arms: rounding of a 6 x 6 solution.
         scale = probe.preload + trigger.force[row]
         assert np.abs(total).max() <= 1e-9 * scale
         assert np.abs(moment).max() <= 1e-9 * scale * probe.lever
-
-
-@given(probes(), st.floats(0.0, 0.2))
-def test_first_contact_is_the_first_reaction_at_the_threshold(
-    probe: Probe, share_of_rest: float
-) -> None:
-    statics = seat_statics(probe)
-    threshold = share_of_rest * float(statics.rest_reactions.min())
-    unit = statics.unit_reactions(UPPER)
-    force, seat = trigger_force(statics.rest_reactions, unit, threshold=threshold)
-    at_trigger = statics.reactions(UPPER, force)
-    assert np.allclose(at_trigger.min(axis=1), threshold, rtol=0.0, atol=1e-9 * probe.preload)
-    assert np.allclose(
-        at_trigger[np.arange(len(seat)), seat], threshold, rtol=0.0, atol=1e-9 * probe.preload
-    )
-    before = statics.reactions(UPPER, 0.999 * force)
-    assert np.all(before.min(axis=1) > threshold)
 
 
 @given(probes())
@@ -87,22 +74,6 @@ def test_a_rod_lifts_no_earlier_than_its_first_seat_opens(probe: Probe) -> None:
     pairs = statics.reactions(UPPER, lift).reshape(-1, 3, 2).sum(axis=2)
     assert np.allclose(pairs.min(axis=1), 0.0, atol=1e-9 * probe.preload)
     assert np.array_equal(pairs.argmin(axis=1), seat // 2)
-
-
-@given(st.floats(0.0, 2.0 * np.pi))
-def test_turning_probe_and_direction_together_changes_nothing(angle: float) -> None:
-    probe = load_probe("omp40-2")
-    rotated = replace(
-        probe,
-        tripod=replace(
-            probe.tripod, rod_azimuths=tuple(a + angle for a in probe.tripod.rod_azimuths)
-        ),
-    )
-    cosine, sine = np.cos(angle), np.sin(angle)
-    rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    reference, other = predict(probe, UPPER), predict(rotated, UPPER @ rotation.T)
-    assert np.allclose(other.force, reference.force, rtol=1e-10)
-    assert np.allclose(other.deflection, reference.deflection @ rotation.T, atol=1e-13)
 
 
 def test_force_does_not_depend_on_elasticity(omp40: Probe) -> None:
@@ -130,16 +101,9 @@ def test_along_the_axis_the_whole_preload_is_lifted(omp40: Probe) -> None:
     assert predict(omp40, [[0.0, 0.0, 1.0]]).force[0] == pytest.approx(5.91, rel=1e-12)
 
 
-def test_pushed_along_x_the_tip_bends_along_x(omp40: Probe) -> None:
-    """Signs: the deflection has the direction of the push, the pretravel is positive, and the
-    seats on the lifted side open (a push along +x lifts the tripod at rod A, at +x)."""
-    trigger = predict(omp40, [[1.0, 0.0, 0.0]])
-    assert trigger.deflection[0, 0] > 0.0
-    # The plane of push and axis is one of symmetry: across it only rounding is left, 1e-12.
-    assert abs(trigger.deflection[0, 1]) < 1e-9 * trigger.deflection[0, 0]
-    assert trigger.pretravel[0] > 0.0
-    up_down = trigger.reactions[0].reshape(3, 2).sum(axis=1)
-    assert up_down.argmin() == 0
+def test_pushed_along_x_the_rod_at_x_lifts(omp40: Probe) -> None:
+    loads = predict(omp40, [[1.0, 0.0, 0.0]]).reactions[0].reshape(3, 2).sum(axis=1)
+    assert loads.argmin() == 0
 
 
 def test_seat_motion_does_the_work_of_the_seat_forces(omp40: Probe) -> None:
@@ -193,19 +157,9 @@ class TestGravity:
         without = predict(omp40, direction).force[0]
         assert with_weight + mass * 9.80665 == pytest.approx(without, rel=1e-12)
 
-    def test_too_heavy_to_lie(self, omp40: Probe) -> None:
-        heavy = replace(omp40, moving=Moving(mass=0.5, height=-25.0))
-        with pytest.raises(DescriptionError, match="never be seated"):
-            predict(heavy, UPPER, gravity=(1.0, 0.0, 0.0))
-
     def test_without_a_mass(self, omp40: Probe) -> None:
         with pytest.raises(DescriptionError, match="no moving mass"):
             predict(replace(omp40, moving=Moving()), UPPER, gravity=(0.0, 0.0, -1.0))
-
-
-def test_a_pull_out_of_the_seats_is_refused(omp40: Probe) -> None:
-    with pytest.raises(PretravelError, match="never triggers"):
-        predict(omp40, [[0.0, 0.0, -1.0]])
 
 
 def test_a_left_seat_is_on_the_counter_clockwise_side(omp40: Probe) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from pretravel.surface.local_geometry import Surface, signed_distance, tangent_b
 from pretravel.surface.parametric import Convex, FunctionSurface
 from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
-from pretravel.surface.specification import parse_surface
 from pretravel.surface.spline import SplineSurface
 from pretravel.surface.swept import Extrusion, Offset, Placed, Revolution
 
@@ -170,40 +168,6 @@ def test_known_curvatures() -> None:
     # Half-axes a, a, c: at the pole both curvatures are c / a².
     pole = np.array([[0.0, 0.0]])
     assert bends(Ellipsoid([0, 0, 0], [10.0, 10.0, 6.0]), pole) == pytest.approx([0.06, 0.06])
-
-
-@pytest.mark.parametrize("half_angle", [30.0, -20.0])
-def test_a_cone_of_a_specification_has_its_half_angle(half_angle: float) -> None:
-    """In degrees: from height to height the radius grows by the tangent, and the outward normal
-    is as far below the plane across the axis."""
-    cone = parse_surface(f"cone:radius=10,half_angle={half_angle},x=1,y=-2,z=3")
-    assert isinstance(cone, Cone)
-    uv = np.column_stack([np.linspace(0.0, 6.0, 7), np.linspace(-4.0, 4.0, 7)])
-    local = cone.local(uv)
-    from_axis = local.point - HERE
-    angle = math.radians(half_angle)
-    radius = np.hypot(from_axis[:, 0], from_axis[:, 1])
-    assert np.ptp(from_axis[:, 2]) > 5.0
-    assert radius == pytest.approx(10.0 + math.tan(angle) * from_axis[:, 2], abs=1e-12)
-    assert local.normal[:, 2] == pytest.approx(-math.sin(angle), abs=1e-12)
-
-
-@pytest.mark.parametrize("name", ["rational spline", "plain spline"])
-def test_second_derivatives_of_a_spline_are_those_of_the_first(name: str) -> None:
-    """Also along the surface, where the curvature does not show them. Central differences: the
-    error is 1e-5² times the fourth derivatives, below 100 here, and rounding 1e-15 / 1e-5."""
-    spline = _bicubic()
-    if name == "plain spline":
-        spline = replace(spline, weights=np.full_like(spline.weights, 2.0))
-    uv = np.random.default_rng(0).uniform(0.5, 9.5, (40, 2))
-    uv = uv[np.abs(uv - 4.0).min(axis=1) > 1e-3]  # at the knot the third derivative jumps
-    h = 1e-5
-    _, _, _, *second = spline.second_order(uv)
-    for axis, (of_u, of_v) in enumerate(((second[0], second[1]), (second[1], second[2]))):
-        step = h * np.eye(2)[axis]
-        there, back = spline.first_order(uv + step), spline.first_order(uv - step)
-        assert np.abs((there[1] - back[1]) / (2 * h) - of_u).max() < 2e-8
-        assert np.abs((there[2] - back[2]) / (2 * h) - of_v).max() < 2e-8
 
 
 def test_the_ellipsoid_normal_is_the_true_one() -> None:

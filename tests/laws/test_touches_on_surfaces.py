@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, unit
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import parse_placement
@@ -24,8 +22,6 @@ from pretravel.design.probing.tip import LateralTip, MeasuredTip, PredictedTip, 
 from pretravel.design.probing.touching import touch
 from pretravel.measurement.compensation import apply
 from pretravel.prediction.catalogue import load_probe
-from pretravel.prediction.compliance.base import ComplianceModel
-from pretravel.prediction.loading import Loading
 from pretravel.prediction.materials import material
 from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.seats import seat_statics
@@ -39,7 +35,6 @@ from pretravel.surface.shapes import Ellipsoid, Plane, Reversed, Sphere
 from pretravel.surface.shapes_of_revolution import Cone, Cylinder, Torus
 from pretravel.touches import Touches, moved
 from pretravel.touches.targets import Targets
-from tests.support.coarse_models import coarse_reduced_sixth
 from tests.support.example_maps import lobes
 from tests.support.examples import EXAMPLES
 
@@ -255,24 +250,6 @@ def test_placing_the_part_is_turning_the_probe_the_other_way() -> None:
 
 
 class TestResponse:
-    @pytest.mark.parametrize("name", ["omp40-2", "omp40-2-thesis", "omp40-2-100mm-carbide"])
-    @pytest.mark.parametrize("model", ["shen", "analytic"])
-    def test_is_the_model(self, name: str, model: str) -> None:
-        probe = load_probe(name)
-        response = probe_response(probe, model, workpiece=material("aluminium"))
-        n = fibonacci_cap(300)
-        expected = predict(probe, n, model, workpiece=material("aluminium"))
-        assert np.allclose(response.force(n)[0], expected.force, rtol=1e-12)
-        assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
-
-    def test_is_the_finite_element_model(self) -> None:
-        from pretravel.design.fem.compliance import FiniteElements
-
-        probe, n = load_probe("omp40-2"), fibonacci_cap(100)
-        fem = FiniteElements(coarse_reduced_sixth())
-        response = probe_response(probe, fem)
-        assert np.abs(response.pretravel(n) - predict(probe, n, fem).pretravel).max() < 1e-11
-
     def test_with_weight_and_arm_lift(self) -> None:
         probe = load_probe("omp40-2")
         probe = replace(
@@ -284,16 +261,6 @@ class TestResponse:
         assert np.allclose(response.force(n)[0], expected.force, rtol=1e-12)
         assert np.abs(response.excess(n, expected.force)).max() < 1e-12
         assert np.abs(response.pretravel(n) - expected.pretravel).max() < 1e-11
-
-    def test_a_model_of_another_form_is_refused(self) -> None:
-        class Odd(ComplianceModel):
-            name = "odd"
-
-            def displacements(self, loading: Loading) -> Mapping[str, FloatArray]:
-                return {"bending": 1e-3 * loading.force[:, None] ** 2 * loading.directions}
-
-        with pytest.raises(PretravelError, match="model odd differs from this form"):
-            probe_response(load_probe("omp40-2"), Odd())
 
 
 class TestFriction:

@@ -12,9 +12,11 @@ import numpy as np
 from pretravel.files.map_json import json_of_map, map_from_json
 from pretravel.files.source_file import SourceFile
 from pretravel.maps.kinds.averaged import averaged_map
+from pretravel.maps.kinds.mean import MeanBasis
+from pretravel.maps.kinds.wozniak import WozniakBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.uncertainty.covariance import Covariance
-from tests.support.example_maps import example_map, lobes, mean_map
+from tests.support.example_maps import example_map, lobes, made_up_map
 
 stored = json_of_map
 """The content of the file of a map; the same for two maps that are equal in all they contain."""
@@ -47,6 +49,11 @@ def small_harmonic_map() -> PretravelMap:
 
 def averaged_example() -> PretravelMap:
     made = small_harmonic_map()
-    mean = replace(mean_map(0.01), support=made.support)
-    basis, coefficients, covariance = averaged_map([made, mean], [np.zeros(3)] * 2, [0.7, 0.3])
+    others = [
+        made_up_map(each, support=made.support)
+        for each in (MeanBasis(), WozniakBasis(0.2, "piezo"))
+    ]
+    basis, coefficients, covariance = averaged_map(
+        [made, *others], [np.zeros(3)] * 3, [0.5, 0.3, 0.2]
+    )
     return replace(made, basis=basis, coefficients=coefficients, covariance=covariance)

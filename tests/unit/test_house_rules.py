@@ -68,6 +68,16 @@ def _parameters(function: Function) -> int:
     return len(names) - (bool(names) and names[0] in ("self", "cls"))
 
 
+def test_folders_of_the_makefile_are_there() -> None:
+    """Some of its targets run once in a release."""
+    text = (PACKAGE.parents[1] / "Makefile").read_text(encoding="utf-8")
+    named = re.findall(r"tests/\w+", text)
+    for inner in re.findall(r"\(addprefix tests/unit/,([\w ]+)\)", text):
+        named += [f"tests/unit/{name}" for name in inner.split()]
+    assert len(named) > 15
+    assert [name for name in named if not (PACKAGE.parents[1] / name).is_dir()] == []
+
+
 def test_functions_are_short() -> None:
     found = {
         f"{module}:{function.name}"

@@ -39,23 +39,6 @@ class Motion(Protocol):
     def probe(self, end: Vector, feed: float, code: str, control: Control) -> ProbeResult: ...
 
 
-class Recorder:
-    """Moves that nothing hinders; a probe move ends without contact."""
-
-    def __init__(self, position: Vector = ZERO) -> None:
-        self.position = position
-        self.moves: list[tuple[str, Vector, float]] = []
-
-    def straight(self, end: Vector, feed: float, control: Control) -> None:
-        self.moves.append(("feed" if feed else "rapid", end, feed))
-        self.position = end
-
-    def probe(self, end: Vector, feed: float, code: str, control: Control) -> ProbeResult:
-        self.moves.append(("probe", end, feed))
-        self.position = end
-        return ProbeResult(False, end)
-
-
 class Control:
     """A control with a program's state.
 

@@ -22,8 +22,6 @@ from pretravel.maps.harmonic_regression import (
     Amplitudes,
     HarmonicFit,
     _averaged_over,
-    _by_terms,
-    _by_touches,
     _most_probable,
     _posterior,
     _Problem,
@@ -372,28 +370,6 @@ def test_without_noise_the_map_contains_each_touch() -> None:
     assert rows @ (1e3 * found.coefficients) == pytest.approx(values, abs=1e-9)
     u = 1e3 * np.sqrt(np.diag(rows @ found.covariance @ rows.T))
     assert u == pytest.approx(np.full(25, 1e-6), rel=0.1)
-
-
-def test_equations_for_touches_are_those_for_terms() -> None:
-    """Both ways at two points with lobes about other azimuths, one to three touches a direction.
-
-    Terms without a prior have one of 0.1 m in the equations for terms, which moves 8 µm by 1e-9 µm.
-    """
-    groups = np.repeat(np.arange(25), np.resize([2, 1, 3], 25))
-    values = 8.0 + np.sin(np.arange(len(groups)))
-    problem = _problem(values, N, groups, sphere_terms(25))
-    points, weights = np.stack([H, H + 0.1]), np.array([0.3, 0.7])
-    means, covariance, gains = _by_touches(problem, points, weights)
-    expected = [_by_terms(problem, h) for h in points]
-    for mean, (to_coefficients, _) in zip(means, expected, strict=True):
-        assert mean == pytest.approx(to_coefficients @ problem.y, abs=1e-8)
-    own = np.array([each for _, each in expected])
-    assert covariance == pytest.approx(np.tensordot(weights, own, axes=1), abs=1e-8)
-    for number, count in enumerate(problem.class_count):
-        variance = [float(problem.own_variances(h, count)) for h in points]
-        assert gains[number] == pytest.approx(
-            np.tensordot(weights / variance, own, axes=1), abs=1e-7
-        )
 
 
 def _only(h: FloatArray) -> Amplitudes:

@@ -20,11 +20,10 @@ from pretravel.base.directions import (
 )
 from pretravel.base.errors import PretravelError
 from pretravel.base.units import DEGREE
-from pretravel.maps.basis import StoredBasis
 from pretravel.maps.harmonic_regression import fit_harmonics
 from pretravel.maps.kind import KindOfMap, MapFit, hidden_variance, usual_shift_covariance
 from pretravel.maps.kinds import harmonic
-from pretravel.maps.kinds.harmonic import HarmonicBasis, HarmonicKind, HarmonicMapFit
+from pretravel.maps.kinds.harmonic import HarmonicKind, HarmonicMapFit
 from pretravel.maps.kinds.mean import MeanBasis, MeanKind, averaged
 from pretravel.maps.kinds.sectors import SectorBasis, SectorsKind
 from pretravel.maps.kinds.tabulated import TabulatedBasis
@@ -32,7 +31,6 @@ from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind, wozniak_cons
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.provenance import AXIAL_PRETRAVEL, U_AXIAL_PRETRAVEL
 from pretravel.maps.spherical_harmonics import real_spherical_harmonics
-from pretravel.maps.support import DirectionSupport
 
 NOTHING = Scatter(0.0, 0.0)
 POLE = np.array([[0.0, 0.0, 1.0]])
@@ -74,26 +72,6 @@ def _fit(name: str) -> HarmonicMapFit:
 
 
 class TestBases:
-    def test_a_basis_comes_back_from_what_is_stored(self) -> None:
-        support = DirectionSupport(fibonacci_cap(5, 1.0))
-        terms = np.array([[2, 0], [0, 0], [3, -1]])
-        basis = HarmonicBasis(terms)
-        assert basis.constant.tolist() == [0.0, 1.0, 0.0]
-        stored = StoredBasis(support, 3.0, basis.arrays())
-        assert np.array_equal(HarmonicBasis.restored(stored).terms, terms)
-        for array in basis.arrays().values():
-            assert array.axes == ("coefficient",)
-        lobed = WozniakBasis(0.3, "piezo")
-        assert WozniakBasis.restored(StoredBasis(support, 3.0, {}, lobed.attributes())) == lobed
-        assert MeanBasis.restored(stored) == MeanBasis()
-        assert SectorBasis.restored(stored) == SectorBasis()
-        assert TabulatedBasis.restored(stored).support is support
-        mean = MeanBasis().form_on_control(np.array([0.01]))
-        assert mean.terms.tolist() == [[0, 0]]  # of degree 0: one everywhere
-        form = basis.form_on_control(np.arange(3.0))
-        assert np.array_equal(form.terms, terms)
-        assert form.coefficients.tolist() == [0.0, 1.0, 2.0]
-
     def test_what_a_kind_may_leave_out(self) -> None:
         """No displacement, no probe, no form on a control, no arrays, no settings."""
         basis = SectorBasis()
@@ -230,22 +208,6 @@ class TestAverages:
         seen = Observation(15.49 * n, np.arange(9), np.zeros(3), 12.5, 3.0, ring=False)
         with pytest.raises(PretravelError, match=r"falls into sector Y, 60°\. A sector"):
             SectorsKind().fit(seen, NOTHING)
-
-    def test_shares_of_sectors(self) -> None:
-        """Within half a degree of the axis all alike; halfway between two, a half each."""
-        tilt = np.radians([0.0, 0.49, 0.51, 0.49, 0.51])
-        n = from_angles(tilt, np.radians([0.0, 0.0, 0.0, 90.0, 90.0]))
-        design = SectorBasis().design(n)
-        assert design[[0, 1, 3]] == pytest.approx(np.full((3, 10), 0.1))
-        assert design[2].tolist() == [1.0, *[0.0] * 9]
-        assert design[4].tolist() == [0.0, 1.0, *[0.0] * 8]
-        degrees = np.array([14.9, 15.1, 45.0, 345.0, 344.0, 346.0, 105.0])
-        design = SectorBasis().design(from_angles(0.5 * math.pi, np.radians(degrees)))
-        expected = np.zeros((7, 10))
-        expected[0, 0] = expected[1, 2] = expected[4, 9] = expected[5, 0] = 1.0
-        expected[2, 2] = expected[2, 3] = expected[3, 0] = expected[3, 9] = 0.5
-        expected[6, 1] = expected[6, 4] = 0.5
-        assert np.array_equal(design, expected)
 
 
 class TestWozniak:

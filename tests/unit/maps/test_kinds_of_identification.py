@@ -13,9 +13,9 @@ from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.files.map_file import read_map, write_map
 from pretravel.files.touches_csv import read_touches
-from pretravel.maps.kinds import kind_named, kinds
+from pretravel.maps.kinds import kinds
 from pretravel.maps.kinds.wozniak import WozniakBasis, WozniakKind
-from pretravel.maps.provenance import Origin, Provenance, QualificationSetup
+from pretravel.maps.provenance import Origin, Provenance
 from pretravel.measurement.compensation import distances_from_reference
 from pretravel.qualification.qualifying import qualify, qualify_like
 from pretravel.touches import Touches
@@ -69,43 +69,6 @@ def test_touches_at_one_feed_do_not_replace_a_map_with_delay() -> None:
     moving = replace(first, delay=2e-3, feed=0.0)
     with pytest.raises(PretravelError, match="touch the reference at two feeds"):
         qualify_like(_touches(0.010), moving, 25.0)
-
-
-@pytest.mark.parametrize("name", list(kinds()))
-def test_every_kind_has_its_name(name: str) -> None:
-    assert kind_named(name).name == name
-    assert kind_named(name).title
-
-
-def test_unknown_kind_and_unknown_setting() -> None:
-    with pytest.raises(PretravelError, match="'oval' is not known; there are mean, sectors"):
-        kind_named("oval")
-    with pytest.raises(PretravelError, match="kind mean"):
-        kind_named("mean", transducer="piezo")
-
-
-def test_provenance_through_plain_values() -> None:
-    made = Provenance(
-        Origin.QUALIFIED,
-        "a",
-        "b",
-        "c.csv",
-        "d",
-        False,
-        "",
-        QualificationSetup(25.0),
-        {"x": 1.0},
-        "separator ';'",
-    )
-    assert Provenance.from_dict(made.as_dict()) == made
-
-
-@pytest.mark.parametrize("name", ["diameter", "tip_diameter"])
-@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
-def test_setup_refuses_impossible_diameters(name: str, value: float) -> None:
-    with pytest.raises(PretravelError, match="must be positive") as error:
-        QualificationSetup(**{"diameter": 25.0, name: value})
-    assert error.value.inputs == (name,)
 
 
 def test_choice_among_kinds() -> None:

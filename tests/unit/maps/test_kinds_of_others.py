@@ -45,7 +45,7 @@ assert type(restored_basis("belt", StoredBasis(None, 3.0))).__name__ == "BeltBas
 def test_the_package_lists_its_own_kinds() -> None:
     """In code, the simple ones first; an installation is not asked for them."""
     assert list(kinds())[:5] == ["mean", "sectors", "wozniak", "harmonic", "physical"]
-    assert all(kinds()[name].name == name for name in kinds())
+    assert all(kinds()[name].name == name and kinds()[name].title for name in kinds())
     assert (
         "entry-points" not in tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     )

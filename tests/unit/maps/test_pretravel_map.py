@@ -13,7 +13,6 @@ from pretravel.base.arrays import FloatArray
 from pretravel.base.directions import fibonacci_cap, from_angles, ring_pattern
 from pretravel.base.errors import ExtrapolationError, PretravelError
 from pretravel.base.frames import Placement, probe_rotation
-from pretravel.base.units import DEGREE
 from pretravel.maps import basis as basis_module
 from pretravel.maps import observation, pretravel_map
 from pretravel.maps.basis import MapBasis, StoredBasis, values_in_blocks
@@ -92,19 +91,6 @@ class TestOutside:
     """Polar angles up to 90° hold, and 5° more."""
 
     MADE = made_up_map(MeanBasis(), rotation=TURN)
-
-    def test_each_function_refuses_and_can_be_told_not_to(self) -> None:
-        n = from_angles(np.radians([50.0, 99.0]), np.zeros(2)) @ TURN.T
-        made = self.MADE
-        calls = (made.pretravel, made.pretravel_and_uncertainty, made.tip_displacement)
-        for call in calls:
-            with pytest.raises(ExtrapolationError):
-                call(n)
-            assert np.isfinite(call(n, extrapolate=True)).all()
-            assert np.isfinite(call(n[:1])).all()
-        assert made.supports(n).tolist() == [True, False]
-        assert made.supports(n, 9.1 * DEGREE).tolist() == [True, True]
-        assert made.supports(n, 8.9 * DEGREE).tolist() == [True, False]
 
     def test_the_first_one_outside_is_told_with_its_distance(self) -> None:
         """In the frame of the probe: 97° is 7° from the nearest touch."""

@@ -79,9 +79,11 @@ def test_what_is_usual() -> None:
         {"diameter": 9e-4}, {"diameter": 1.1e4}, {"tip_diameter": 9e-4}, {"tip_diameter": 1001.0},
         {"u_diameter": -1e-9}, {"u_diameter": 1001.0}, {"u_temperature": -1e-9},
         {"u_temperature": 1001.0}, {"sphere_form": -1e-9}, {"sphere_form": 1001.0},
-        {"axial_pretravel": 1001.0}, {"axial_pretravel": -1001.0},
+        {"axial_pretravel": 1001.0}, {"axial_pretravel": -1001.0}, {"diameter": math.nan},
+        {"tip_diameter": math.inf}, {"tip_diameter": 0.0},
     ],
 )  # fmt: skip
 def test_references_that_there_are_not(numbers: dict[str, float]) -> None:
-    with pytest.raises(PretravelError):
+    with pytest.raises(PretravelError) as error:
         QualificationSetup(**{"diameter": 25.0, **numbers})
+    assert error.value.inputs == (*numbers,)

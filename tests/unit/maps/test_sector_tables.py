@@ -10,7 +10,7 @@ from pretravel.base.directions import from_angles, ring_pattern
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.maps.kinds.harmonic import HarmonicBasis
-from pretravel.maps.kinds.sectors import SECTOR_NAMES
+from pretravel.maps.kinds.sectors import SECTOR_NAMES, SectorBasis
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.sector_tables import (
     SectorTable,
@@ -37,6 +37,15 @@ _AWAY = np.stack(
 _NEAREST = _AWAY.min(axis=1, keepdims=True) == _AWAY
 SHARES = _NEAREST / _NEAREST.sum(axis=1, keepdims=True)
 """Of each azimuth in the sectors: halfway between two, a half each, (720, 10)."""
+
+
+def test_shares_of_sectors() -> None:
+    """Of the nearest angle, halfway a half each; within half a degree of the axis all alike."""
+    design = SectorBasis().design
+    assert np.array_equal(design(from_angles(0.5 * np.pi, np.radians(AZIMUTH))), SHARES)
+    for azimuth, sector in ((0.0, 0), (90.0, 1)):
+        near = design(from_angles(np.radians([0.0, 0.49, 0.51]), np.radians([azimuth] * 3)))
+        assert near == pytest.approx(np.vstack([np.full((2, 10), 0.1), np.eye(10)[sector]]))
 
 
 def _check(table: SectorTable, pretravel: FloatArray) -> None:

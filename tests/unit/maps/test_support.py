@@ -155,14 +155,6 @@ def test_directions_that_would_pull_the_stylus_out_are_refused() -> None:
         DirectionSupport(np.empty((0, 3)))
 
 
-@pytest.mark.parametrize(("radius", "held"), [(59.5, True), (60.5, False)])
-def test_wide_triangles_are_holes(radius: float, held: bool) -> None:
-    """Three touches around the pole: the circle through them has their polar angle."""
-    support = DirectionSupport(from_angles(np.full(3, radius) * DEGREE, np.arange(3) * 2.0943951))
-    distance = support.interpolation(np.array([[0.0, 0.0, 1.0]]))[2][0]
-    assert distance == 0.0 if held else distance > 5.0 * DEGREE
-
-
 @pytest.mark.parametrize("short", [0, 80])
 def test_an_arc_of_touches_supports_what_lies_along_it(short: int) -> None:
     """Given in any order, on a meridian; the distance is the angle beside it. Its long edge is

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import ellipk, elliprd
+from scipy.special import elliprd
 
 from pretravel.base.errors import PretravelError
 from pretravel.prediction.materials import Material, contact_modulus
@@ -35,7 +35,7 @@ def _ratio_of(angle_deg: np.ndarray) -> np.ndarray:
 def test_half_axes_solve_the_equations_of_the_ellipse() -> None:
     """The curvature along an axis is the integral of ds / sqrt(s (a² + s)³ (b² + s)): Carlson's
     R_D in place of K and E."""
-    ratios = np.array([1.01, 1.7, 3.0, 14.0, 300.0, 1e5])
+    ratios = np.array([1.01, 1.7, 3.0, 14.0, 300.0, 1e5, 9.9e5])
     b = ellipticity(ratios)
     along, across = elliprd(0.0, b**2, 1.0), elliprd(0.0, 1.0, b**2)
     assert across / along == pytest.approx(ratios, rel=1e-9)
@@ -46,19 +46,6 @@ def test_half_axes_are_those_of_the_printed_table() -> None:
     0.34 %, the others by their last digit."""
     angle, longer, shorter = PRINTED.T
     assert ellipticity(_ratio_of(angle)) == pytest.approx(shorter / longer, rel=0.004)
-
-
-def test_approach_follows_from_the_printed_half_axes() -> None:
-    """The longer half-axis is m (3 F R / 2 E*)^(1/3) with 2/R the sum of the curvatures; the
-    derivative of the energy, 2.5 times, is the force: delta = 3 F K / (2 pi E* a)."""
-    angle, longer, shorter = PRINTED.T
-    force, modulus, larger_radius = 1.7, 1.3e5, 2.2
-    smaller_radius = larger_radius / _ratio_of(angle)
-    curvatures = 1.0 / larger_radius + 1.0 / smaller_radius
-    a = longer * np.cbrt(1.5 * force / (curvatures * modulus))
-    expected = 3.0 * force * ellipk(1.0 - (shorter / longer) ** 2) / (2.0 * np.pi * modulus * a)
-    found = approach_coefficient(np.full(13, larger_radius), smaller_radius, modulus)
-    assert found * force ** (2.0 / 3.0) == pytest.approx(expected, rel=2e-3)
 
 
 def test_curvatures_that_are_nearly_equal_have_the_limit_of_the_ellipse() -> None:
@@ -77,13 +64,6 @@ def test_the_approach_has_no_step_where_an_ellipse_becomes_a_circle() -> None:
     for part in (1e-5, 1.4e-5, 1.6e-5, 1e-4):
         near = float(approach_coefficient(2.0, 2.0 / (1.0 + part), 3e5))
         assert near / ball - 1.0 == pytest.approx(part / 6.0, abs=1e-9)
-
-
-def test_half_axes_of_extreme_ratios_stay_between_the_limits_of_the_search() -> None:
-    """The axis ratio falls with the curvature ratio up to the largest one that is allowed."""
-    found = ellipticity([1e3, 1e5, 9.9e5])
-    assert np.all(np.diff(found) < 0.0)
-    assert np.all((found > 1e-6) & (found < 0.02))
 
 
 @pytest.mark.parametrize(

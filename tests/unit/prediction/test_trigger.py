@@ -92,23 +92,6 @@ class TestEvent:
 
 
 class TestSeatsAtRest:
-    @pytest.mark.parametrize("down", [None, [0.48, -0.6, 0.64]])
-    def test_spring_weight_and_reactions_balance(
-        self, omp40: Probe, down: list[float] | None
-    ) -> None:
-        """Seat by seat, about the origin: mass 30 g at 7 mm above the plane of the rods."""
-        heavy = replace(omp40, moving=Moving(mass=0.03, height=7.0))
-        statics = seat_statics(heavy, down)
-        force, moment = np.array([0.0, 0.0, -omp40.preload]), np.zeros(3)
-        if down is not None:
-            weight = 0.03 * 9.80665 * np.array(down)
-            force, moment = force + weight, moment + np.cross([0.0, 0.0, 7.0], weight)
-        push = statics.rest_reactions[:, None] * statics.normals
-        assert force + push.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
-        moment = moment + np.cross(statics.points, push).sum(axis=0)
-        assert moment == pytest.approx(np.zeros(3), abs=1e-11)
-        assert statics.tip.tolist() == [0.0, 0.0, -omp40.lever]
-
     def test_gravity_of_the_machine_is_turned_into_the_probe(self, omp40: Probe) -> None:
         """A probe along x: what pulls along the machine's -x pulls along the probe's -z."""
         lying = replace(

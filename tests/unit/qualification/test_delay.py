@@ -20,7 +20,7 @@ from pretravel.maps.kinds.harmonic import fit_harmonic
 from pretravel.maps.observation import Scatter
 from pretravel.maps.pretravel_map import PretravelMap
 from pretravel.maps.provenance import QualificationSetup
-from pretravel.measurement.compensation import apply, embed
+from pretravel.measurement.compensation import apply
 from pretravel.measurement.point_errors import point_sources
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict
@@ -304,22 +304,3 @@ def test_map_and_delay_err_together() -> None:
     sources = point_sources(at_mean, apply(at_mean, made), made)
     equator = np.abs(touches.normals[:, 2]) < 0.01
     assert np.sqrt(sources["signal delay"].variances[equator].max()) < 0.02e-3
-
-
-def test_sources_add_up_to_what_points_state() -> None:
-    touches = _touches(np.random.default_rng(1))
-    made = replace(_made(), u_tip_radius=1e-4)
-    points = apply(touches, made)
-    sources = point_sources(touches, points, made)
-    total = sum(part.variances for part in sources.values())
-    assert np.sqrt(total) == pytest.approx(points.standard_uncertainty, rel=1e-9)
-    assert sorted(sources) == ["map", "repeatability", "signal delay", "tip radius"]
-
-
-def test_embed_is_at_rest() -> None:
-    made = _made()
-    n = sphere_pattern_25()
-    back = apply(replace(embed(10.0 * n, n, made), feeds=np.full(25, 1e-9)), made)
-    assert back.positions == pytest.approx(10.0 * n, abs=1e-9)
-    moving = apply(embed(10.0 * n, n, made, feeds=np.full(25, 500.0)), made)
-    assert moving.positions == pytest.approx(10.0 * n, abs=1e-9)

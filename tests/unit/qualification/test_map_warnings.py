@@ -14,7 +14,7 @@ from pretravel.base.units import DEGREE
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.observation import Observation, Scatter
 from pretravel.maps.pretravel_map import PretravelMap, over_support
-from pretravel.maps.support import DirectionSupport, some_directions
+from pretravel.maps.support import DirectionSupport
 from pretravel.qualification.map_warnings import (
     copy_warnings,
     height_warnings,
@@ -138,17 +138,6 @@ def test_a_turned_map_is_looked_at_in_its_own_frame() -> None:
     edge = directions[np.abs(polar_angle(directions) - lowest) < 1e-9]
     gaps = np.degrees(np.diff(np.sort(np.arctan2(edge[:, 1], edge[:, 0]))))
     assert np.median(gaps) == pytest.approx(360.0 / 359.0, rel=1e-6)
-
-
-def test_of_very_many_directions_five_thousand_are_looked_at() -> None:
-    many = fibonacci_cap(5001, 1.5)
-    assert some_directions(many[:5000]) is not many
-    assert len(some_directions(many[:5000])) == 5000
-    drawn = some_directions(many)
-    assert len(drawn) == 5000
-    rows = [int(np.flatnonzero((many == row).all(axis=1))[0]) for row in drawn[::500]]
-    assert rows == sorted(rows)
-    assert len(np.unique(drawn, axis=0)) == 5000
 
 
 @pytest.mark.parametrize(

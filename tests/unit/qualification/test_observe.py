@@ -308,9 +308,6 @@ def test_normals_of_the_other_sign(ring: bool) -> None:
     ("options", "words"),
     [
         ({"diameter": 25.0 / 25.4, "tip_diameter": 6.0 / 25.4}, "diameters look like"),
-        ({"diameter": -25.0}, "must be positive"),
-        ({"diameter": float("nan")}, "must be positive"),
-        ({"tip_diameter": 0.0}, "must be positive"),
         ({"axis": (0.0, 0.0, 2.0)}, "length 2"),
     ],
 )

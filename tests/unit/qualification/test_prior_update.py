@@ -257,32 +257,6 @@ def _constant_map(value: float, u: float, repeatability: float) -> PretravelMap:
     )
 
 
-@pytest.mark.parametrize("kind", ["harmonic", "physical"])
-def test_scale_level_and_turn_are_found_and_separated(kind: str) -> None:
-    """A changed map touched without noise in many directions; the update must follow it."""
-    old = example_map(kind)
-    n = fibonacci_cap(60)
-    angle = 0.004
-    c, s = np.cos(angle), np.sin(angle)
-    back = n @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])  # rows: turned by -angle
-    now = 1.01 * old.pretravel(back, extrapolate=True) + 0.3e-3
-    exact = replace(old, repeatability=0.01e-3, repeatability_dof=1e6)
-    found = update_map(sphere_touches(now, n), exact, 25.0)
-    value = found.pretravel_map.pretravel(n, extrapolate=True)
-    left = (value - now) - n @ np.linalg.lstsq(n, value - now, rcond=None)[0]
-    assert np.abs(left).max() < 0.05e-3
-    before = old.pretravel(n, extrapolate=True) - now
-    assert np.abs(before).max() > 0.4e-3
-    # With a map that is exact, nothing but the drift explains the change.
-    known = replace(exact, covariance=Covariance.full(1e-8 * old.covariance.matrix))
-    drift = ProbeDrift(scale=0.1, level=0.01, turn=0.1, form=0.0, change=0.0)  # wide: no shrinkage
-    found = update_map(sphere_touches(now, n), known, 25.0, drift=drift)
-    assert found.turn.value == pytest.approx(angle, rel=0.1)
-    assert found.level.value + found.scale.value * np.mean(old.pretravel(n)) == pytest.approx(
-        0.3e-3 + 0.01 * np.mean(old.pretravel(n)), rel=0.1
-    )
-
-
 @pytest.mark.parametrize("degrees", [-14.0, pytest.param(10.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["harmonic", pytest.param("average", marks=pytest.mark.slow)])
 def test_a_probe_that_has_turned_by_many_degrees(kind: str, degrees: float) -> None:
@@ -492,27 +466,29 @@ def _after(changed: float = 0.0, touches: int = 9) -> Any:
     )
 
 
-def test_touches_that_scatter_more_than_the_map_s_are_told() -> None:
-    """F of 20 and 50 degrees exceeds 2.95 in a thousandth of good sets (tables: 2.95)."""
-    old = replace(_constant_map(0.01, 2e-4, 3e-4), repeatability_dof=50.0)
-    assert _warnings(0.5, _after(), old, Scatter(3e-4 * np.sqrt(2.8), 20.0)) == []
-    (sentence,) = _warnings(0.5, _after(), old, Scatter(3e-4 * np.sqrt(3.1), 20.0))
-    assert "scatter by 0.53 µm, those of the old map by 0.30 µm" in sentence
+@pytest.mark.parametrize(
+    ("stated", "counted", "dof", "ratio"),
+    # F of 20 and 50 degrees exceeds 2.95 in a thousandth of good sets, chi-square of 20 exceeds
+    # 45.3. Below the last digit, 20 nm, a repeatability is that of the digit.
+    [(3e-4, 3e-4, 50.0, 2.95), (1e-7, 2e-5, 50.0, 2.95), (1e-3, 1e-3, math.inf, 45.3 / 20.0)],
+)
+def test_touches_that_scatter_more_than_the_map_s_are_told(
+    stated: float, counted: float, dof: float, ratio: float
+) -> None:
+    old = replace(_constant_map(0.01, 2e-4, stated), repeatability_dof=dof)
+    for share, told in ((0.98, 0), (1.02, 1)):
+        seen = Scatter(counted * math.sqrt(share * ratio), 20.0)
+        found = _warnings(0.5, _after(), old, seen)
+        assert len(found) == told
+        assert not told or f"scatter by {seen.deviation / UM:.2f} µm, those of the old" in found[0]
     assert _warnings(0.5, _after(), old, Scatter(1.0, 0.0)) == []
+
+
+def test_a_poor_fit_is_told_below_one_in_a_hundred() -> None:
+    old = _constant_map(0.01, 2e-4, 3e-4)
     (sentence,) = _warnings(0.009, _after(), old, Scatter(3e-4, 20.0))
     assert "fit the old map badly (probability 0.009)" in sentence
     assert _warnings(0.011, _after(), old, Scatter(3e-4, 20.0)) == []
-
-
-def test_a_repeatability_below_the_last_digit_is_that_of_the_digit() -> None:
-    """20 nm; F of 20 and 50 degrees exceeds 2.95 once in a thousand sets."""
-    old = _map(repeatability=1e-7, repeatability_dof=50.0)
-    assert _warnings(0.5, _after(), old, Scatter(2e-5 * math.sqrt(2.9), 20.0)) == []
-    assert len(_warnings(0.5, _after(), old, Scatter(2e-5 * math.sqrt(3.0), 20.0))) == 1
-    known = _map(repeatability=1e-3, repeatability_dof=math.inf)
-    # Of a known variance: chi-square of 20 exceeds 45.3 once in a thousand.
-    assert _warnings(0.5, _after(), known, Scatter(1e-3 * math.sqrt(45.2 / 20.0), 20.0)) == []
-    assert len(_warnings(0.5, _after(), known, Scatter(1e-3 * math.sqrt(45.4 / 20.0), 20.0))) == 1
 
 
 def test_a_likely_change_and_too_few_touches_to_see_one_are_told() -> None:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
-from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.files.touches_csv import read_touches, write_touches
 from pretravel.maps.kind import usual_shift_covariance
@@ -25,7 +24,6 @@ from pretravel.qualification.qualifying import qualified
 from pretravel.qualification.qualifying import qualify as qualify_with_all_kinds
 from pretravel.tasks.qualify import Qualify
 from pretravel.touches import Touches
-from pretravel.uncertainty.sphere_fit import fit_sphere
 from tests.support.examples import EXAMPLES
 from tests.support.plain_qualification import qualify_plainly as qualify
 from tests.support.reference_touches import sphere_touches
@@ -259,35 +257,6 @@ class TestQualification:
             made = {10: 0.03, 40: -0.04}[outlier.rows[0]]
             assert outlier.distance == pytest.approx(made, abs=outlier.limit)
 
-    def test_one_bad_touch_does_not_hide_a_bad_direction(self) -> None:
-        touches = self._touches()
-        positions = touches.positions.copy()
-        positions[30:33] += 0.02 * touches.normals[30:33]
-        positions[50] += 0.005 * touches.normals[50]
-        result = qualify(Touches(positions, touches.normals), 25.0, tip_diameter=6.0)
-        assert {outlier.rows for outlier in result.outliers} == {(50,), (30, 31, 32)}
-
-    def test_uncertainties_of_the_mean_kind_by_hand(self) -> None:
-        """Eight directions once. The variance of the mean in any direction is the sum of squares
-        over 8 - 4; that of the radius follows with the normal equations of a sphere, by numpy."""
-        n = sphere_pattern_25()[[0, 5, 7, 9, 13, 15, 17, 19]]
-        touches = sphere_touches(self._pretravel(n), n)
-        result = qualify(
-            touches, 25.0, tip_diameter=6.0, kind="mean", u_diameter=4e-4, search_outliers=False
-        )
-        distance = np.linalg.norm(touches.positions - result.center, axis=1)
-        left = distance - distance.mean()
-        variance = np.sum(left**2) / 4
-        normals = (touches.positions - result.center) / distance[:, None]
-        design = np.hstack([np.ones((8, 1)), normals])
-        inverse = np.linalg.inv(design.T @ design)
-        u = result.pretravel_map.standard_uncertainty(n)
-        assert np.allclose(u, math.sqrt(variance), rtol=1e-4)
-        expected = math.hypot(math.sqrt(variance * inverse[0, 0]), 2e-4)
-        assert result.u_effective_radius == pytest.approx(expected, rel=1e-4)
-        by_noise = result.center_covariance - usual_shift_covariance(result.fit.observation)
-        assert np.allclose(by_noise, variance * inverse[1:, 1:], rtol=1e-3)
-
     def test_without_repeats_noise_is_not_lobing(self) -> None:
         """Kind mean, each direction once: lobes of 3 µm around it, but the probe repeats to
         0.3 µm; the degrees of freedom are those of the harmonic fit."""
@@ -298,11 +267,6 @@ class TestQualification:
         assert np.std(result.residuals) > 1.5e-3
         assert result.repeatability == pytest.approx(3e-4, rel=0.25)
         assert result.repeatability_dof < 150
-
-    def test_repeatability_without_repeats_has_the_fit_s_degrees_of_freedom(self) -> None:
-        n = fibonacci_cap(60, np.radians(90.0))
-        result = qualify(sphere_touches(self._pretravel(n), n), 25.0, tip_diameter=6.0)
-        assert result.repeatability_dof == result.degrees_of_freedom
 
     @pytest.mark.slow
     @pytest.mark.parametrize("told", [1e-3, None])
@@ -340,21 +304,6 @@ class TestQualification:
         pole = result.pretravel_map.standard_uncertainty([[0.0, 0.0, 1.0]])[0]
         assert (pole < 1e-9) == (told is not None)
 
-    def test_in_its_gauge_the_map_has_no_first_harmonic(self) -> None:
-        """A shift changes neither the map nor its uncertainty: across the axis its coefficients
-        are zero, along it a least-squares sphere has no shift over the touched directions."""
-        touches = self._touches()
-        result = qualify(touches, 25.0, tip_diameter=6.0, axial_pretravel=None)
-        made = result.pretravel_map
-        assert isinstance(made.basis, HarmonicBasis)
-        across = (made.basis.terms[:, 0] == 1) & (made.basis.terms[:, 1] != 0)
-        assert np.abs(made.coefficients[across]).max() < 1e-15
-        assert np.abs(made.covariance.matrix[across]).max() < 1e-9 * made.covariance.matrix.max()
-        n = result.contact_normals
-        shift = np.linalg.pinv(np.hstack([np.ones((75, 1)), n]))[3]
-        assert abs(shift @ made.pretravel(n)) < 1e-9
-        assert shift @ made.value_covariance(n) @ shift < 1e-6 * result.center_covariance.max()
-
     def test_sectors_without_a_tip_diameter_give_the_same_points(self) -> None:
         touches = self._touches()
         found = []
@@ -363,54 +312,12 @@ class TestQualification:
             found.append(apply(touches, made).positions)
         assert np.allclose(found[0], found[1], atol=1e-9)
 
-    def test_centre_of_a_three_lobed_probe(self) -> None:
-        """Rings of four and eight touches with lobes shift the least-squares sphere by 1 um, but
-        not the centre of the harmonic kind: within three of its standard uncertainties, and 0.5 um.
-        """
-        from pretravel.prediction.catalogue import load_probe
-        from pretravel.prediction.trigger import predict
-
-        probe, n = load_probe("omp40-2-100mm"), np.repeat(sphere_pattern_25(), 3, axis=0)
-        rng = np.random.default_rng(1)
-        distance = 15.5 - predict(probe, n).pretravel + rng.normal(0.0, 3e-4, 75)
-        touches = Touches(n * distance[:, None], n)
-        assert np.abs(fit_sphere(touches.positions).center[:2]).max() > 0.8e-3
-        result = qualify(touches, 25.0, tip_diameter=6.0)
-        u = np.sqrt(np.diag(result.center_covariance))[:2]
-        assert np.all(np.abs(result.center[:2]) < np.minimum(3.0 * u, 0.5e-3))
-
-    def test_degrees_of_freedom(self) -> None:
-        """Mean: 75 touches less centre (3) and mean (1)."""
-        assert (
-            qualify(self._touches(), 25.0, tip_diameter=6.0, kind="mean").degrees_of_freedom == 71
-        )
-        harmonic = qualify(self._touches(), 25.0, tip_diameter=6.0)
-        assert 50.0 <= harmonic.degrees_of_freedom < 71.0
-
 
 class TestWhatAQualificationWarnsOf:
     """Mistakes that still lead to a map must cause a warning."""
 
     def _example(self) -> Touches:
         return read_touches(EXAMPLES / "sphere_touches.csv")
-
-    def _chipped(self, chip: float) -> Touches:
-        touches = self._example()
-        positions = touches.positions.copy()
-        positions[30:33] += chip * touches.normals[30:33]
-        return Touches(positions, touches.normals)
-
-    def test_a_chip_under_all_repeats_is_left_out(self) -> None:
-        """The map is that of the other directions, and the report states what the chip would do."""
-        result = qualify(self._chipped(0.02), 24.9987, tip_diameter=6.0)
-        assert [outlier.rows for outlier in result.outliers] == [(30, 31, 32)]
-        assert result.used.sum() == 72
-        others = self._example().take(np.setdiff1d(np.arange(75), [30, 31, 32]))
-        alone = qualify(others, 24.9987, tip_diameter=6.0)
-        normals = others.normals
-        apart = result.pretravel_map.pretravel(normals) - alone.pretravel_map.pretravel(normals)
-        assert np.abs(apart).max() < 0.05e-3
-        assert 1e-4 < result.effect_of_outliers < 0.02
 
     def test_the_example_itself_is_clean(self) -> None:
         result = qualify(self._example(), 24.9987, tip_diameter=6.0)
@@ -431,29 +338,6 @@ class TestWhatAQualificationWarnsOf:
         arguments = {"diameter": 24.9987, "tip_diameter": 6.0, **options}
         result = qualify(touches, **arguments)  # type: ignore[arg-type]
         assert any(words in warning for warning in result.warnings), result.warnings
-
-    def test_a_wide_gap_is_warned_of(self) -> None:
-        """Pole and equator alone: between them the map is uncertain, and a warning states this."""
-        touches = self._example()
-        ends = np.abs(touches.normals[:, 2] - 0.5) > 0.45
-        result = qualify(touches.take(ends), 24.9987, tip_diameter=6.0)
-        assert any("between the touches u" in warning for warning in result.warnings)
-
-    def test_a_pole_that_was_not_touched_is_told(self) -> None:
-        touches = self._example()
-        result = qualify(touches.take(np.arange(3, 75)), 24.9987, tip_diameter=6.0)
-        assert "the pole was not touched" in result.pretravel_map.provenance.gauge
-
-    def test_delay_travel_is_allowed_for_where_the_feed_is_told(self) -> None:
-        """At 600 mm/min and 14.5 ms the spindle travels 145 µm further: too much for a probe, but
-        plausible for a machine that moves so fast."""
-        example = self._example()
-        late = example.positions - 0.145 * example.normals
-        with pytest.raises(PretravelError, match="feed_mm_min"):
-            qualify(Touches(late, example.normals), 24.9987, tip_diameter=6.0)
-        told = Touches(late, example.normals, feeds=np.full(75, 600.0))
-        result = qualify(told, 24.9987, tip_diameter=6.0, kind="mean")
-        assert result.effective_radius == pytest.approx(2.98363 - 0.145, abs=1e-5)
 
 
 @pytest.mark.parametrize(("repeats", "words"), [(1, "is not known"), (3, "The probe is good")])

@@ -15,8 +15,8 @@ from pretravel.qualification.within_directions import (
     repeatability_by_direction,
     scatter_functions,
     tail_kurtosis,
+    tested_touches,
 )
-from pretravel.qualification.within_directions import tested_touches as touches_of_a_test
 
 # Tails.
 
@@ -146,7 +146,7 @@ def test_of_more_than_ten_thousand_touches_a_part_is_tested() -> None:
     groups = np.arange(12_000) // 3
     values = np.random.default_rng(1).standard_normal(12_000)
     values[::6] *= 1e4
-    number = int(touches_of_a_test(groups).sum())
+    number = int(tested_touches(groups).sum())
     assert number < 12_000
     found = tail_kurtosis(values, groups)
     assert found.p_value == pytest.approx(1.0 / (2_000_000 // number + 1.0), rel=1e-12)

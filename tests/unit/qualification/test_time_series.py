@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
-from scipy import optimize
 
 from pretravel.base.errors import PretravelError
 from pretravel.qualification.time_series import (
@@ -134,31 +131,6 @@ def test_the_variance_about_columns_has_their_degrees_of_freedom() -> None:
     few = TimeSeries(series.times[:3], [0.0, 3.0, 0.0], np.full(3, 1e-3))
     assert variance_about(few, np.empty((3, 0))) == pytest.approx(3.0, rel=1e-9)
     assert variance_about(few, few.times[:, None] ** [1, 2]) == pytest.approx(1e-7, rel=1e-6)
-
-
-@pytest.mark.parametrize("walk", [True, False])
-@pytest.mark.parametrize("trend", [True, False])
-def test_the_noise_is_where_the_whole_likelihood_is_largest(trend: bool, walk: bool) -> None:
-    """By another search (Nelder and Mead's, from many starts) of the logarithms. The series of 40
-    values has both scatter and walk."""
-    rng = np.random.default_rng(21)
-    times = np.cumsum(rng.uniform(0.5, 1.5, 40))
-    values = np.cumsum(rng.standard_normal(40)) + 1.2 * rng.standard_normal(40)
-    series = TimeSeries(times, values, np.full(40, 0.3))
-    columns = times[:, None] if trend else np.empty((40, 0))
-
-    def cost(logs: np.ndarray) -> float:
-        q = math.exp(logs[1]) if walk else 0.0
-        return -least_squares(series, columns, math.exp(0.5 * logs[0]), q)[2]
-
-    found = optimize.minimize(cost, [0.0, -0.5], method="Nelder-Mead", options={"xatol": 1e-5})
-    noise = determined_noise(series, columns, walk=walk)
-    # The search ends where the likelihood is flat: 1e-6 of it is a thousandth of a variance.
-    assert noise.scatter**2 == pytest.approx(math.exp(found.x[0]), rel=5e-3)
-    assert noise.walk == pytest.approx(math.exp(found.x[1]) if walk else 0.0, rel=5e-3)
-    at_none = column_fit(series, columns).log_likelihood
-    gain = -found.fun - least_squares(series, columns, 0.0, 0.0)[2]
-    assert noise.log_likelihood - at_none == pytest.approx(gain, abs=1e-5)
 
 
 def test_the_best_noise_is_that_of_any_search() -> None:

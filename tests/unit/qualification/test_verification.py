@@ -81,19 +81,16 @@ def check(new: Touches, rate: float = 0.01, seed: int = 1) -> Verification:
 
 
 class TestWhatIsSeen:
-    def test_size_with_its_sign(self) -> None:
-        result = check(touches(2, size=0.0012))
-        assert result.changed
-        assert result.size.value == pytest.approx(0.0012, abs=3 * result.size.u)
-        assert result.amplitude.value == pytest.approx(0.0, abs=3 * result.amplitude.u)
+    def test_size_and_amplitude_apart(self) -> None:
+        larger, wider = check(touches(2, size=0.0012)), check(touches(3, scale=1.2))
+        assert larger.changed
+        assert wider.changed
+        for found, size, amplitude in ((larger, 0.0012, 0.0), (wider, 0.0, 0.2)):
+            assert found.size.value == pytest.approx(size, abs=3 * found.size.u)
+            assert found.amplitude.value == pytest.approx(amplitude, abs=3 * found.amplitude.u)
         # Touches are on one half of the sphere: the fitted centre takes up a part of the change.
-        assert 0.0002 < np.mean(result.differences) < 0.0012
-
-    def test_amplitude(self) -> None:
-        result = check(touches(3, scale=1.2))
-        assert result.changed
-        assert result.amplitude.value == pytest.approx(0.2, abs=3 * result.amplitude.u)
-        assert result.amplitude.u < 0.05
+        assert 0.0002 < np.mean(larger.differences) < 0.0012
+        assert wider.amplitude.u < 0.05
 
     @pytest.mark.parametrize("angle", [8.0, -8.0, 20.0])
     def test_turn_with_its_sign(self, angle: float) -> None:

@@ -12,8 +12,8 @@ from pretravel.qualification.within_directions import (
     exchange_probability,
     exchanged_within,
     fit_within_directions,
+    tested_touches,
 )
-from pretravel.qualification.within_directions import tested_touches as touches_of_a_test
 
 GROUPS = np.array([4, 4, 4, 0, 0, 0, 0, 7, 7, 9])  # the last one is touched once
 RNG = np.random.default_rng(3)
@@ -51,23 +51,6 @@ def test_a_column_that_is_constant_within_directions_is_not_determined() -> None
     assert nothing.dof == 6
     square = centred_within(VALUES, GROUPS)
     assert nothing.noise == pytest.approx(np.sqrt(square @ square / 6.0), rel=1e-12)
-
-
-def test_columns_that_are_multiples_of_each_other_are_not_determined() -> None:
-    """The third is: it has no part in their combination."""
-    other = COLUMNS[:, 1] / 5.0
-    columns = np.column_stack([other, -2.0 * other, COLUMNS[:, 0]])
-    fit = fit_within_directions(VALUES, columns, GROUPS)
-    both = fit_within_directions(VALUES, COLUMNS, GROUPS)
-    assert fit.determined.tolist() == [False, False, True]
-    assert fit.value == pytest.approx([0.0, 0.0, both.value[0]], rel=1e-9)
-    assert fit.covariance[2, 2] == pytest.approx(both.covariance[0, 0], rel=1e-9)
-    assert np.count_nonzero(fit.covariance) == 1
-    assert fit.dof == both.dof
-    # An effect beside that says the same leaves nothing to determine.
-    hidden = fit_within_directions(VALUES, columns[:, :1], GROUPS, -3.0 * columns[:, :1])
-    assert hidden.determined.tolist() == [False]
-    assert np.isnan(hidden.p_value)
 
 
 def test_without_degrees_of_freedom_nothing_is_tested() -> None:
@@ -115,38 +98,30 @@ def test_a_set_as_large_as_that_seen_counts() -> None:
 
 def test_a_test_takes_about_ten_thousand_touches() -> None:
     """Few directions with many touches: a part of each. Many directions: whole ones."""
-    assert touches_of_a_test(np.zeros(10_000, dtype=int)).all()
-    one_more = touches_of_a_test(np.zeros(10_001, dtype=int))
+    assert tested_touches(np.zeros(10_000, dtype=int)).all()
+    one_more = tested_touches(np.zeros(10_001, dtype=int))
     assert 9_990 <= one_more.sum() <= 10_001
     few = np.arange(200_000) % 20
-    share = np.bincount(few[touches_of_a_test(few)], minlength=20)
+    share = np.bincount(few[tested_touches(few)], minlength=20)
     assert np.abs(share - 500.0).max() < 4.5 * np.sqrt(500.0)
     # Of 2500 directions with 80 touches, eight of each are 20 000: too many, so 11 000 / 8 of them.
     many = np.arange(200_000) // 80
-    tested = touches_of_a_test(many)
+    tested = tested_touches(many)
     assert 10_900 <= tested.sum() <= 11_000
     number = np.bincount(many[tested], minlength=2500)
     assert number[number > 0].mean() == pytest.approx(8.0, abs=0.35)
     assert np.count_nonzero(number) == pytest.approx(11_000 / 8, rel=0.05)
-    whole = np.bincount((np.arange(50_000) // 4)[touches_of_a_test(np.arange(50_000) // 4)])
+    whole = np.bincount((np.arange(50_000) // 4)[tested_touches(np.arange(50_000) // 4)])
     assert set(whole.tolist()) == {0, 4}
     assert whole.sum() == 11_000
     # Also where the last direction, with one touch, is not drawn.
     drawn = set()
     for last in range(1, 9):
         groups = np.append(np.zeros(20_000, dtype=int), np.arange(1, last + 1))
-        tested = touches_of_a_test(groups)
+        tested = tested_touches(groups)
         assert tested.sum() == pytest.approx(10_000, abs=4.5 * np.sqrt(5000.0))
         drawn.add(bool(tested[-1]))
     assert drawn == {False, True}
-
-
-def test_values_are_centred_within_their_directions() -> None:
-    values = np.column_stack([VALUES, COLUMNS])
-    found = centred_within(values, GROUPS)
-    for group in np.unique(GROUPS):
-        own = group == GROUPS
-        assert found[own] == pytest.approx(values[own] - values[own].mean(axis=0), abs=1e-12)
 
 
 def test_a_constant_and_a_unit_of_a_column_change_nothing() -> None:
@@ -184,8 +159,14 @@ def test_two_combinations_that_are_not_determined_leave_the_others() -> None:
     assert fit.determined.tolist() == [False, True, False, False, False]
     few = fit_within_directions(VALUES, np.column_stack([one, two, own]), GROUPS)
     assert fit.value[1] == pytest.approx(few.value[2], rel=1e-9)
+    assert fit.covariance[1, 1] == pytest.approx(few.covariance[2, 2], rel=1e-9)
+    assert np.count_nonzero(fit.covariance) == 1
     assert fit.dof == few.dof == 3
     assert fit.noise == pytest.approx(few.noise, rel=1e-9)
+    # An effect beside that says the same leaves nothing to determine.
+    hidden = fit_within_directions(VALUES, columns[:, :1], GROUPS, -3.0 * columns[:, :1])
+    assert hidden.determined.tolist() == [False]
+    assert np.isnan(hidden.p_value)
 
 
 def test_effects_beside_that_say_the_same_count_once() -> None:
@@ -211,7 +192,7 @@ def test_an_effect_of_many_touches_is_tested_with_a_part_of_them() -> None:
     """An effect beyond all sets is one of as many as the tested touches allow, 199 at least."""
     groups = np.random.default_rng(4).permutation(np.arange(12_000) // 3)
     time = np.linspace(-1.0, 1.0, 12_000)
-    number = int(touches_of_a_test(groups).sum())
+    number = int(tested_touches(groups).sum())
     assert number < 12_000
     fit = fit_within_directions(5.0 * time + np.cos(groups), time[:, None], groups)
     assert fit.value == pytest.approx([5.0], rel=1e-9)

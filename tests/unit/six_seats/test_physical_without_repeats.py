@@ -95,18 +95,6 @@ def test_a_linear_model_promises_nothing_at_a_mode() -> None:
     assert promised_gain(problem, scales, beside) == pytest.approx(higher, rel=0.02)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_six_seat_probe_keeps_its_uncertainty(seed: int) -> None:
-    rng = np.random.default_rng([seed, 9])
-    response = made_up_response(rng, 1.0)
-    found = qualify(touches_of(response, PATTERN, rng), 25.0, tip_diameter=6.0, kind="physical")
-    assert not any(SAID in warning for warning in found.warnings)
-    assert _error_over_u(found, response.pretravel(BETWEEN)) < 1.8
-    # A map of 75 touches is better known than one touch.
-    u = found.pretravel_map.standard_uncertainty(BETWEEN)
-    assert np.sqrt(np.mean(u**2)) < NOISE
-
-
 @cache
 def _observed(noise: float, directions: int = 60) -> Observation:
     """Each direction once; the same probe and the same errors, times the noise."""

@@ -46,24 +46,16 @@ def _environment() -> dict[str, str]:
 
 
 class TestCodeBesideAPart:
-    def test_the_kernel_imports_nothing_from_there(
-        self, poisoned: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        read_part(PART)  # this process imports what it needs
-        monkeypatch.chdir(poisoned)
-        monkeypatch.setattr(sys, "path", [str(poisoned), "", *sys.path])
-        monkeypatch.setenv("PYTHONPATH", f"{poisoned}:")
-        assert len(read_part(PART).faces) == 1
-        assert _ran(poisoned) == []
-
-    def test_the_reader_of_maps_imports_nothing_from_there(
+    def test_kernel_and_reader_of_maps_import_nothing_from_there(
         self, poisoned: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         write_map(poisoned / "map.json", lobes(3))
         read_map(poisoned / "map.json")  # this process imports what it needs
+        read_part(PART)
         monkeypatch.chdir(poisoned)
         monkeypatch.setattr(sys, "path", [str(poisoned), "", *sys.path])
         monkeypatch.setenv("PYTHONPATH", f"{poisoned}:")
+        assert len(read_part(PART).faces) == 1
         assert read_map("map.json").tip_radius == lobes(3).tip_radius
         assert _ran(poisoned) == []
 

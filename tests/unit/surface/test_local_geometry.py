@@ -31,26 +31,6 @@ def test_tangents_and_normal_are_a_right_handed_frame() -> None:
     assert np.cross(first, second) == pytest.approx(normals, abs=1e-12)
 
 
-def test_the_curvature_is_the_second_form_on_tangents() -> None:
-    """W dx = -II in the parameters of dx: E⁺ᵀ II E⁺ with the pseudoinverse of E = [du dv]."""
-    local = from_second_order(np.zeros((20, 3)), DU, DV, DUU, DUV, DVV)
-    assert local.along_parameters is not None
-    assert np.array_equal(local.along_parameters, np.stack([DU, DV], axis=1))
-    principal = local.principal_curvatures
-    for row in range(20):
-        across = np.cross(DU[row], DV[row])
-        normal = across / np.linalg.norm(across)
-        assert local.normal[row] == pytest.approx(normal)
-        inverse = np.linalg.pinv(np.stack([DU[row], DV[row]], axis=1))
-        form = np.array([[DUU[row], DUV[row]], [DUV[row], DVV[row]]]) @ normal
-        bend = -inverse.T @ form @ inverse
-        assert local.curvature[row] == pytest.approx(bend, abs=1e-9 * np.abs(bend).max())
-        # Its eigenvalues: those of the plane, and zero along the normal.
-        values = np.linalg.eigvalsh(bend)
-        along_normal = int(np.argmin(np.abs(values)))
-        assert principal[row] == pytest.approx(np.delete(values, along_normal), rel=1e-9)
-
-
 def test_rows_and_the_other_side() -> None:
     local = from_second_order(DUU, DU, DV, DUU, DUV, DVV)
     other = local.take([3, 1]).flipped()

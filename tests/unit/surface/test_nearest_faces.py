@@ -104,14 +104,3 @@ class TestFootPoints:
         edge = np.column_stack([np.full_like(line, 2.0), line])
         best = np.linalg.norm(surface.derivatives(edge)[0] - beside[0], axis=1).argmin()
         assert found[0, 1] == pytest.approx(line[best], abs=1e-4)
-
-    def test_a_center_of_curvature_is_not_solved(self) -> None:
-        """All points of a ball's surface are equally near its centre."""
-        ball = FunctionSurface(
-            lambda u, v: (np.cos(u) * np.cos(v), np.sin(u) * np.cos(v), np.sin(v)),
-            u=(-1, 1), v=(-1, 1),
-        )  # fmt: skip
-        uv, solved = foot_points(ball, ball.domain, np.array([[0.3, 0.3]]), np.zeros((1, 3)))
-        # Any place is right; what is not solved is searched again by the caller.
-        assert np.linalg.norm(ball.derivatives(uv)[0]) == pytest.approx(1.0)
-        assert solved.shape == (1,)

@@ -170,13 +170,6 @@ def test_the_middle_of_a_face_is_far_from_its_edges(name: str) -> None:
         assert own[0] > 0.5 * best.max()
 
 
-def test_kinds_are_named() -> None:
-    kinds = {name: {f.kind for f in _written(name)[0].faces} for name in NAMES}
-    found = set().union(*kinds.values())
-    assert {"plane", "cylinder", "cone", "sphere", "torus", "B-spline", "extrusion",
-            "revolution"} <= found  # fmt: skip
-
-
 class TestRefusals:
     def test_no_file(self) -> None:
         with pytest.raises(InputError, match=r"nowhere\.step.*No such file"):
