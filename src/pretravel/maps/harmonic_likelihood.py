@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, IntArray
-from pretravel.maps.likelihood_search import Place
+from pretravel.maps.likelihood_search import CostAt
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import DirectionMeans
 from pretravel.uncertainty import classes_of, reduced_rows
@@ -25,7 +25,7 @@ TYPICAL_FIXED = math.log(0.06)
 AMPLITUDES = 8
 """Logarithms of the amplitudes of zonal, lobed and other terms; decays of zonal and lobed ones;
 logarithm of the noise; azimuth of the lobes; logarithm of the fixed scatter."""
-NOISE, AZIMUTH, FIXED = 5, 6, 7
+OF_NOISE, OF_TURN, OF_FIXED = 5, 6, 7
 _DECAY_SPREAD = 0.7
 _ASYMMETRY, _ASYMMETRY_SPREAD = -2.0, 1.5  # log of asymmetry over lobes, vague
 _NOISE_SPREAD, _FIXED_SPREAD = 2.0, 1.0  # the noise is vague
@@ -41,7 +41,7 @@ _OF_PRIOR = np.zeros((AMPLITUDES, AMPLITUDES))
 _OF_PRIOR[:3, :3] = np.diag([*2 * [_AMPLITUDE_SPREAD**-2], 0.0])
 _OF_PRIOR[1:3, 1:3] += _ASYMMETRY_SPREAD**-2 * np.array([[1.0, -1.0], [-1.0, 1.0]])
 _OF_PRIOR[[3, 4], [3, 4]] = _DECAY_SPREAD**-2
-_OF_PRIOR[NOISE, NOISE], _OF_PRIOR[FIXED, FIXED] = _NOISE_SPREAD**-2, _FIXED_SPREAD**-2
+_OF_PRIOR[OF_NOISE, OF_NOISE], _OF_PRIOR[OF_FIXED, OF_FIXED] = _NOISE_SPREAD**-2, _FIXED_SPREAD**-2
 
 
 class _Products(NamedTuple):
@@ -150,18 +150,18 @@ class RestrictedLikelihood:
         """Minus log restricted likelihood and log prior of the amplitudes, and its derivatives."""
         return self._evaluated(h)[:2]
 
-    def at(self, h: FloatArray) -> Place:
+    def at(self, h: FloatArray) -> CostAt:
         """As `cost_and_slopes`, with the second derivatives."""
         cost, slopes, products = self._evaluated(h)
         curvature = np.eye(AMPLITUDES) if products is None else self._curvature(products)
-        return Place(cost, slopes, curvature)
+        return CostAt(cost, slopes, curvature)
 
     def _evaluated(self, h: FloatArray) -> tuple[float, FloatArray, _Products | None]:
         """The derivative by a parameter of the covariance M is tr(P M')/2 - (Py)'M'(Py)/2."""
-        noise, fixed = math.exp(2.0 * h[NOISE]), self.fixed_variance(h)
+        noise, fixed = math.exp(2.0 * h[OF_NOISE]), self.fixed_variance(h)
         estimated = fixed - self.step_variance
         of_left = noise + fixed * self.left_count
-        design = self.turned(self.small_design, h[AZIMUTH])
+        design = self.turned(self.small_design, h[OF_TURN])
         prior = self.prior_variances(h)
         total = (design * prior) @ design.T
         diagonal(total)[:] += noise + fixed * self.small_count
@@ -177,7 +177,7 @@ class RestrictedLikelihood:
             0.5 * float(self.small_y @ weighted)
             - float(np.log(diagonal(inverse)).sum())
             - 0.5 * float(np.linalg.slogdet(normal)[1])
-            + self.within_dof * h[NOISE]
+            + self.within_dof * h[OF_NOISE]
             + 0.5 * self.within / noise
             + 0.5 * (self.left_dof * math.log(of_left) + self.left / of_left)
         )
@@ -188,11 +188,11 @@ class RestrictedLikelihood:
         by_variance, by_turning, on_diagonal = _off(found)
         by_left = (self.left_dof - self.left / of_left) / of_left
         slopes = self._prior_slopes(h)
-        slopes[:NOISE] += self.of_terms @ by_variance
-        slopes[NOISE] += noise * (on_diagonal.sum() + by_left)
-        slopes[NOISE] += self.within_dof - self.within / noise
-        slopes[FIXED] += estimated * (self.small_count @ on_diagonal + self.left_count * by_left)
-        slopes[AZIMUTH] += float(by_turning.sum())
+        slopes[:OF_NOISE] += self.of_terms @ by_variance
+        slopes[OF_NOISE] += noise * (on_diagonal.sum() + by_left)
+        slopes[OF_NOISE] += self.within_dof - self.within / noise
+        slopes[OF_FIXED] += estimated * (self.small_count @ on_diagonal + self.left_count * by_left)
+        slopes[OF_TURN] += float(by_turning.sum())
         return cost + self._minus_log_prior(h), slopes, found
 
     def _curvature(self, at: _Products) -> FloatArray:
@@ -200,13 +200,16 @@ class RestrictedLikelihood:
 
         By two parameters: tr(P M'')/2 - (Py)'M''(Py)/2 + (Py)'M' P M'(Py) - tr(P M' P M')/2.
         """
-        owns = {NOISE: np.full(len(at.weighted), at.noise), FIXED: at.estimated * self.small_count}
+        owns = {
+            OF_NOISE: np.full(len(at.weighted), at.noise),
+            OF_FIXED: at.estimated * self.small_count,
+        }
         found = self._by_second_slopes(at, owns)
         # The products of first derivatives with Py.
         seen, seen_turning = at.design.T @ at.weighted, at.turning.T @ at.weighted
         moved = np.empty((len(at.weighted), AMPLITUDES))
-        moved[:, :NOISE] = 2.0 * at.design @ (self.of_terms * (at.prior * seen)).T
-        moved[:, AZIMUTH] = at.turning @ (at.prior * seen) + at.design @ (at.prior * seen_turning)
+        moved[:, :OF_NOISE] = 2.0 * at.design @ (self.of_terms * (at.prior * seen)).T
+        moved[:, OF_TURN] = at.turning @ (at.prior * seen) + at.design @ (at.prior * seen_turning)
         for place, own in owns.items():
             moved[:, place] = 2.0 * own * at.weighted
         found += moved.T @ at.projected @ moved
@@ -215,10 +218,10 @@ class RestrictedLikelihood:
         total = at.noise + (at.estimated + self.step_variance) * self.left_count
         ratio = self.left / total
         own = np.zeros(AMPLITUDES)
-        own[[NOISE, FIXED]] = at.noise / total, at.estimated * self.left_count / total
+        own[[OF_NOISE, OF_FIXED]] = at.noise / total, at.estimated * self.left_count / total
         found += 2.0 * (2.0 * ratio - self.left_dof) * np.outer(own, own)
         found += 2.0 * np.diag((self.left_dof - ratio) * own)
-        found[NOISE, NOISE] += 2.0 * self.within / at.noise
+        found[OF_NOISE, OF_NOISE] += 2.0 * self.within / at.noise
         return np.asarray(found + _OF_PRIOR)
 
     def _by_second_slopes(self, at: _Products, owns: dict[int, FloatArray]) -> FloatArray:
@@ -230,9 +233,9 @@ class RestrictedLikelihood:
         across += np.einsum("ij,ij->j", again, at.on_design)
         across -= (at.design.T @ at.weighted) * (again.T @ at.weighted)
         found = np.zeros((AMPLITUDES, AMPLITUDES))
-        found[:NOISE, :NOISE] = 2.0 * (self.of_terms * by_variance) @ self.of_terms.T
-        found[AZIMUTH, :NOISE] = found[:NOISE, AZIMUTH] = 2.0 * self.of_terms @ by_turning
-        found[AZIMUTH, AZIMUTH] = at.prior @ across
+        found[:OF_NOISE, :OF_NOISE] = 2.0 * (self.of_terms * by_variance) @ self.of_terms.T
+        found[OF_TURN, :OF_NOISE] = found[:OF_NOISE, OF_TURN] = 2.0 * self.of_terms @ by_turning
+        found[OF_TURN, OF_TURN] = at.prior @ across
         for place, own in owns.items():
             found[place, place] = 2.0 * own @ on_diagonal
         return found
@@ -243,21 +246,23 @@ class RestrictedLikelihood:
         inner, across = at.design.T @ at.on_design, at.design.T @ on_turning
         both = across * across.T + inner * (at.turning.T @ on_turning)
         found = np.zeros((AMPLITUDES, AMPLITUDES))
-        found[:NOISE, :NOISE] = 2.0 * shares @ inner**2 @ shares.T
-        found[AZIMUTH, :NOISE] = found[:NOISE, AZIMUTH] = 2.0 * shares @ (inner * across) @ at.prior
-        found[AZIMUTH, AZIMUTH] = at.prior @ both @ at.prior
+        found[:OF_NOISE, :OF_NOISE] = 2.0 * shares @ inner**2 @ shares.T
+        found[OF_TURN, :OF_NOISE] = found[:OF_NOISE, OF_TURN] = (
+            2.0 * shares @ (inner * across) @ at.prior
+        )
+        found[OF_TURN, OF_TURN] = at.prior @ both @ at.prior
         of_terms, square = at.on_design**2 @ shares.T, at.projected**2
         turned = (at.on_design * on_turning) @ at.prior
         for place, own in owns.items():
-            found[place, :NOISE] = found[:NOISE, place] = 2.0 * own @ of_terms
-            found[place, AZIMUTH] = found[AZIMUTH, place] = 2.0 * own @ turned
+            found[place, :OF_NOISE] = found[:OF_NOISE, place] = 2.0 * own @ of_terms
+            found[place, OF_TURN] = found[OF_TURN, place] = 2.0 * own @ turned
             for other, its in owns.items():
                 found[place, other] = 2.0 * own @ square @ its
         return found
 
     def own_variances(self, h: FloatArray, count: FloatArray) -> FloatArray:
         """Variances of weighted mean touches about the map, by their number of touches. [um²]"""
-        return np.asarray(math.exp(2.0 * h[NOISE]) + self.fixed_variance(h) * count)
+        return np.asarray(math.exp(2.0 * h[OF_NOISE]) + self.fixed_variance(h) * count)
 
     def turn_slopes(self, turned: FloatArray) -> FloatArray:
         """Derivative of turned columns by the azimuth."""
@@ -268,7 +273,7 @@ class RestrictedLikelihood:
 
         That of the step of the positions is known, and not smaller where residuals are.
         """
-        return self.step_variance + (math.exp(2.0 * h[FIXED]) if self.repeated else 0.0)
+        return self.step_variance + (math.exp(2.0 * h[OF_FIXED]) if self.repeated else 0.0)
 
     def _minus_log_prior(self, h: FloatArray) -> float:
         return 0.5 * float(np.sum(self._from_usual(h) ** 2))
@@ -282,8 +287,8 @@ class RestrictedLikelihood:
                 (h[2] - h[1] - _ASYMMETRY) / _ASYMMETRY_SPREAD,
                 (h[3] - DECAY) / _DECAY_SPREAD,
                 (h[4] - DECAY) / _DECAY_SPREAD,
-                (h[NOISE] - TYPICAL_NOISE) / _NOISE_SPREAD,
-                (h[FIXED] - TYPICAL_FIXED) / _FIXED_SPREAD,
+                (h[OF_NOISE] - TYPICAL_NOISE) / _NOISE_SPREAD,
+                (h[OF_FIXED] - TYPICAL_FIXED) / _FIXED_SPREAD,
             ]
         )
 

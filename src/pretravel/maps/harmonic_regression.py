@@ -25,9 +25,9 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray, IntArray
 from pretravel.maps.harmonic_likelihood import (
-    AZIMUTH,
     DECAY,
-    NOISE,
+    OF_NOISE,
+    OF_TURN,
     TYPICAL_FIXED,
     TYPICAL_NOISE,
     RestrictedLikelihood,
@@ -239,7 +239,7 @@ def _posterior(
         gains += found[2]
     between = means - weights @ means
     covariance += (between.T * weights) @ between
-    variance = weights @ np.exp(2.0 * points[:, NOISE])
+    variance = weights @ np.exp(2.0 * points[:, OF_NOISE])
     fixed = weights @ np.array([problem.fixed_variance(h) for h in points])
     return HarmonicFit(
         terms=np.concatenate([free, terms]),
@@ -247,7 +247,7 @@ def _posterior(
         covariance=0.5 * (covariance + covariance.T) * MICROMETRE**2,
         noise=math.sqrt(variance) * MICROMETRE,
         fixed_scatter=math.sqrt(fixed) * MICROMETRE,
-        lobe_azimuth=float(np.mod(amplitudes.mode[AZIMUTH], 60.0 * DEGREE)),
+        lobe_azimuth=float(np.mod(amplitudes.mode[OF_TURN], 60.0 * DEGREE)),
         smoothing=Smoothing(problem.means, problem.direction_count, gains, problem.classes),
         amplitudes=amplitudes,
     )
@@ -325,7 +325,7 @@ def _priors_turned_back(
     lobes' cosines with their sines (p, e).
     """
     own = np.array([problem.prior_variances(h) for h in points])
-    angle = points[:, AZIMUTH, None] * problem.order
+    angle = points[:, OF_TURN, None] * problem.order
     cosine, sine = np.cos(angle), np.sin(angle)
     even, odd = own[:, problem.even], own[:, problem.odd]
     variances = own.copy()
@@ -340,11 +340,11 @@ def _priors_turned_back(
 
 def _by_terms(problem: RestrictedLikelihood, h: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Least squares on data and prior together: as many equations as terms, exact without noise."""
-    variance = math.exp(2.0 * h[NOISE])
+    variance = math.exp(2.0 * h[OF_NOISE])
     prior = problem.prior_variances(h)
     ratio = 1.0 + problem.fixed_variance(h) / variance * problem.count
     lighter = 1.0 / np.sqrt(ratio)[:, None]
-    design = lighter * problem.turned(problem.design, h[AZIMUTH])
+    design = lighter * problem.turned(problem.design, h[OF_TURN])
     # By QR, which stays exact without noise, where normal equations lose all digits.
     count, split, size = len(design), problem.free.shape[1], design.shape[1]
     stacked = np.zeros((count + split + size, split + size))
@@ -356,5 +356,5 @@ def _by_terms(problem: RestrictedLikelihood, h: FloatArray) -> tuple[FloatArray,
     inverse = np.linalg.inv(r)
     scale = np.concatenate([np.ones(split), np.sqrt(prior)])
     to_coefficients = scale[:, None] * (inverse @ q[:count].T) * lighter[:, 0]
-    root = _turned_back(problem, math.sqrt(variance) * scale[:, None] * inverse, h[AZIMUTH])
-    return _turned_back(problem, to_coefficients, h[AZIMUTH]), np.asarray(root @ root.T)
+    root = _turned_back(problem, math.sqrt(variance) * scale[:, None] * inverse, h[OF_TURN])
+    return _turned_back(problem, to_coefficients, h[OF_TURN]), np.asarray(root @ root.T)

@@ -30,7 +30,7 @@ _SOBOL = (
 over. `scipy.stats.qmc` gives it with ``rng=1``, but takes half a second to load."""
 
 
-class Place(NamedTuple):
+class CostAt(NamedTuple):
     """Minus the logarithm of a probability at some unknowns."""
 
     cost: float
@@ -41,7 +41,7 @@ class Place(NamedTuple):
 
 
 def bounded_mode(
-    at: Callable[[FloatArray], Place], start: FloatArray, low: FloatArray, high: FloatArray
+    at: Callable[[FloatArray], CostAt], start: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, float]:
     """The unknowns (u,) between bounds at which a cost is smallest, near a start, and the cost.
 
@@ -49,9 +49,9 @@ def bounded_mode(
     where methods that learn the curvature need fifty, and scipy's need not be imported.
 
     >>> scale = np.array([1.0, 100.0])
-    >>> def at(x: FloatArray) -> Place:
+    >>> def at(x: FloatArray) -> CostAt:
     ...     off = x - np.array([0.3, 2.0])
-    ...     return Place(0.5 * float(scale @ off**2), scale * off, np.diag(scale))
+    ...     return CostAt(0.5 * float(scale @ off**2), scale * off, np.diag(scale))
     >>> bounded_mode(at, np.zeros(2), np.full(2, -1.0), np.full(2, 1.0))[0].round(6).tolist()
     [0.3, 1.0]
     """

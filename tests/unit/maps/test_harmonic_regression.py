@@ -28,7 +28,7 @@ from pretravel.maps.harmonic_regression import (
     _posterior,
     fit_harmonics,
 )
-from pretravel.maps.likelihood_search import _SOBOL, Place
+from pretravel.maps.likelihood_search import _SOBOL, CostAt
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import (
     degrees_and_orders,
@@ -454,10 +454,10 @@ class TestAverage:
 
         self.turn = turn
 
-        def at(h: FloatArray) -> Place:
+        def at(h: FloatArray) -> CostAt:
             off = turn.T @ (h - self.MODE)
             second = curvatures + 6.0 * third * off + 12.0 * fourth * off**2
-            return Place(*cost_and_slopes(h), turn @ np.diag(second) @ turn.T)
+            return CostAt(*cost_and_slopes(h), turn @ np.diag(second) @ turn.T)
 
         problem = cast("Any", SimpleNamespace(cost_and_slopes=cost_and_slopes, at=at))
         return _averaged_over(problem, self.MODE)
