@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,6 @@ import numpy.typing as npt
 
 from pretravel.drawing.inspection import InspectionPlan
 from pretravel.surface import Part
-
-_EVERY = {"cylinder": 100, "sphere": 100, "cone": 5, "torus": 5}
-"""Of these kinds a few samples, at least some in each row along v, have all curvatures."""
-_PROGRESS = 50
-"""Number of faces after which progress is reported."""
-_logger = logging.getLogger("pretravel")
 
 
 def plan_table(plan: InspectionPlan) -> dict[str, npt.ArrayLike]:
@@ -45,15 +38,10 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
     """
     rows: list[dict[str, Any]] = []
     several = any(face.part for face in part.faces)
-    for count, face in enumerate(part.faces, start=1):
-        if count % _PROGRESS == 0:
-            _logger.info("describing face %d of %d", count, len(part.faces))
-        # The first row is the point in the middle; the others show the curvature.
-        flat = face.kind == "plane"
-        others = face.coarse.uv[: 0 if flat else face.coarse.inner : _EVERY.get(face.kind, 1)]
-        local = face.local(np.concatenate([face.middle[None], others]))
-        box = np.ptp(face.coarse.points, axis=0)
-        bend = 0.0 if flat else float(np.nanmax(np.abs(local.principal_curvatures)))
+    numbers = part.numbers
+    sizes = np.linalg.norm(numbers.box[:, 1] - numbers.box[:, 0], axis=1)
+    for place, face in enumerate(part.faces):
+        bend = float(numbers.bend[place])
         low, high = face.box
         rows.append(
             {
@@ -61,9 +49,9 @@ def faces_table(part: Part) -> dict[str, npt.ArrayLike]:
                 "name": face.name,
                 **({"part": face.part} if several else {}),
                 "type": face.kind,
-                **{f"{a}_mm": local.point[0, i] for i, a in enumerate("xyz")},
-                **{f"n{a}": local.normal[0, i] for i, a in enumerate("xyz")},
-                "size_mm": float(np.linalg.norm(box)),
+                **{f"{a}_mm": numbers.point[place, i] for i, a in enumerate("xyz")},
+                **{f"n{a}": numbers.normal[place, i] for i, a in enumerate("xyz")},
+                "size_mm": float(sizes[place]),
                 "u_from": low[0],
                 "u_to": high[0],
                 "v_from": low[1],

@@ -18,9 +18,12 @@ _TIE = 1e-9  # relative difference of forces that is no difference
 
 def _first(forces: FloatArray) -> tuple[FloatArray, IntArray]:
     """Smallest force and its column; of columns that tie, the first."""
-    smallest = np.min(forces, axis=1)
-    tied = forces <= smallest[:, None] * (1.0 + _TIE)
-    return smallest, np.asarray(np.argmax(tied, axis=1), dtype=np.int64)
+    # numpy's own minimum over so short an axis takes as long as all the rest.
+    smallest = forces[..., 0]
+    for column in range(1, forces.shape[-1]):
+        smallest = np.minimum(smallest, forces[..., column])
+    tied = forces <= smallest[..., None] * (1.0 + _TIE)
+    return smallest, np.asarray(tied.argmax(axis=-1), dtype=np.int64)
 
 
 def watched_loads(reactions: FloatArray, criterion: str) -> FloatArray:
@@ -78,7 +81,7 @@ def trigger_force(
     rest_reactions : (6,) float
         [N]
     unit_reactions : (n, 6) float
-        Change per newton on the tip.
+        Change per newton on the tip. ``first_contact`` also takes (..., 6) of several probes.
     criterion : str
         See `watched_loads`; ``piezo_stage``: the force itself is compared with the threshold.
     threshold : float
@@ -110,7 +113,9 @@ def trigger_force(
         _, seat = trigger_force(rest_reactions, unit_reactions)
         return np.where(lifting > threshold, threshold, np.inf), seat
     unit = np.asarray(unit_reactions, dtype=np.float64)
-    rest = np.atleast_2d(np.asarray(rest_reactions, dtype=np.float64))
+    rest = np.asarray(rest_reactions, dtype=np.float64)
+    if criterion != "first_contact":
+        rest = np.atleast_2d(rest)
     unloading = -watched_loads(unit, criterion)
     margin = watched_loads(rest, criterion) - threshold
     forces = np.where(unloading > _NEVER, margin / np.maximum(unloading, _NEVER), np.inf)

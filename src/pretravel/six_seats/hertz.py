@@ -62,7 +62,6 @@ def ellipticity(curvature_ratio: npt.ArrayLike) -> FloatArray:
     >>> ellipticity(1.0).tolist()
     1.0
     """
-    from scipy.optimize.elementwise import find_root
     from scipy.special import ellipe, ellipk
 
     ratios = np.asarray(curvature_ratio, dtype=np.float64)
@@ -81,6 +80,8 @@ def ellipticity(curvature_ratio: npt.ArrayLike) -> FloatArray:
     # Below that, b/a = ratio^(-2/3) within 1e-10; the difference of the integrals is noise there.
     result = np.maximum(ratios, 1.0) ** (-2.0 / 3.0)
     if not np.all(round_enough):
+        from scipy.optimize.elementwise import find_root  # as long to load as a short command
+
         wanted = np.where(round_enough, 2.0, ratios)
         bracket = (np.full(ratios.shape, math.log(1e-6)), np.full(ratios.shape, -1e-6))
         found = find_root(

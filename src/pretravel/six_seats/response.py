@@ -129,17 +129,19 @@ def hertz_power(reactions: FloatArray) -> FloatArray:
     return np.asarray(np.where(share < 1.0, low, np.cbrt(reactions**2)))
 
 
-def hertz_slope(reactions: FloatArray) -> FloatArray:
-    """Derivative of `hertz_power`, for reactions that are not negative.
+def hertz_power_and_slope(reactions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`hertz_power` and its derivative, for reactions that are not negative.
 
-    >>> hertz_slope(np.array([8.0])).round(12).tolist()
-    [0.333333333333]
+    >>> [each.round(12).tolist() for each in hertz_power_and_slope(np.array([8.0]))]
+    [[4.0], [0.333333333333]]
     """
-    share = reactions / _MICRONEWTON
-    low = _MICRONEWTON ** (-1.0 / 3.0) * (4.0 - 2.0 * share) / 3.0
-    return np.asarray(
-        np.where(share < 1.0, low, 2.0 / 3.0 / np.cbrt(np.maximum(reactions, _MICRONEWTON)))
-    )
+    root = np.cbrt(np.maximum(reactions, _MICRONEWTON))
+    power, slope = root * root, 2.0 / 3.0 / root
+    low = reactions < _MICRONEWTON
+    share = reactions[low] / _MICRONEWTON
+    power[low] = _MICRONEWTON ** (2.0 / 3.0) * share * (4.0 - share) / 3.0
+    slope[low] = _MICRONEWTON ** (-1.0 / 3.0) * (4.0 - 2.0 * share) / 3.0
+    return power, slope
 
 
 @dataclass(frozen=True, eq=False)

@@ -188,10 +188,15 @@ class SixSeatProblem:
         x : (..., u) float
             Unknowns. Misses of unknowns that do not describe a probe are not finite.
         """
+        together = self.slopes_and_misses(x)
+        return together[..., -1], together[..., :-1]
+
+    def slopes_and_misses(self, x: FloatArray) -> FloatArray:
+        """As `misses`, in one array whose last column are the misses, (..., g, u + 1)."""
         seen = self.observation
         offset = self._positions[:, : self.axes] - seen.center[: self.axes]
         offset = offset - x[..., None, : self.axes]
-        distance = np.linalg.norm(offset, axis=-1)
+        distance = np.sqrt(np.einsum("...i,...i->...", offset, offset))
         directions = np.zeros((*offset.shape[:-1], 3))
         np.divide(offset, distance[..., None], out=directions[..., : self.axes])
         if seen.ring:
@@ -202,11 +207,12 @@ class SixSeatProblem:
         modelled, slopes = self._modelled(self.parameters(x), directions)
         level = x[..., self.axes : self.extra].sum(axis=-1, keepdims=True)
         # A centre moved by s adds n·s to the observed pretravel, on a sphere as in a ring.
-        found = np.empty((*values.shape, self.size))
+        found = np.empty((*values.shape, self.size + 1))
         found[..., : self.axes] = directions[..., : self.axes]
         found[..., self.axes : self.extra] = 1.0
-        np.multiply(slopes, -self.rates(x)[..., None, :], out=found[..., self.extra :])
-        return values + level - modelled, found
+        np.multiply(slopes, -self.rates(x)[..., None, :], out=found[..., self.extra : -1])
+        found[..., -1] = values + level - modelled
+        return found
 
     def covariance_at(self, x: FloatArray, scales: PriorScales) -> FloatArray:
         """Of the unknowns, with the model linear about x, (u, u)."""
@@ -284,9 +290,8 @@ class _Weighted:
         """
         problem, used = self.problem, self._of_start[starts]
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            misses, slopes = problem.misses(x)
-        together = np.concatenate([slopes, misses[..., None]], axis=-1)  # (s, g, u + 1)
-        finite = np.isfinite(together).all(axis=-1)
+            together = problem.slopes_and_misses(x)
+            finite = np.isfinite(together @ np.ones(problem.size + 1))
         bad = ~np.all(finite | ~self._used[used], axis=-1)
         if not finite.all():
             together[~finite] = 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from pretravel.base import BoolArray, FloatArray
 from pretravel.six_seats.event import trigger_force
-from pretravel.six_seats.response import hertz_power, hertz_slope
+from pretravel.six_seats.response import hertz_power_and_slope
 from pretravel.six_seats.uneven_seats import (
     OF_RODS,
     OF_SEATS,
@@ -24,6 +24,9 @@ from pretravel.six_seats.uneven_seats import (
 )
 
 _COLUMN = {parameter.name: column for column, parameter in enumerate(PARAMETERS)}
+_SEATS = np.arange(6)
+_OF_REACTIONS = 24
+"""Numbers of a direction that are reactions: at rest, and per force along x, y, z."""
 
 
 def six_seat_slopes(
@@ -93,17 +96,15 @@ def pretravel_of_seats(
     Notes
     -----
     Pretravel is a function of the reactions at rest and of those per force along n, twelve numbers
-    in each direction. Its derivatives by these are followed by those of the reactions by the
-    parameters, which are the same in all directions: one product of matrices.
+    in each direction, and of four deflections. Its derivatives by these are followed by those of
+    these by the parameters, which are the same in all directions: one product of matrices.
     """
     change = directions @ np.swapaxes(seats.per_force, -1, -2)
-    at_rest = np.broadcast_to(seats.at_rest[..., None, :], change.shape)
-    force, opening = trigger_force(at_rest.reshape(-1, 6), change.reshape(-1, 6))
-    opens = (opening[:, None] == np.arange(6)).reshape(change.shape)
+    at_rest = seats.at_rest[..., None, :]
+    force, opening = trigger_force(at_rest, change)
+    opens = opening[..., None] == _SEATS
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # that never trigger
-        trigger = _AtTrigger(
-            directions, change, np.asarray(force.reshape(change.shape[:-1])), opens, at_rest
-        )
+        trigger = _AtTrigger(directions, change, force, opens, at_rest)
         return _pretravel_and_slopes(seats, trigger, compression)
 
 
@@ -115,7 +116,7 @@ class _AtTrigger(NamedTuple):
     opens: BoolArray
     """Whether a seat is the one that opens, (..., n, 6)."""
     at_rest: FloatArray
-    """(..., n, 6)"""
+    """(..., 1, 6)"""
 
 
 def _pretravel_and_slopes(
@@ -126,70 +127,84 @@ def _pretravel_and_slopes(
     lateral = seats.lateral_compliance[..., None] * (squares[..., 0] + squares[..., 1])
     axial = seats.named["axial_deflection"][..., None] * squares[..., 2]
     # Hertz's law at the seats; rounding must not leave the one that opens above or below zero.
-    pressed = np.where(opens, 0.0, np.maximum(at_rest + force[..., None] * change, 0.0))
+    pressed = np.maximum(at_rest + force[..., None] * change, 0.0)
+    pressed[opens] = 0.0
+    power, slope = hertz_power_and_slope(pressed)
+    slope[opens] = 0.0
     hertz = seats.seat_coefficient[..., None, None]
     root = np.cbrt(at_rest)
-    sunk = hertz * (hertz_power(pressed) - root**2)
-    steep = hertz * np.where(opens, 0.0, hertz_slope(pressed) * change)
-    moved = np.sum(sunk * change, axis=-1)
+    sunk = hertz * (power - root**2)
+    steep = hertz * slope * change
+    moved = np.einsum("...j,...j->...", sunk, change)
     approach = compression * seats.tip_coefficient[..., None] * np.cbrt(force**2)
-    pretravel = force * (lateral + axial) + moved + approach
-    by_force = lateral + axial + np.sum(steep * change, axis=-1) + 2.0 / 3.0 * approach / force
+    bent, pressed_in = force * lateral, force * axial
+    pretravel = bent + pressed_in + moved + approach
+    by_force = lateral + axial + np.einsum("...j,...j->...", steep, change)
+    by_force += 2.0 / 3.0 * approach / force
     # By the reactions at rest and per force; those of the seat that opens determine the force.
     of_opening = np.where(opens, -by_force[..., None] / change, 0.0)
-    by_rest = steep - hertz * (2.0 / 3.0) / root * change + of_opening
+    rows = np.empty((*force.shape, _OF_REACTIONS + 4))
+    rows[..., :6] = steep - (hertz * (2.0 / 3.0) / root) * change + of_opening
     by_change = sunk + force[..., None] * (steep + of_opening)
-    rows = [by_rest, *(by_change * n[..., axis, None] for axis in range(3))]
-    at_rest_slopes = _reaction_slopes(seats)
-    slopes = np.concatenate(rows, axis=-1) @ at_rest_slopes.reshape(
-        *at_rest_slopes.shape[:-3], 24, -1
-    )
-    slopes[..., _COLUMN["lateral_deflection"]] += force * lateral
-    slopes[..., _COLUMN["axial_deflection"]] += force * axial
-    slopes[..., _COLUMN["seat_indentation"]] += moved
-    slopes[..., _COLUMN["tip_approach"]] += approach
-    slopes[..., _COLUMN["lever_ratio"]] += force * lateral + 2.0 / 3.0 * approach
-    angle = seats.named["support_angle"][..., None]
-    slopes[..., _COLUMN["support_angle"]] += moved * 2.0 / 3.0 / np.tan(angle)
-    return np.asarray(pretravel), np.asarray(slopes)
+    for axis in range(3):
+        along = slice(6 * axis + 6, 6 * axis + 12)
+        np.multiply(by_change, n[..., axis, None], out=rows[..., along])
+    rows[..., _OF_REACTIONS:] = np.stack([bent, pressed_in, moved, approach], axis=-1)
+    return np.asarray(pretravel), np.asarray(rows @ _slopes_of_rows(seats))
 
 
-def _reaction_slopes(seats: SixSeats) -> FloatArray:
-    """Derivatives of the reactions at rest and per force along x, y, z, (..., 4, 6, 18).
+def _slopes_of_rows(seats: SixSeats) -> FloatArray:
+    """Derivatives by the parameters of the reactions at rest and per force along x, y, z, and of
+    the deflections across and along the axis, at the seats and at the tip, (..., 28, 18).
 
     For W r = -w the derivative is W r' = -w' - W' r; each column of W depends on the azimuth and
-    the radius of one rod and on the angle of one seat.
+    the radius of one rod and on the angle of one seat. Deflections: relative derivatives.
     """
-    turned = seats.inverse[..., None, :, :] @ _column_slopes(seats)  # (..., 3, 6, 6)
-    wide = np.concatenate([turned[..., kind, :, :] for kind in range(3)], axis=-1)
-    loads = np.concatenate(
-        [seats.at_rest[..., None, :], np.swapaxes(seats.per_force, -1, -2)], axis=-2
-    )
-    loads = np.concatenate([loads, loads, loads], axis=-1)
-    found = -((wide[..., None, :, :] * loads[..., :, None, :]) @ _GEOMETRY)
-    found[..., 0, :, _COLUMN["spring_y"]] += seats.inverse[..., 3]
-    found[..., 0, :, _COLUMN["spring_x"]] -= seats.inverse[..., 4]
+    turned = seats.inverse @ _column_slopes(seats)  # (..., 6, 18)
+    loads = np.empty((*turned.shape[:-2], 4, 1, 18))
+    loads.reshape(*turned.shape[:-2], 4, 3, 6)[..., 0, :, :] = seats.at_rest[..., None, :]
+    loads.reshape(*turned.shape[:-2], 4, 3, 6)[..., 1:, :, :] = np.swapaxes(
+        seats.per_force, -1, -2
+    )[..., None, :]
+    by_geometry = (turned[..., None, :, :] * loads).reshape(-1, 18) @ _GEOMETRY
+    found = np.empty((*turned.shape[:-2], _OF_REACTIONS + 4, 18))
+    found[..., :_OF_REACTIONS, :] = by_geometry.reshape(*turned.shape[:-2], _OF_REACTIONS, 18)
+    about_x, about_y = seats.inverse[..., 3], seats.inverse[..., 4]
+    found[..., :6, _COLUMN["spring_y"]] += about_x
+    found[..., :6, _COLUMN["spring_x"]] -= about_y
     lever = seats.named["lever_ratio"][..., None]
-    found[..., 1, :, _COLUMN["lever_ratio"]] += lever * seats.inverse[..., 4]
-    found[..., 2, :, _COLUMN["lever_ratio"]] -= lever * seats.inverse[..., 3]
-    return np.asarray(found)
+    found[..., 6:12, _COLUMN["lever_ratio"]] += lever * about_y
+    found[..., 12:18, _COLUMN["lever_ratio"]] -= lever * about_x
+    found[..., _OF_REACTIONS:, :] = _OF_DEFLECTIONS
+    angle = seats.named["support_angle"]
+    found[..., _OF_REACTIONS + 2, _COLUMN["support_angle"]] = 2.0 / 3.0 / np.tan(angle)
+    return found
 
 
 def _column_slopes(seats: SixSeats) -> FloatArray:
-    """Derivatives of the wrenches of the seats by azimuth, radius and angle, (..., 3, 6, 6)."""
+    """Derivatives of the wrenches of the seats by azimuth, radius and angle, (..., 6, 18)."""
     azimuth, radius = np.repeat(seats.azimuths, 2, axis=-1), np.repeat(seats.radii, 2, axis=-1)
     cosine, sine = np.cos(azimuth), np.sin(azimuth)
-    side, nothing = SEAT_SIDES, np.zeros_like(azimuth)
     upright, steep = np.cos(seats.angles), np.sin(seats.angles)
-    flat, level = side * upright, side * steep
+    flat, level = SEAT_SIDES * upright, SEAT_SIDES * steep
     # Normal: flat t + steep z; moment: radius (flat z - steep t), as in `seat_wrenches`.
     lift, push = radius * steep, radius * upright
-    rows = [
-        *(-flat * cosine, -flat * sine, nothing, lift * cosine, lift * sine, nothing),
-        *(nothing, nothing, nothing, steep * sine, -steep * cosine, flat),
-        *(level * sine, -level * cosine, upright, push * sine, -push * cosine, -radius * level),
-    ]
-    return np.stack(rows, axis=-2).reshape(*azimuth.shape[:-1], 3, 6, 6)
+    found = np.zeros((*azimuth.shape[:-1], 6, 3, 6))
+    by_azimuth, by_radius, by_angle = (found[..., kind, :] for kind in range(3))
+    np.multiply(-flat, cosine, out=by_azimuth[..., 0, :])
+    np.multiply(-flat, sine, out=by_azimuth[..., 1, :])
+    np.multiply(lift, cosine, out=by_azimuth[..., 3, :])
+    np.multiply(lift, sine, out=by_azimuth[..., 4, :])
+    np.multiply(steep, sine, out=by_radius[..., 3, :])
+    np.multiply(-steep, cosine, out=by_radius[..., 4, :])
+    by_radius[..., 5, :] = flat
+    np.multiply(level, sine, out=by_angle[..., 0, :])
+    np.multiply(-level, cosine, out=by_angle[..., 1, :])
+    by_angle[..., 2, :] = upright
+    np.multiply(push, sine, out=by_angle[..., 3, :])
+    np.multiply(-push, cosine, out=by_angle[..., 4, :])
+    np.multiply(-radius, level, out=by_angle[..., 5, :])
+    return found.reshape(*azimuth.shape[:-1], 6, 18)
 
 
 def _geometry_slopes() -> FloatArray:
@@ -207,4 +222,17 @@ def _geometry_slopes() -> FloatArray:
     return found
 
 
-_GEOMETRY = _geometry_slopes().reshape(18, -1)
+def _deflection_slopes() -> FloatArray:
+    """Relative derivatives of four deflections by the parameters; not those by the angle, (4, 18).
+
+    The lever carries the force: more of it bends more, and presses the tip.
+    """
+    found = np.zeros((4, len(PARAMETERS)))
+    names = ("lateral_deflection", "axial_deflection", "seat_indentation", "tip_approach")
+    found[np.arange(4), [_COLUMN[name] for name in names]] = 1.0
+    found[0, _COLUMN["lever_ratio"]], found[3, _COLUMN["lever_ratio"]] = 1.0, 2.0 / 3.0
+    return found
+
+
+_GEOMETRY = -_geometry_slopes().reshape(18, -1)
+_OF_DEFLECTIONS = _deflection_slopes()

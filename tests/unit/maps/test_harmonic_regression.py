@@ -16,17 +16,17 @@ from scipy.stats import norm, qmc
 
 from pretravel.base.arrays import FloatArray, IntArray
 from pretravel.base.directions import fibonacci_cap, from_angles, sphere_pattern_25
-from pretravel.maps import harmonic_regression as regression
+from pretravel.maps import harmonic_likelihood as likelihood
+from pretravel.maps.harmonic_likelihood import RestrictedLikelihood
 from pretravel.maps.harmonic_regression import (
-    _SOBOL,
     Amplitudes,
     HarmonicFit,
     _averaged_over,
     _most_probable,
     _posterior,
-    _Problem,
     fit_harmonics,
 )
+from pretravel.maps.likelihood_search import _SOBOL, CostAt
 from pretravel.maps.observation import Places
 from pretravel.maps.spherical_harmonics import (
     degrees_and_orders,
@@ -95,8 +95,8 @@ class _Touched:
         return Places(self.n, np.arange(len(self.n)), self.groups)
 
     @property
-    def problem(self) -> _Problem:
-        return _Problem(self.places, self.values, self.groups, FREE, self.terms)
+    def problem(self) -> RestrictedLikelihood:
+        return RestrictedLikelihood(self.places, self.values, self.groups, FREE, self.terms)
 
     def fit(self, values: FloatArray | None = None) -> HarmonicFit:
         given = 1e-3 * self.values if values is None else values
@@ -181,9 +181,26 @@ def test_slopes_are_those_of_the_cost(seen: _Touched, h: FloatArray) -> None:
         assert slope == pytest.approx((there - back) / (2.0 * step), abs=1e-4)
 
 
-def _problem(values: FloatArray, n: FloatArray, groups: FloatArray, terms: IntArray) -> _Problem:
+@pytest.mark.parametrize("seen", [UNEQUAL, ONCE, MANY, MANY_UNEQUAL])
+@pytest.mark.parametrize("h", POINTS)
+def test_second_derivatives_are_those_of_the_slopes(seen: _Touched, h: FloatArray) -> None:
+    """Central differences, whose error is as small a share of the largest of 30 to 1300."""
+    found = seen.problem.at(h)
+    cost, slopes = seen.problem.cost_and_slopes(h)
+    assert (found.cost, found.slopes.tolist()) == (cost, slopes.tolist())
+    step = 1e-4
+    for place, row in enumerate(found.curvature):
+        way = step * np.eye(8)[place]
+        there, back = (seen.problem.cost_and_slopes(h + side * way)[1] for side in (1.0, -1.0))
+        largest = float(np.abs(found.curvature).max())
+        assert row == pytest.approx((there - back) / (2.0 * step), abs=3e-5 * largest)
+
+
+def _problem(
+    values: FloatArray, n: FloatArray, groups: FloatArray, terms: IntArray
+) -> RestrictedLikelihood:
     groups = np.asarray(groups, dtype=np.int64)
-    return _Problem(Places(n, np.arange(len(n)), groups), values, groups, FREE, terms)
+    return RestrictedLikelihood(Places(n, np.arange(len(n)), groups), values, groups, FREE, terms)
 
 
 def test_the_prior_is_normal_in_the_logarithms() -> None:
@@ -192,20 +209,20 @@ def test_the_prior_is_normal_in_the_logarithms() -> None:
     µm; of a mean below 0.3 µm, which nobody knows, it is that of a usual probe."""
     each = np.arange(25)
     unknown = _problem(0.29 + 0.0 * N[:, 0], N, each, sphere_terms(25))
-    assert unknown.typical_amplitude == regression._TYPICAL_AMPLITUDE
+    assert unknown.typical_amplitude == likelihood._TYPICAL_AMPLITUDE
     problem = _problem(8.0 + 3.0 * N[:, 0] - 2.0 * N[:, 2], N, each, sphere_terms(25))
     typical = math.log(0.055 * 8.0)
 
     def density(h: FloatArray) -> float:
-        r = regression
+        r = likelihood
         middles = [
             (h[0], typical, r._AMPLITUDE_SPREAD),
             (h[1], typical, r._AMPLITUDE_SPREAD),
             (h[2] - h[1], r._ASYMMETRY, r._ASYMMETRY_SPREAD),
             (h[3], 2.5, r._DECAY_SPREAD),
             (h[4], 2.5, r._DECAY_SPREAD),
-            (h[5], r._TYPICAL_NOISE, r._NOISE_SPREAD),
-            (h[7], r._TYPICAL_FIXED, r._FIXED_SPREAD),
+            (h[5], r.TYPICAL_NOISE, r._NOISE_SPREAD),
+            (h[7], r.TYPICAL_FIXED, r._FIXED_SPREAD),
         ]
         return float(sum(norm.logpdf(*each) for each in middles))
 
@@ -298,7 +315,7 @@ def test_asymmetry_across_the_axis_follows_from_that_of_higher_degrees() -> None
 
 
 @cache
-def _seen(repeats: int) -> _Problem:
+def _seen(repeats: int) -> RestrictedLikelihood:
     """Lobes and a zonal term of 2 µm and 1 µm, scatter of 0.4 µm of touches, 0.5 of directions."""
     rng = np.random.default_rng(11)
     groups = np.tile(np.arange(25), repeats)
@@ -412,7 +429,13 @@ class TestAverage:
             return float(cost), turn @ slopes
 
         self.turn = turn
-        problem = cast("Any", SimpleNamespace(cost_and_slopes=cost_and_slopes))
+
+        def at(h: FloatArray) -> CostAt:
+            off = turn.T @ (h - self.MODE)
+            second = curvatures + 6.0 * third * off + 12.0 * fourth * off**2
+            return CostAt(*cost_and_slopes(h), turn @ np.diag(second) @ turn.T)
+
+        problem = cast("Any", SimpleNamespace(cost_and_slopes=cost_and_slopes, at=at))
         return _averaged_over(problem, self.MODE)
 
     def test_of_a_normal_distribution_it_has_its_mean_and_covariance(self) -> None:

@@ -21,7 +21,12 @@ from pretravel.prediction.description import Probe
 from pretravel.prediction.loading import Loading
 from pretravel.prediction.response import probe_response, response_map
 from pretravel.prediction.trigger import predict
-from pretravel.six_seats.response import ProbeResponse, ResponseBasis, hertz_power, hertz_slope
+from pretravel.six_seats.response import (
+    ProbeResponse,
+    ResponseBasis,
+    hertz_power,
+    hertz_power_and_slope,
+)
 from pretravel.six_seats.six_seat_basis import SixSeatBasis
 from pretravel.six_seats.six_seat_slopes import six_seat_pretravel
 from pretravel.six_seats.uneven_seats import PARAMETERS
@@ -52,10 +57,12 @@ def test_hertz_law_is_a_parabola_below_a_micronewton() -> None:
     square, linear = np.linalg.solve([[end**2, end], [2.0 * end, 1.0]], [value, slope])
     low = np.linspace(0.0, 0.999, 7) * end
     assert hertz_power(low) == pytest.approx(square * low**2 + linear * low, rel=1e-9, abs=1e-20)
-    assert hertz_slope(low) == pytest.approx(2.0 * square * low + linear, rel=1e-9)
+    assert hertz_power_and_slope(low)[1] == pytest.approx(2.0 * square * low + linear, rel=1e-9)
     high = np.array([1.0001e-6, 1e-3, 1.0, 27.0])
     assert hertz_power(high) == pytest.approx(high ** (2.0 / 3.0), rel=1e-12)
-    assert hertz_slope(high) == pytest.approx(2.0 / 3.0 * high ** (-1.0 / 3.0), rel=1e-12)
+    assert hertz_power_and_slope(high)[1] == pytest.approx(
+        2.0 / 3.0 * high ** (-1.0 / 3.0), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("criterion", ["first_contact", "arm_lift"])

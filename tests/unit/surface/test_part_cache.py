@@ -9,7 +9,7 @@ import pytest
 
 from pretravel.base import PretravelError
 from pretravel.surface import read_part
-from pretravel.surface.cad import part_cache, part_file
+from pretravel.surface.cad import face_numbers, part_cache, part_file
 
 pytest.importorskip("netgen")
 BRACKET = Path(__file__).parents[3] / "examples" / "data" / "bracket.step"
@@ -37,6 +37,22 @@ def test_a_part_is_read_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> N
         np.testing.assert_allclose(one.coarse.points, other.coarse.points, atol=1e-12)
     np.testing.assert_array_equal(again.cloud.points, points)
     assert len(list(folder.glob("part-*.npz"))) == 2
+
+
+def test_numbers_of_faces_are_computed_once(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    first = read_part(BRACKET)
+    numbers, box = first.numbers, first.box
+    monkeypatch.setattr(face_numbers, "_each", _refuse)
+    again = read_part(BRACKET)
+    for one, other in zip(numbers, again.numbers, strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(again.box, box)
+    assert "coarse" not in again.faces[0].__dict__  # nothing was sampled for it
+    np.testing.assert_array_equal(again.faces[0].middle, numbers.middle[0])
+    (entry,) = folder.glob("part-*-numbers.npz")
+    np.savez(entry, **{**numbers._asdict(), "bend": numbers.bend[:-1]})
+    with pytest.raises(PretravelError, match="is read again"):
+        _ = read_part(BRACKET).numbers
 
 
 def test_another_content_is_another_part(folder: Path, tmp_path: Path) -> None:

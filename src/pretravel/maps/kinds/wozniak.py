@@ -32,6 +32,9 @@ TRANSDUCERS = ("contact", "piezo")
 """What triggers: electric contacts at three arms (lobes), or a piezo element (no lobes)."""
 
 _LOBE = 2.0 * math.pi / 3.0
+_FINER = 6
+"""Grids of azimuths, each ten times as fine: to 0.00002°."""
+_DETERMINED = 1e-9
 _LEFT = 0.4
 """Share of the shape of a probe's pretravel that differs from this one."""
 
@@ -85,9 +88,7 @@ class WozniakBasis(MapBasis):
         across = directions[:, 0] ** 2 + directions[:, 1] ** 2
         shape, slope = np.ones(len(across)), np.zeros(len(across))
         if self.transducer == "contact":
-            folded = np.mod(azimuth_angle(directions) - self.lobe_azimuth, _LOBE) - 0.5 * _LOBE
-            shape = 1.0 / np.cos(folded)
-            slope = -shape * np.tan(folded)
+            shape, slope = _lobes(azimuth_angle(directions), self.lobe_azimuth)
         return np.stack([across * shape, across * slope, np.ones(len(across))], axis=1)
 
     def attributes(self) -> Mapping[str, str | float]:
@@ -98,6 +99,13 @@ class WozniakBasis(MapBasis):
         return cls(
             float(stored.attributes["lobe_azimuth_rad"]), str(stored.attributes["transducer"])
         )
+
+
+def _lobes(azimuths: FloatArray, lobe: float | FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The lobes of unit height between them at some azimuths, and their slope with that of one."""
+    folded = np.mod(azimuths - lobe, _LOBE) - 0.5 * _LOBE
+    shape = 1.0 / np.cos(folded)
+    return shape, -shape * np.tan(folded)
 
 
 def wozniak_constant(
@@ -243,8 +251,6 @@ def _design(observation: Observation, basis: WozniakBasis) -> FloatArray:
 
 def _azimuth_of_lobes(observation: Observation) -> float:
     """The azimuth of a lobe with the smallest residuals. [rad]"""
-    from scipy.optimize import minimize_scalar
-
     if observation.direction_count < FEWEST_TO_FIND_LOBES:
         raise PretravelError(
             f"{observation.direction_count} directions do not determine where the lobes of the "
@@ -254,21 +260,24 @@ def _azimuth_of_lobes(observation: Observation) -> float:
         )
 
     places = observation.places
-    count = np.bincount(places.of_touches)
-    values = np.bincount(places.of_touches, observation.values) / count
+    directions, count = places.directions, np.bincount(places.of_touches)
     root = np.sqrt(count)
-
-    def cost(azimuth: float) -> float:
-        shape = WozniakBasis(azimuth).design(places.directions)[:, :1]
-        design = root[:, None] * np.hstack([shape, places.directions[:, : observation.axes]])
-        solution = np.linalg.lstsq(design, root * values, rcond=None)[0]
-        return float(np.sum((root * values - design @ solution) ** 2))
-
+    values = np.bincount(places.of_touches, observation.values) / root
+    across = root * (directions[:, 0] ** 2 + directions[:, 1] ** 2)
+    span, size, _ = np.linalg.svd(
+        root[:, None] * directions[:, : observation.axes], full_matrices=False
+    )
+    span = span[:, size > _DETERMINED * size[0]]
+    # Every azimuth has a kink where a touch lies between two lobes: a grid, and finer ones.
     step = 2.0 * DEGREE
     trial = np.arange(0.0, 120.0, 2.0) * DEGREE
-    best = float(trial[np.argmin([cost(float(a)) for a in trial])])
-    found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded")
-    return float(np.mod(found.x, _LOBE))
+    for _ in range(_FINER):
+        shapes = across * _lobes(azimuth_angle(directions), trial[:, None])[0]
+        shapes -= (shapes @ span) @ span.T  # what a shift of the centre does not explain
+        explained = (shapes @ values) ** 2 / np.einsum("ag,ag->a", shapes, shapes)
+        step, middle = 0.1 * step, trial[explained.argmax()]
+        trial = middle + step * np.arange(-10, 11)
+    return float(np.mod(middle, _LOBE))
 
 
 def _fit_at(observation: Observation, basis: WozniakBasis, *, lobes_found: bool) -> MapFit:

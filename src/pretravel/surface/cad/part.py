@@ -15,6 +15,7 @@ import numpy as np
 from pretravel.base import FloatArray, IntArray, PretravelError
 from pretravel.surface.cad.face import Face
 from pretravel.surface.cad.face_boxes import FaceBoxes
+from pretravel.surface.cad.face_numbers import FaceNumbers
 from pretravel.surface.cad.part_cache import keep_points, kept_points
 from pretravel.surface.cad.triangles import face_triangles
 
@@ -98,9 +99,24 @@ class Part:
         return replace(self, chosen=tuple(found))
 
     @cached_property
+    def numbers(self) -> FaceNumbers:
+        """What lists of its faces say of each."""
+        found = self._kept_numbers or FaceNumbers.of(self.faces, self.key)
+        for face, middle in zip(self.faces, found.middle, strict=True):
+            face.__dict__.setdefault("middle", middle)  # it takes the longest
+        return found
+
+    @cached_property
+    def _kept_numbers(self) -> FaceNumbers | None:
+        return FaceNumbers.kept(self.key, len(self.faces))
+
+    @cached_property
     def box(self) -> FloatArray:
         """Smallest and largest coordinates, (2, 3). [mm]"""
-        points = np.concatenate([face.coarse.points for face in self.faces])
+        if self._kept_numbers is not None:
+            points = self._kept_numbers.box.reshape(-1, 3)
+        else:
+            points = np.concatenate([face.coarse.points for face in self.faces])
         return np.stack([np.nanmin(points, axis=0), np.nanmax(points, axis=0)])
 
     @cached_property

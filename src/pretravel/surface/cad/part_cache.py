@@ -161,6 +161,23 @@ def keep_points(key: str, spacing: float, **arrays: npt.NDArray[Any]) -> None:
     _write(f"part-{key}-{spacing:.6g}", **arrays)
 
 
+def kept_numbers(
+    key: str, shapes: dict[str, tuple[int, ...]], count: int
+) -> dict[str, npt.NDArray[Any]] | None:
+    """Numbers of each of so many faces by their names, as `keep_numbers` kept them."""
+    found = _read(f"part-{key}-numbers")
+    if found is None or {name: each.shape for name, each in found.items()} != {
+        name: (count, *shape) for name, shape in shapes.items()
+    }:
+        return None
+    return found
+
+
+def keep_numbers(key: str, **arrays: npt.NDArray[Any]) -> None:
+    """Keep numbers of each face of a part."""
+    _write(f"part-{key}-numbers", **arrays)
+
+
 def _described(value: Any, numbers: list[FloatArray]) -> Any:
     """An object in words of JSON; its arrays are added to the numbers."""
     if isinstance(value, np.ndarray):

@@ -51,7 +51,8 @@ def faces_document(part: Part, columns: Mapping[str, npt.ArrayLike]) -> Document
     Document
     """
     values = {name: np.asarray(column).tolist() for name, column in columns.items()}
-    values["type"] = [_type_words(face) for face in part.faces] + values["type"][len(part.faces) :]
+    words = [_type_words(part, place) for place in range(len(part.faces))]
+    values["type"] = words + values["type"][len(words) :]
     usable = [row for row, problem in enumerate(values["problem"]) if not problem]
     low, high = part.box
     size = " x ".join(value_text(float(length)) for length in high - low)
@@ -85,18 +86,18 @@ def _size_warnings(size: float) -> tuple[str, ...]:
     return (f"the part is {value_text(size, 'mm')} long: is the unit of the file correct?",)
 
 
-def _type_words(face: Face) -> str:
+def _type_words(part: Part, place: int) -> str:
     """What a face is; a bore or a boss by its diameter and its axis."""
-    axis = _axis_of(face)
+    face, numbers = part.faces[place], part.numbers
+    axis = _axis_of(face, numbers.mean[place])
     if axis is None:
         return face.kind
     point, direction, diameter = axis
-    normal = face.local(face.middle[None])
-    away = normal.point[0] - point
+    away = numbers.point[place] - point
     across = away - (away @ direction) * direction
     low, high = face.box
     turns = float(high[0] - low[0]) > _HALF * math.pi
-    side = "bore" if float(across @ normal.normal[0]) < 0.0 else "boss"
+    side = "bore" if float(across @ numbers.normal[place]) < 0.0 else "boss"
     main = int(np.argmax(np.abs(direction)))
     upright = abs(float(direction[main])) > 1.0 - _UPRIGHT
     way = "xyz"[main] if upright else value_text(tuple(direction.tolist()), "", decimals(2))
@@ -106,20 +107,21 @@ def _type_words(face: Face) -> str:
     return f"{name} {diameter:.4g} about {way} at {at}"
 
 
-def _axis_of(face: Face) -> tuple[FloatArray, FloatArray, float] | None:
+def _axis_of(face: Face, mean: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
     """Point in the middle, direction and diameter of a cylinder; None of other faces."""
     if face.kind != "cylinder":
         return None
-    points = face.coarse.points
     if isinstance(face.base, Cylinder):
         direction, origin = np.asarray(face.base.axes)[2], np.asarray(face.base.origin)
         direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
-        middle = origin + (np.nanmean(points, axis=0) - origin) @ direction * direction
+        middle = origin + (mean - origin) @ direction * direction
         return middle, direction, 2.0 * face.base.radius
     try:  # moved or scaled: the normals of a cylinder lie across its axis, and no search is needed
         normals = face.local(face.coarse.uv).normal
         axis = np.linalg.svd(normals, full_matrices=False)[2][-1]
-        found = associate("cylinder", points, axis=axis * np.sign(axis[np.argmax(np.abs(axis))]))
+        found = associate(
+            "cylinder", face.coarse.points, axis=axis * np.sign(axis[np.argmax(np.abs(axis))])
+        )
     except PretravelError:  # too narrow a strip
         return None
     assert found.direction is not None
