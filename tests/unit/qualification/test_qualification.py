@@ -301,8 +301,23 @@ class TestQualification:
         ratio = scatter[:4] / u[:4]
         assert np.all((ratio > 0.5) & (ratio < 1.3)), ratio
         assert np.all(scatter[4:] < 1.3 * u[4:])
-        pole = result.pretravel_map.standard_uncertainty([[0.0, 0.0, 1.0]])[0]
-        assert (pole < 1e-9) == (told is not None)
+
+    def test_in_its_gauge_the_map_has_no_first_harmonic(self) -> None:
+        """Across the axis its coefficients are zero, along it a least-squares sphere has no shift
+        over the touched directions. They are uncertain, by errors of the centre that was found."""
+        touches = self._touches()
+        result = qualify(touches, 25.0, tip_diameter=6.0, axial_pretravel=None)
+        made = result.pretravel_map
+        assert isinstance(made.basis, HarmonicBasis)
+        across = (made.basis.terms[:, 0] == 1) & (made.basis.terms[:, 1] != 0)
+        assert np.abs(made.coefficients[across]).max() < 1e-15
+        assert made.covariance.matrix[across, across].min() > (0.02e-3) ** 2
+        n = result.contact_normals
+        shift = np.linalg.pinv(np.hstack([np.ones((75, 1)), n]))[3]
+        assert abs(shift @ made.pretravel(n)) < 1e-9
+        usual = usual_shift_covariance(result.fit.observation)[2, 2]
+        of_shift = result.center_covariance[2, 2] - usual
+        assert shift @ made.value_covariance(n) @ shift == pytest.approx(of_shift, rel=1e-6)
 
     def test_sectors_without_a_tip_diameter_give_the_same_points(self) -> None:
         touches = self._touches()

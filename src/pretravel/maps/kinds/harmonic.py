@@ -94,13 +94,13 @@ class HarmonicMapFit(MapFit):
     basis : HarmonicBasis
     posterior : HarmonicFit
         About the centre of the observation.
-    shift_covariance_with_map : (axes, k) float
-        [mm²]
+    shift_of : (axes, k) float
+        The shift of the centre that the coefficients of the regression contain.
     """
 
     basis: HarmonicBasis
     posterior: HarmonicFit
-    shift_covariance_with_map: FloatArray
+    shift_of: FloatArray
 
     @property
     def smoothing(self) -> Smoothing:
@@ -160,28 +160,24 @@ def _with_pretravel_at_pole(
 ) -> CenteredFit:
     at_pole = fit.basis.design(_POLE)[0]
     axial = float(at_pole @ fit.coefficients) - axial_pretravel
-    covariance = fit.covariance.matrix
-    u_pole = math.sqrt(float(at_pole @ covariance @ at_pole))
     first_zonal = (fit.basis.terms == (1, 0)).all(axis=1)
-    touched = bool(fit.observation.support.supports(_POLE)[0])
-    move = np.eye(len(fit.coefficients))
-    if touched:
-        # The map less its own value at the pole, which scatters with the touches as well. Where
-        # the pole is extrapolated, this value is a shift of the whole map, and in u of the centre.
-        move[first_zonal] -= at_pole / math.sqrt(3.0)
     coefficients = fit.coefficients.copy()
     coefficients[first_zonal] -= axial / math.sqrt(3.0)
-    mixed = np.outer(fit.shift_covariance_with_map @ at_pole, _ALONG)
-    gauge = _gauge(fit, axial_pretravel, u_pole, touched=touched)
+    # With the shift along the axis, the least-squares one and this, the regression has the
+    # assumed value at the pole.
+    covariance, shift_of = fit.covariance.matrix, fit.shift_of.copy()
+    shift_of[2] = at_pole
+    of_pole = at_pole - fit.shift_of[2]
+    touched = bool(fit.observation.support.supports(_POLE)[0])
+    u_pole = math.sqrt(float(of_pole @ covariance @ of_pole))
     return CenteredFit(
         center=center - axial * _ALONG,
-        center_covariance=fit.shift_covariance
-        + mixed
-        + mixed.T
-        + (u_pole**2 + U_AXIAL_PRETRAVEL**2) * np.outer(_ALONG, _ALONG),
+        center_covariance=shift_of @ covariance @ shift_of.T
+        + fit.posterior.amplitudes.first_harmonic_variance * np.diag([1.0, 1.0, 0.0])
+        + U_AXIAL_PRETRAVEL**2 * np.outer(_ALONG, _ALONG),
         coefficients=coefficients,
-        covariance=Covariance.full(move @ covariance @ move.T),
-        gauge=gauge,
+        covariance=fit.covariance,
+        gauge=_gauge(fit, axial_pretravel, u_pole, touched=touched),
     )
 
 
@@ -195,7 +191,7 @@ def _gauge(fit: HarmonicMapFit, axial_pretravel: float, u_pole: float, *, touche
     if not touched:
         return gauge + (
             "; no touch is near the pole, so that the pretravel there is extrapolated (u = "
-            f"{u_pole / MICROMETRE:.1f} µm, which u of the centre contains, u of the map does not)"
+            f"{u_pole / MICROMETRE:.1f} µm, in u of the centre)"
         )
     if fit.observation.directions[:, 2].max() < math.cos(MARGIN):
         return gauge + (
@@ -245,7 +241,9 @@ def fit_harmonic(
         observation=observation,
         basis=basis,
         coefficients=move @ fit.coefficients,
-        covariance=Covariance.full(move @ fit.covariance @ move.T),
+        # About a centre that was found, errors of this centre are errors of the map: eight
+        # directions on the equator take nine lobes for one, which moves the centre, not a bore.
+        covariance=Covariance.full(fit.covariance),
         mean=(mean_of @ fit.coefficients).item(),
         u_mean=math.sqrt((mean_of @ fit.covariance @ mean_of.T).item()),
         shift=shift_of @ fit.coefficients,
@@ -256,7 +254,7 @@ def fit_harmonic(
         noise=fit.noise,
         fixed_scatter=fit.fixed_scatter,
         posterior=fit,
-        shift_covariance_with_map=shift_of @ fit.covariance @ move.T,
+        shift_of=shift_of,
         gauge="a centre about which the map has no first harmonic across the axis, and which is "
         "least-squares along it",
     )
