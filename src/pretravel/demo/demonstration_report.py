@@ -156,7 +156,8 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
         verdict=_verdict(job),
         figures=(
             KeyFigure("curved part", "largest error "
-                      f"{value_text(left['mean radius', 'part'], 'µm')} with one radius, "
+                      f"{value_text(left['mean radius', 'part'], 'µm')} with one radius (mean "
+                      "around the equator), "
                       f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii; with "
                       f"the map U = {value_text(2.0 * u_part, 'µm')}"),
             KeyFigure("Centroid KP-3, real data", "rms error "

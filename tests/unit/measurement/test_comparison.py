@@ -157,7 +157,7 @@ class TestComparison:
         known = run("compare", tmp_path / "known.json")
         numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
         assert re.search(r"^map \(twice the largest u, rms of u" + numbers, known, re.MULTILINE)
-        assert "one radius for all" in told
+        assert "one radius, mean around the equator" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}
         full = [float(row["largest_um"]) for row in table if row["method"] == "full map"]

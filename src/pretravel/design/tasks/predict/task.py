@@ -73,9 +73,10 @@ class Predict(Reported):
     friction: Annotated[
         float | None,
         Field(
-            help="Coefficient of friction at the seats (Coulomb), for the third of three equal "
-            "touches; likely 0.1 to 0.3; for the models analytic, fem and, in closed form, "
-            "wozniak; default: that of the description, 0 in the catalogue.",
+            help="Coefficient of friction at the seats (Coulomb); measurements of the OMP40-2 "
+            "require 0.25 to 0.27 (forces) and 0.1 (distances). The prediction is that of the "
+            "third of three equal touches, when friction has settled. For the models analytic, fem "
+            "and, in closed form, wozniak; default: that of the description, 0 in the catalogue.",
             range=FRICTION,
         ),
     ] = None
