@@ -61,8 +61,7 @@ def notes_of(
         alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
         notes.append(
             f"{', '.join(map(shown_name, lost))}: the points do not prove a form. Their errors "
-            "alone "
-            f"produce a range of {_range_text(alone)} on average"
+            f"alone produce a range of {_range_text(alone)} on average"
         )
     rough = [feature for feature in features if feature.errors.excess > 0.0]
     if rough:
