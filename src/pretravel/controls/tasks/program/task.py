@@ -521,8 +521,10 @@ def _planned(
 class ProgramMdi(Task):
     """Write the subroutines that all programs need, and pretravel_sphere for MDI.
 
+    One MDI line with pretravel_sphere touches a reference sphere, for pretravel qualify.
+
     The command needs neither a map nor a machine file. With a map, pretravel export --to linuxcnc
-    writes the same subroutine together with the cycles that compensate.
+    writes pretravel_sphere, too, together with the cycles that compensate.
     """
 
     name = "program mdi"

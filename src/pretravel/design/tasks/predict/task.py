@@ -46,7 +46,10 @@ _MODEL_HELP = (
 
 
 class Predict(Reported):
-    """Predict trigger force, sensing distance and pretravel over directions."""
+    """Predict trigger force, sensing distance and pretravel over directions.
+
+    The sensing distance is the deflection of the tip across the probe axis at the trigger.
+    """
 
     name = "predict"
     example = "pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png"
