@@ -55,7 +55,8 @@ _SPHERE_TEXT = (
     (
         "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
         "on the sphere in directions that were left out of the fit, a fifth of them at a time. A "
-        "sector table needs all its sectors, so on the sphere no direction can be left out."
+        "sector table needs all its sectors, so on the sphere no direction can be left out. One "
+        "radius for all: the map of the kind mean, fitted to all touches on the sphere."
     ),
     (
         "On the part: difference from the physical map at the part's 140 points, without the shift "

@@ -17,7 +17,7 @@ from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import (
     UNCORRECTED,
@@ -142,6 +142,17 @@ class TestComparison:
         )  # fmt: skip
         with pytest.raises(ExtrapolationError):
             compare_corrections(cap)
+
+    def test_extremes_and_u_are_those_of_a_qualification(self) -> None:
+        """Of a map with cusps, whose largest value lies between whole degrees of azimuth."""
+        pretravel_map = example_map()
+        _, value, u = over_support(pretravel_map)
+        result = compare_corrections(pretravel_map)
+        (alone,) = (r for r in result.rows if (r.method, r.where) == (UNCORRECTED, "all"))
+        assert alone.largest >= np.abs(value).max()
+        # All around the equator u may be larger than over the touched directions; here it is not.
+        assert result.largest_u("all") == pytest.approx(u.max(), rel=1e-12)
+        assert result.u_map == pytest.approx(float(np.sqrt(np.mean(u**2))), rel=1e-12)
 
     def test_command_and_its_picture(self, tmp_path: Path) -> None:
         small = lobes(3, phase=90 * DEGREE)

@@ -26,6 +26,7 @@ from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     Together,
 )
+from pretravel.drawing.tolerances.tolerances_of_places import PLACES_ON_DATUMS
 from pretravel.show import (
     Column,
     KeyFigure,
@@ -52,7 +53,13 @@ _CORRECTED = (
 )
 _SCALED = (
     "A distance near zero has half of the difference between its value and the farther bound as u. "
-    "Its sources are multiplied by one factor, so that together they give this u."
+    "Its sources are multiplied by one factor, so that together they give this u. "
+)
+_TILTED = (
+    "Places of the touches on tilted datums: a datum face is fitted at its nominal angle to the "
+    "datums before it; if its real angle differs, touches elsewhere on the face move it. Touch "
+    "such "
+    "a face around its middle. "
 )
 TRIALS = "By Monte Carlo"
 """Title of the table of trials."""
@@ -276,7 +283,8 @@ def budget_section(inspected: InspectedFeature) -> Section:
                 for q in lengths
             ),
         ),
-        explanation=_SCALED if any(map(_is_near_zero, lengths)) else "",
+        explanation=(_SCALED if any(map(_is_near_zero, lengths)) else "")
+        + (_TILTED if PLACES_ON_DATUMS in names else ""),
     )
     form = feature.form
     return Section(
