@@ -45,7 +45,7 @@ def test_run_out_is_found_from_the_logs_of_two_programs(tmp_path: Path) -> None:
     assert [float(read_own_log(path).touches.spindle[0]) for path in logs] == [0.0, np.pi]  # type: ignore[index]
     shown = run("reversal", *logs, "-o", tmp_path / "means.csv", "--verbose")
     assert "12 means of two orientations" in shown
-    told = re.search(r"run-out +\((.+), (.+)\) µm, u = \((.+?), (.+?)\)", shown)
+    told = re.search(r"tip offset +\((.+), (.+)\) µm, u = \((.+?), (.+?)\)", shown)
     assert told
     x, y, u_x, u_y = (float(cell) * MICROMETRE for cell in told.groups())
     assert abs(x - RUNOUT[0]) < 2 * u_x < 0.001

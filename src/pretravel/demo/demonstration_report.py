@@ -55,7 +55,8 @@ _SPHERE_TEXT = (
     (
         "Fitted: errors on the sphere at the touches that the map was made from. Left out: errors "
         "on the sphere in directions that were left out of the fit, a fifth of them at a time. A "
-        "sector table needs all its sectors, so on the sphere no direction can be left out."
+        "sector table needs all its sectors, so on the sphere no direction can be left out. One "
+        "radius for all: the map of the kind mean, fitted to all touches on the sphere."
     ),
     (
         "On the part: difference from the physical map at the part's 140 points, without the shift "
@@ -156,7 +157,8 @@ def demonstration_summary(job: MainJob, kinds: KindsCompared) -> Document:
         verdict=_verdict(job),
         figures=(
             KeyFigure("curved part", "largest error "
-                      f"{value_text(left['mean radius', 'part'], 'µm')} with one radius, "
+                      f"{value_text(left['mean radius', 'part'], 'µm')} with one radius (mean "
+                      "around the equator), "
                       f"{value_text(left['eight sectors', 'part'], 'µm')} with eight radii; with "
                       f"the map U = {value_text(2.0 * u_part, 'µm')}"),
             KeyFigure("Centroid KP-3, real data", "rms error "

@@ -24,6 +24,7 @@ from pretravel.maps import (
     WozniakBasis,
     as_map,
     equator,
+    over_support,
     resampled_sectors,
     touched_sectors,
 )
@@ -71,8 +72,8 @@ class Comparison:
     curves : mapping of str to (a,) float
         Correction minus map on the equator, by method. [mm]
     u : mapping of str to (n,) float
-        Standard uncertainty of the map in the directions of each place, "equator", "all", "part";
-        zero where the map states none. [mm]
+        Standard uncertainty of the map in the directions of each place, "equator", "all" (those of
+        `over_support`, as in a qualification), "part"; zero where the map states none. [mm]
     """
 
     rows: tuple[CorrectionResidual, ...]
@@ -139,6 +140,10 @@ def compare_corrections(
     """
     pretravel_map = as_map(pretravel_map)
     azimuth = np.arange(0.0, 360.0, 1.0)
+    spread, _, u_of_spread = over_support(pretravel_map)
+    spread = spread @ pretravel_map.rotation.T
+    # A map has cusps between lobes: the extremes are also sought where a qualification seeks them.
+    more = {"all": spread, "equator": from_angles(0.5 * np.pi, azimuth_angle(spread))}
     around = from_angles(0.5 * np.pi, azimuth * DEGREE)
     places = {"equator": around, "all": _supported(pretravel_map)}
     if part_normals is not None:
@@ -149,6 +154,7 @@ def compare_corrections(
     corrections[FULL_MAP] = corrections.pop(FULL_MAP)
     for method, correction in corrections.items():
         off = {where: correction(n) - truth[where] for where, n in places.items()}
+        extreme = {where: correction(n) - pretravel_map.pretravel(n) for where, n in more.items()}
         curves[method] = off["equator"]
         rows += [
             CorrectionResidual(
@@ -156,12 +162,17 @@ def compare_corrections(
                 where,
                 len(_finite(values)),
                 # All directions contain the equator, which the spread ones miss by some degrees.
-                _largest(values, *([off["equator"]] if where == "all" else [])),
+                _largest(
+                    values,
+                    *([extreme[where]] if where in extreme else []),
+                    *([off["equator"], extreme["equator"]] if where == "all" else []),
+                ),
                 float(np.sqrt(np.sum(_finite(values) ** 2) / max(len(_finite(values)), 1))),
             )
             for where, values in off.items()
         ]
     u = {where: pretravel_map.standard_uncertainty(n) for where, n in places.items()}
+    u["all"] = u_of_spread
     return Comparison(tuple(rows), azimuth, curves, u)
 
 

@@ -598,8 +598,10 @@ def _gauge(problem: SixSeatProblem, unknowns: FloatArray, covariance: FloatArray
             "follows from the model and is not measured"
         )
     return (
-        "the six-seat model (a tripod that rests on six seats). Touches cannot separate a shift of "
-        "the whole map from a shift of the reference's centre; the model fixes it, with u = "
-        f"{float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. This shift cancels in "
-        f"distances; u of the map does not contain it{tip}"
+        "the six-seat model (a tripod that rests on six seats). Touches alone cannot show where "
+        "the centre of the reference is: with the centre 1 µm further to +x, and 1 µm more "
+        "pretravel on its +x side and 1 µm less on its -x side, the touches would be the same. The "
+        f"model decides, with u = {float(np.max(u_gauge[:2])):.2f} µm across the axis{along}. This "
+        "error shifts all points of a part alike and cancels in distances and diameters; u of "
+        f"the map and of a point does not contain it{tip}"
     )

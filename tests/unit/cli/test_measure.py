@@ -235,6 +235,17 @@ def test_the_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert float(found[name]["value"]) == pytest.approx(diameter, abs=1e-3)
 
 
+def test_a_value_without_a_lower_bound_has_no_u(points_file: Path) -> None:
+    """Errors of the points alone can explain it: its bounds are not the value plus and minus U."""
+    x, y, z = CENTRES["bore1"]
+    told = run("measure", points_file, "--feature", "bore", "--select", "bore1*", "--u-machine", 2,
+               "--at", f"{x + 0.0025},{y},{z}", "--position-tolerance", 0.1, "--tolerance",
+               "19.9..20.1")  # fmt: skip
+    lines = {row.split()[2]: row for row in told.splitlines() if "✔" in row}
+    assert re.search(r" 20\.\d+ mm +4(\.\d)? µm +2 +✔", lines["diameter"])
+    assert re.search(r"0\.1 mm +0\.\d+, at most 0\.\d+ mm +✔", lines["position"])
+
+
 def test_touches_are_no_points(tmp_path: Path) -> None:
     path = tmp_path / "touches.csv"
     path.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n1,2,3,0,0,1\n")

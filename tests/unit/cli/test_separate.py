@@ -30,6 +30,11 @@ class TestSeparate:
         assert all(float(row["variance_um2"]) >= 0.0 for row in found)
         assert "rank 47 of 48" in text.replace("\n  ", " ")
         assert "variance of pair (2, 5)" in text
+        assert "is assumed" not in text
+
+    def test_a_number_of_repeats_that_is_not_given_is_said(self) -> None:
+        text = run("separate", READINGS, "--repeat-variance", 0.74, "--repeat-pair", "1,1")
+        assert "the number of repeats, 10, is assumed" in text.replace("\n  ", " ")
 
     def test_page_json_and_picture(self, tmp_path: Path) -> None:
         run("separate", READINGS, "-o", tmp_path / "s.html", "--plot", tmp_path / "s.png")

@@ -17,7 +17,7 @@ from pretravel.base.units import DEGREE
 from pretravel.files.map_file import write_map
 from pretravel.maps.kinds.harmonic import HarmonicBasis
 from pretravel.maps.kinds.wozniak import WozniakBasis
-from pretravel.maps.pretravel_map import PretravelMap
+from pretravel.maps.pretravel_map import PretravelMap, over_support
 from pretravel.maps.support import DirectionSupport
 from pretravel.measurement.comparison import (
     UNCORRECTED,
@@ -143,6 +143,17 @@ class TestComparison:
         with pytest.raises(ExtrapolationError):
             compare_corrections(cap)
 
+    def test_extremes_and_u_are_those_of_a_qualification(self) -> None:
+        """Of a map with cusps, whose largest value lies between whole degrees of azimuth."""
+        pretravel_map = example_map()
+        _, value, u = over_support(pretravel_map)
+        result = compare_corrections(pretravel_map)
+        (alone,) = (r for r in result.rows if (r.method, r.where) == (UNCORRECTED, "all"))
+        assert alone.largest >= np.abs(value).max()
+        # All around the equator u may be larger than over the touched directions; here it is not.
+        assert result.largest_u("all") == pytest.approx(u.max(), rel=1e-12)
+        assert result.u_map == pytest.approx(float(np.sqrt(np.mean(u**2))), rel=1e-12)
+
     def test_command_and_its_picture(self, tmp_path: Path) -> None:
         small = lobes(3, phase=90 * DEGREE)
         small = replace(small, coefficients=1e-3 * small.coefficients, tip_radius=3.0)
@@ -157,7 +168,7 @@ class TestComparison:
         known = run("compare", tmp_path / "known.json")
         numbers = r"\) +[1-9]\.\d\d +0\.[1-9]\d"
         assert re.search(r"^map \(twice the largest u, rms of u" + numbers, known, re.MULTILINE)
-        assert "one radius for all" in told
+        assert "one radius, mean around the equator" in told
         table = rows(tmp_path / "c.csv")
         assert {row["where"] for row in table} == {"equator", "all", "part"}
         full = [float(row["largest_um"]) for row in table if row["method"] == "full map"]

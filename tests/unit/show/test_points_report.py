@@ -41,7 +41,7 @@ def test_with_a_nominal_it_is_the_deviation() -> None:
     found = _rows(table)
     assert found["tip radius alone"] == pytest.approx(_summary(before), abs=1e-6)
     one = before + known.pretravel(NORMALS).mean()
-    assert found["one radius for all"] == pytest.approx(_summary(one), abs=1e-6)
+    assert found["one radius, best for these points"] == pytest.approx(_summary(one), abs=1e-6)
     assert found["map"] == pytest.approx(_summary(FORM), abs=1e-6)
     assert (
         f"{1e3 * before.std():.2f} µm before, {1e3 * FORM.std():.2f} µm after" in document.verdict
@@ -55,9 +55,11 @@ def test_without_a_nominal_nothing_is_said_about_the_error_of_the_points() -> No
     (table,) = document.tables
     travel = known.pretravel(NORMALS)
     found = _rows(table)
-    assert set(found) == {"tip radius alone", "one radius for all"}
+    assert set(found) == {"tip radius alone", "one radius, best for these points"}
     assert found["tip radius alone"] == pytest.approx(_summary(-travel), abs=1e-6)
-    assert found["one radius for all"] == pytest.approx(_summary(travel.mean() - travel), abs=1e-6)
+    assert found["one radius, best for these points"] == pytest.approx(
+        _summary(travel.mean() - travel), abs=1e-6
+    )
     assert "before" not in document.verdict
 
 

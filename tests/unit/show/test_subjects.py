@@ -117,6 +117,21 @@ def _map_update() -> Document:
     return map_update_document(update_map(touches, old, 25.0), prior_name="old.json")
 
 
+def test_an_updated_map_has_u_with_and_without_the_centre() -> None:
+    """The centre of few touches has a larger error than that of the old map's."""
+    old = example_map("physical")
+    normals = fibonacci_cap(9)
+    touches = sphere_touches(1.01 * old.pretravel(normals), normals)
+    document = map_update_document(update_map(touches, old, 25.0))
+    (figure,) = (each for each in document.figures if each.name == "u of the map")
+    found = re.search(r"was made: (\S+) µm; .*without it (\S+) and (\S+) µm", figure.remark)
+    assert found
+    before, apart, before_apart = (float(number) for number in found.groups())
+    assert isinstance(figure.value, float)
+    assert apart < figure.value
+    assert before_apart <= before
+
+
 def _touch_plan() -> Document:
     return touch_plan_document(plan_touches(example_map(), 6), map_name="old.json")
 

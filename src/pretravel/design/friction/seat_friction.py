@@ -42,7 +42,7 @@ from pretravel.six_seats import trigger_force
 log = logging.getLogger(__name__)
 
 USUAL_FRICTION = 0.2
-"""Where a description has none: two measured probes ask for 0.2 to 0.3 (docs/validation.md)."""
+"""Where a description has none: two measured probes require 0.1 to 0.27 (docs/validation.md)."""
 LARGEST_OVERTRAVEL = 1.0
 """Beyond a millimetre the tripod turns too far for its equations. [mm]"""
 MOST_STEPS = 1_000_000

@@ -518,7 +518,10 @@ def _share_words(shares: _Shares, variances: FloatArray) -> str:
     if shares.negative:
         return "The reported shares are as nearly equal as possible"
     if shares.movable.max() < 1e-3 * float(np.mean(np.abs(variances))):
-        return "Only the reported shares avoid a negative variance"
+        return (
+            "With any other split between machine and probe, a variance would be negative: the "
+            "reported split is the only possible one"
+        )
     to_probe, to_machine = np.maximum(shares.movable, 0.0) / _SQUARE_MICROMETRE
     what = (
         "The reported shares are equal"

@@ -48,10 +48,12 @@ PATTERN_TOLERANCE = 10.0 * DEGREE
 _LARGEST_SIZE_ERROR = 0.5  # mm
 _SPHERE_DIAMETERS = (10.0, 50.0)  # mm
 _READINGS = {
-    False: "the touches follow the pattern in which every second ring is turned by 22.5°: the "
-    "rings at 22.5° and 67.5° begin at the same azimuth",
-    True: "the touches follow the pattern in which each ring is turned by 22.5° further than the "
-    "ring before (read cumulatively): the ring at 67.5° begins 45° after the ring at 22.5°",
+    False: "the touches follow one of the two readings of the standard's pattern, which are both "
+    "accepted: every second ring is turned by 22.5°, so that the rings at 22.5° and 67.5° begin at "
+    "the same azimuth",
+    True: "the touches follow one of the two readings of the standard's pattern, which are both "
+    "accepted: each ring is turned by 22.5° further than the ring before (read cumulatively), so "
+    "that the ring at 67.5° begins 45° after the ring at 22.5°",
 }
 """What the touches follow, by whether the pattern is read cumulatively."""
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 MODELS: Mapping[str, str] = {
     "analytic": "stylus as a beam, elastic seats",
     "fem": "finite elements",
-    "ren": "closed form of Ren's Abbé paper",
+    "ren": "closed form of Ren 2020",
     "shen": "stylus as one cantilever, rigid seats",
     "wozniak": "Woźniak's constant, as five touches would determine it; with a contact opening or "
     "a piezo stage in the description, also the stem and the tip's contact",

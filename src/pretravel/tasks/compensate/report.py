@@ -164,14 +164,14 @@ def before_and_after(points: PointsSummary) -> tuple[Table, ...]:
                 Column.of("mean", [v.mean / MICROMETRE for v in values], "µm"),
                 Column.of("spread", [v.spread / MICROMETRE for v in values], "µm"),
             ),
-            title="Deviation from nominal before and after"
+            title="Deviation from nominal before and after, which contains the form of the part"
             if nominal
             else "Errors that simpler corrections would leave, according to the map",
             explanation="Along the normal, positive outside; spread is the standard deviation. "
             + ("What the map leaves is the part's own deviation, apart from u. " if nominal else "")
             + "Tip radius alone: the reading (spindle point) less the tip radius, uncompensated. "
-            "One radius for all: the same with the radius that fits these points best (least "
-            "squares); a radius from a sphere fits them less well.",
+            "One radius, best for these points: the same with the radius that fits them best "
+            "(least squares); the radius in a control, from a sphere or ring, fits them less well.",
         ),
     )
 
@@ -185,7 +185,7 @@ def _left_by_corrections(points: PointsSummary) -> dict[str, Moments]:
     reached = 0.0 if points.deviation is None else points.deviation.mean
     left = {
         "tip radius alone": points.before,
-        "one radius for all": points.before.shifted(reached - points.before.mean),
+        "one radius, best for these points": points.before.shifted(reached - points.before.mean),
     }
     if points.deviation is not None:
         left["map"] = points.deviation

@@ -92,9 +92,10 @@ class Compensate(
     nominal: Annotated[
         str | None,
         Field(
-            help="Nominal surface: part.step, part.step#face, plane:…, sphere:… (as in simulate); "
-            "the contacts are computed on this surface. Without it, the normals are those of the "
-            "touches, and deviations refer to the columns nominal_x_mm…, if the file has them.",
+            help="Nominal surface, which gives normals and deviations (part.step, part.step#face, "
+            "plane:… or sphere:…; syntax: pretravel simulate --help-all). Without it, the normals "
+            "are those of the touches, and deviations refer to the columns nominal_x_mm…, if the "
+            "file has them.",
             reads=surface_files,
             word=is_shape,
         ),
@@ -102,8 +103,9 @@ class Compensate(
     machine: Annotated[
         Path | None,
         Field(
-            help="Variances of machine and probe by direction, from pretravel separate (.json or "
-            ".csv), which replace the map's repeatability in u. The points stay the same.",
+            help="Not the machine file, but variances of machine and probe by direction, from "
+            "pretravel separate (.json or .csv), which replace the map's repeatability in u. The "
+            "points stay the same.",
             label="Separation of machine and probe",
             reads=True,
             without=(SEVERAL_TIPS,),

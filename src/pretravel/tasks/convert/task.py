@@ -90,7 +90,8 @@ class Convert(TouchFilesWithFeed, OfOneTip, without=dict.fromkeys(_OF_TOUCHES, (
     machine: Annotated[
         Path | None,
         Field(
-            help="Machine file. It gives the tip diameter, and the overtravel, which shows misses.",
+            help="Machine file (.toml, written by pretravel machine), which gives the tip diameter "
+            "and the overtravel; the overtravel shows misses.",
             reads=True,
         ),
     ] = None

@@ -103,7 +103,7 @@ def folder_document(history: FolderDrift, name: str = "") -> Document:
     Document
     """
     drift = history.drift
-    limit = "its expanded uncertainty" if history.limit_assumed else "stated"
+    limit = "twice the rms u of the map" if history.limit_assumed else "stated"
     days = len(history.days)
     return Document(
         title=name or "History of a probe",
@@ -183,8 +183,9 @@ def drift_verdict(drift: DriftOverTime) -> str:
     if early <= drift.times[-1]:
         count = len(drift.times) - drift.starts[-1]
         return (
-            f"{after}no drift is detected, but these {count} days do not exclude that the map has "
-            f"already changed by more than {limit} (probability above 5 %): touch on more days"
+            f"{after}no drift is detected. The map may already have changed by more than {limit} "
+            f"(probability above 5 %), because the trend over {count} days is too uncertain: touch "
+            "on more days"
         )
     return (
         f"{after}no drift is detected; a drift too small to be detected in these days could reach "
@@ -242,7 +243,8 @@ def drift_figures(drift: DriftOverTime) -> tuple[KeyFigure, ...]:
         found.append(KeyFigure("due date", _date(drift.moment(time)), remark=remark))
     if first is not None:
         remark = first.quantity.name + ("; far beyond the recorded days" if early > far else "")
-        remark += "; not excluded on the last day" if early <= drift.times[-1] else ""
+        if early <= drift.times[-1]:
+            remark += "; on the last day a change beyond the limit is not excluded"
         remark += _sooner(drift)
         found.append(KeyFigure("earliest date (95 %)", _date(drift.moment(early)), remark=remark))
     return tuple(found)

@@ -128,7 +128,8 @@ class History(
         float | None,
         Field(
             help="Allowed change of the map, in µm: a new qualification is due when the drift "
-            "exceeds it; default: the map's expanded uncertainty, U = 2 u.",
+            "exceeds it; default: twice the rms u of the map; of a history file "
+            "twice the median u of the size.",
             range=(0.001, 1000.0),
         ),
     ] = None

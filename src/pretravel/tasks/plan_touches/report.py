@@ -49,10 +49,11 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
         title=title,
         verdict=f"{len(plan.directions)} touches bring u of the map from "
         f"{_rms_text(plan.u_before)} to {_rms_text(plan.u_after)} µm, "
-        "without the common shift of all points",
+        "without the error of the centre, which shifts all points alike",
         figures=(
             KeyFigure("u of the old map", _rms(plan.u_old), "µm",
-                      remark="rms over these directions, when it was made"),
+                      remark="when it was made; rms over the directions for which the map is "
+                      "needed"),
             KeyFigure("u today", _rms(plan.u_before), "µm",
                       remark="after the usual drift"),
             KeyFigure("u with the touches", _rms(plan.u_after), "µm",
@@ -61,10 +62,11 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
             KeyFigure("u of the updated map", _rms(plan.u_updated), "µm",
                       remark=_of_update(plan)),
             KeyFigure("usual drift", f"size {drift.level / MICROMETRE:.2f} µm, "
-                      f"amplitude {100.0 * drift.scale:.1f} %, "
+                      f"scale {100.0 * drift.scale:.1f} %, "
                       f"turn {drift.turn / DEGREE:.2f}°, form {100.0 * drift.form:.1f} %",
-                      remark=f"{drift.source}; size: mean pretravel; amplitude: of the lobes; "
-                      "turn: about the axis; form: other changes, in % of the map's variation"),
+                      remark=f"{drift.source}; size: in all directions alike; scale: of the whole "
+                      "pretravel; turn: about the axis; form: other changes, in % of the map's "
+                      "variation"),
         ),
         tables=(_directions_table(plan),),
         pictures=(Picture("u today and with the touches", drawn),),
@@ -73,12 +75,12 @@ def touch_plan_document(plan: TouchPlan, *, map_name: str = "") -> Document:
 
 def _of_update(plan: TouchPlan) -> str:
     """What u contains that a qualification with the old map says."""
-    shown = "rms over the whole map: the value that a qualification with the old map will give"
+    shown = "rms over the whole map: the value that qualify --prior will give"
     if not plan.prior.from_center:
         return shown
     return (
-        f"{shown}. This value, unlike those above, contains the common shift of all points, which "
-        "another centre of the sphere would cause and which cancels in distances"
+        f"{shown}. Unlike those above, it contains the error of the centre that these touches "
+        "determine: a shift of all points alike, which cancels in distances"
     )
 
 

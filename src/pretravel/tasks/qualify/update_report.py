@@ -10,7 +10,7 @@ import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, FloatArray
 from pretravel.maps import over_support
-from pretravel.qualification import FoundDrift, MapUpdate
+from pretravel.qualification import FoundDrift, MapUpdate, drifted_map
 from pretravel.show import (
     Axis,
     Column,
@@ -92,7 +92,7 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
         KeyFigure(
             "u of the map", float(np.sqrt(np.mean(u**2))) / MICROMETRE, "µm",
             remark="rms over the whole map; when the old map was made: "
-            f"{number_text(float(np.sqrt(np.mean(old_u**2))) / MICROMETRE, decimals(2))} µm",
+            f"{_rms_text(old_u)} µm{_of_centers(result)}",
         ),
         KeyFigure(
             "repeatability", result.repeatability / MICROMETRE, "µm",
@@ -101,6 +101,25 @@ def _map_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
             else "as given",
         ),
     )  # fmt: skip
+
+
+def _of_centers(result: MapUpdate) -> str:
+    """What u is without the errors of the centres, of which few touches have the larger one."""
+    prior = drifted_map(result.prior_map, ring=not result.center_covariance[2, 2] > 0.0)
+    if not prior.from_center:
+        return ""
+    new, old = (
+        _rms_text(np.sqrt(prior.variance(one.support.spread, one.covariance.matrix)))
+        for one in (result.pretravel_map, result.prior_map)
+    )
+    return (
+        "; both contain the error of the centre that was found with the touches of each, which "
+        f"shifts all points alike: without it {new} and {old} µm"
+    )
+
+
+def _rms_text(u: FloatArray) -> str:
+    return number_text(float(np.sqrt(np.mean(u**2))) / MICROMETRE, decimals(2))
 
 
 def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
@@ -120,7 +139,7 @@ def _drift_figures(result: MapUpdate) -> tuple[KeyFigure, ...]:
         figure(
             "size", "in all directions alike", result.level, "µm", MICROMETRE, result.drift.level
         ),
-        figure("amplitude", "of the whole pretravel", result.scale, "%", 0.01, result.drift.scale),
+        figure("scale", "of the whole pretravel", result.scale, "%", 0.01, result.drift.scale),
         figure("turn", "about the axis", result.turn, "°", DEGREE, result.drift.turn),
     )
 

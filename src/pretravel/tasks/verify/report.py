@@ -166,7 +166,7 @@ def _change_figures(result: Verification) -> tuple[KeyFigure, ...]:
 
     return (
         figure("size", "mean pretravel", result.size, "µm", MICROMETRE),
-        figure("amplitude", "of the lobes", result.amplitude, "%", 0.01),
+        figure("amplitude", "variation of the map about its mean", result.amplitude, "%", 0.01),
         figure("turn", "about the axis", result.turn, "°", DEGREE),
         KeyFigure(
             "largest difference",
@@ -196,7 +196,7 @@ def _test_figures(result: Verification) -> tuple[KeyFigure, ...]:
     all_dof = result.touches - sum(len(each.rows) for each in result.gross)
     all_dof -= len(result.directions)
     if result.repeatability_dof < _FEWER * all_dof:
-        dof += f" of {all_dof}: some touches scatter more than most, or some directions"
+        dof += f", not {all_dof}: some touches or directions scatter more than others"
     step = f"; positions in steps of {value_text(result.step / MICROMETRE, 'µm')}"
     return (
         KeyFigure("repeatability", result.repeatability / MICROMETRE, "µm",

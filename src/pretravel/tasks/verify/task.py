@@ -70,7 +70,8 @@ class Verify(TouchFilesWithFeed, OfOneTip, Reported):
     accept: Annotated[
         Path | None,
         Field(
-            help="Qualify again with the new touches and write the new map: .json.",
+            help="Make a new map from these touches alone (.json): touch all directions first. "
+            "With few touches, use qualify --prior.",
             writes=_COMPLETE_MAPS,
             in_run=True,
         ),

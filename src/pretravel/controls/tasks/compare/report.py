@@ -43,7 +43,7 @@ _COLOURS: dict[str, Colour] = {
 
 _SHOWN = {
     UNCORRECTED: "tip radius alone",
-    "mean radius": "one radius for all",
+    "mean radius": "one radius, mean around the equator",
     "eight sectors": "eight radii, as touched",
     "eight sectors, resampled": "eight radii, made from the map",
     "Woźniak": "Woźniak's constant",
@@ -118,11 +118,11 @@ def _errors_table(result: Comparison) -> Table:
         explanation="Max, rms: largest and root-mean-square difference of each correction from the "
         "map. The row of the map has its uncertainty instead: twice the largest u, and the rms of "
         "u (empty for a prediction). The radii of a control hold in one plane, its tool length "
-        "along the axis; between plane and axis the control combines radius and length. One "
-        "radius: the mean around the equator. Two axis radii: one for touches along X, one for "
-        "touches along Y. Four directions: the radius touched at +X, +Y, -X or -Y, for all normals "
-        "within 45° of it, where the mean can be the better estimate. Eight radii: those of a "
-        "vector table at 30, 60, 120, … 330°, with one for X and one for Y; touched there, or made "
+        "along the axis; between plane and axis the control combines radius and length. Two "
+        "axis radii: one for touches along X, one for touches along Y. Four directions: the "
+        "radius touched at +X, +Y, -X or -Y, each for all "
+        "normals within 45° of it. Eight radii: those of a vector table at 30, 60, 120, 150, 210, "
+        "240, 300 and 330°, and two more, for touches along X and along Y; touched there, or made "
         "from the map so that the largest error is smallest. Woźniak's constant: a formula with "
         "one constant for the triangle of the probe.",
     )

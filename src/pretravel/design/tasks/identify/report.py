@@ -77,8 +77,15 @@ def identification_document(found: Identification, *, model: str, map_name: str 
             Picture("Map − model over the directions", lambda: identification_view(found, title)),
             *_force_picture(found, title),
         ),
+        notes=(_PRELOAD_OF_MAP,) if "preload" in found.names and found.forces is None else (),
         warnings=found.unknown,
     )
+
+
+_PRELOAD_OF_MAP = (
+    "a map alone gives the preload only as far as the lengths and stiffnesses of the description "
+    "are right: U does not contain their errors. Measured forces give it without them"
+)
 
 
 def _of_forces(found: Identification, title: str, model: str) -> Document:
@@ -174,7 +181,8 @@ def _numbers_table(found: Identification) -> Table:
     keys = [_key(name, found) for name in found.names]
     endings = [FREE[name].key.rpartition("_")[2] for name in found.names]
     values, u = found.values / units, found.standard_uncertainty / units
-    values = np.where(np.abs(values) < _NEGLIGIBLE * u, 0.0, values)
+    # Of a quantity that is not determined u is larger than any value: the value stays as it is.
+    values = np.where(np.abs(values) < _NEGLIGIBLE * np.minimum(u, 1.0), 0.0, values)
     described = (
         (Column.of("described", found.described / units, digits=significant(5)),)
         if len(found.described) else ()

@@ -46,7 +46,10 @@ _MODEL_HELP = (
 
 
 class Predict(Reported):
-    """Predict trigger force, sensing distance and pretravel over directions."""
+    """Predict trigger force, sensing distance and pretravel over directions.
+
+    The sensing distance is the deflection of the tip across the probe axis at the trigger.
+    """
 
     name = "predict"
     example = "pretravel predict omp40-2 --azimuth 0:350:10 --polar 90 -o map.csv --plot map.png"
@@ -73,9 +76,10 @@ class Predict(Reported):
     friction: Annotated[
         float | None,
         Field(
-            help="Coefficient of friction at the seats (Coulomb), for the third of three equal "
-            "touches; likely 0.1 to 0.3; for the models analytic, fem and, in closed form, "
-            "wozniak; default: that of the description, 0 in the catalogue.",
+            help="Coefficient of friction at the seats (Coulomb); measurements of the OMP40-2 "
+            "require 0.25 to 0.27 (forces) and 0.1 (distances). The prediction is that of the "
+            "third of three equal touches, when friction has settled. For the models analytic, fem "
+            "and, in closed form, wozniak; default: that of the description, 0 in the catalogue.",
             range=FRICTION,
         ),
     ] = None

@@ -122,7 +122,7 @@ def _motions_table(alignment: Alignment) -> Table:
         title="Placement of the part in the machine",
         explanation="Shifts of the part's origin along the machine's axes, and rotations about "
         "these axes. U: k = 2, more where few touches show the form of the faces. U of a shift is "
-        "that of the middle of the touches, where it is smallest; at the origin it contains also U "
+        "that of the middle of the touches, where it is smallest; at the origin it also contains U "
         "of the rotations times the distance from there. U is empty where the touches do not "
         "determine a motion.",
     )

@@ -100,8 +100,9 @@ class CheckBudget(Qualify, without=_NOT_SIMULATED):
     machine: Annotated[
         Path | None,
         Field(
-            help="Separation of machine and probe, from separate: .json or .csv. Its errors and "
-            "scatter act in the direction of each touch, and points are compensated with it.",
+            help="Errors of machine and probe, which pretravel separate has written: .json or "
+            ".csv. Its errors and scatter act in the direction of each touch, and points are "
+            "compensated with it.",
             label="Separation of machine and probe",
             reads=True,
         ),
@@ -261,7 +262,7 @@ def _figure(each: Coverage) -> KeyFigure:
     low, high = (100.0 * end for end in each.interval)
     perhaps = ""
     if each.verdict == "right" and each.needed < 1.0 / TOO_LARGE:
-        perhaps = "; it may be too large, more sets are needed"
+        perhaps = "; U may be too large, and only more sets can show it"
     return KeyFigure(
         f"{each.name}: errors within U", 100.0 * each.share, "%", decimals(1),
         remark=f"{low:.1f} to {high:.1f} %; nominal 95.4 %: {each.verdict}{perhaps}",
@@ -289,11 +290,11 @@ def _table(found: BudgetCheck) -> Table:
             Column.of("error (rms)", [_rms(one.errors) for one in each], "µm", decimals(2)),
             Column.of("u (rms)", [_rms(one.u) for one in each], "µm", decimals(2)),
             Column.of("χ²", [one.chi_squared for one in each], "", decimals(2)),
-            Column.of("factor for 95.4 %", [one.needed for one in each], "", decimals(2)),
+            Column.of("U × this covers 95.4 %", [one.needed for one in each], "", decimals(2)),
             Column.of("verdict", [one.verdict for one in each]),
         ),
         "Errors compared with the given uncertainties:",
-        "χ² is the mean of (error/u)²: 1 where u is right. U times the factor would have "
+        "χ² is the mean of (error/u)²: 1 where u is right. U times the next number would have "
         "contained 95.4 % of the errors. Too small: the interval of the share lies below 95.4 %; "
         "too large: above it, and U could be smaller by a factor of 1.5.",
     )

@@ -60,7 +60,8 @@ class ToleranceLine:
     value, expanded_u, k : float
         Not numbers where nothing was measured. [mm or degrees]
     at_most : float or None
-        The upper end of a form that is not distinguished from the errors of the points. [mm]
+        The upper bound of a form or of a distance near zero that has no lower one. It is shown in
+        the place of U and k, which would be of its difference from the value. [mm]
     bonus : float
         Part of the upper limit that is the growth of the zone by a size at M or L. [mm]
     verdict : ConformityVerdict
@@ -112,7 +113,10 @@ class ToleranceLine:
     def value_text(self) -> str:
         """With the digits that U carries; a form below the noise as its bound."""
         if self.at_most is not None:
-            return _with_unit(f"at most {_digits_of(self.at_most, self.expanded_u)}", self.unit)
+            bound = f"at most {_digits_of(self.at_most, self.expanded_u)}"
+            if self.value > 0.0:
+                bound = f"{_digits_of(self.value, self.expanded_u)}, {bound}"
+            return _with_unit(bound, self.unit)
         if not math.isfinite(self.value):
             return ""
         return _with_unit(_digits_of(self.value, self.expanded_u), self.unit)
@@ -221,7 +225,7 @@ def _line(
     u = decided.u if quantity is None else quantity.u
     expanded = 2.0 * u if quantity is None else quantity.expanded_u
     ends = None if quantity is None else quantity.ends
-    below = ends is not None and ends[0] <= 0.0 and value <= 0.0
+    one_sided = quantity is not None and is_one_sided(quantity)
     words = conformity_words(decided, u_machine)
     return ToleranceLine(
         name,
@@ -234,9 +238,19 @@ def _line(
         expanded / u if u > 0.0 else math.nan,
         decided.verdict,
         f"{words}: {reason}" if reason else words,
-        ends[1] if ends is not None and below else None,
+        ends[1] / scale if ends is not None and one_sided else None,
         decided.bonus,
     )
+
+
+def is_one_sided(quantity: Quantity) -> bool:
+    """Whether the errors of the points alone can explain a value, so that it has no lower bound.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    """
+    return quantity.ends is not None and quantity.ends[0] <= 0.0
 
 
 def _lower(decided: Conformity) -> float:

@@ -60,8 +60,8 @@ def notes_of(
     if lost:
         alone = Span.of([feature.form.noise / MICROMETRE for feature in lost])
         notes.append(
-            f"{', '.join(map(shown_name, lost))}: the points show no form. Their errors alone "
-            f"produce a range of {_range_text(alone)} on average"
+            f"{', '.join(map(shown_name, lost))}: the points do not prove a form. Their errors "
+            f"alone produce a range of {_range_text(alone)} on average"
         )
     rough = [feature for feature in features if feature.errors.excess > 0.0]
     if rough:

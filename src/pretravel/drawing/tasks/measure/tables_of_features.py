@@ -20,11 +20,13 @@ from pretravel.drawing.features.measured_feature import (
     MeasuredFeature,
     Quantity,
 )
+from pretravel.drawing.tasks.measure.lines import is_one_sided
 from pretravel.drawing.tasks.measure.verdict_of_features import shown_name
 from pretravel.drawing.tolerances.tolerances import (
     InspectedFeature,
     Together,
 )
+from pretravel.drawing.tolerances.tolerances_of_places import PLACES_ON_DATUMS
 from pretravel.show import (
     Column,
     KeyFigure,
@@ -51,7 +53,13 @@ _CORRECTED = (
 )
 _SCALED = (
     "A distance near zero has half of the difference between its value and the farther bound as u. "
-    "Its sources are multiplied by one factor, so that together they give this u."
+    "Its sources are multiplied by one factor, so that together they give this u. "
+)
+_TILTED = (
+    "Places of the touches on tilted datums: a datum face is fitted at its nominal angle to the "
+    "datums before it; if its real angle differs, touches elsewhere on the face move it. Touch "
+    "such "
+    "a face around its middle. "
 )
 TRIALS = "By Monte Carlo"
 """Title of the table of trials."""
@@ -66,8 +74,11 @@ def lengths_table(
     bound = np.array([math.nan if _is_bound(q) else 1.0 for _, q in rows])
     values = bound * [q.value for _, q in rows]
     change = (values - plain) / MICROMETRE
-    u, expanded = (bound * [getattr(q, name) / MICROMETRE for _, q in rows]
-                   for name in ("u", "expanded_u"))  # fmt: skip
+    u = bound * [q.u / MICROMETRE for _, q in rows]
+    # The bounds of a value without a lower one are not the value plus and minus U.
+    expanded = np.array(
+        [math.nan if is_one_sided(q) else q.expanded_u / MICROMETRE for _, q in rows]
+    )
     by_u = _by_uncertainties(rows)
     in_mm = tuple(by_uncertainty(each) for each in by_u)
     of_change = tuple(by_uncertainty(each / MICROMETRE, signed=True) for each in by_u)
@@ -129,7 +140,8 @@ def _is_near_zero(quantity: Quantity) -> bool:
 
 def _end(quantity: Quantity, index: int) -> float:
     """Of the interval of a form, which is not the value plus and minus U."""
-    return math.nan if quantity.ends is None else quantity.ends[index]
+    none = quantity.ends is None or (index == 0 and is_one_sided(quantity))
+    return math.nan if none or quantity.ends is None else quantity.ends[index]
 
 
 def results_table(features: Sequence[InspectedFeature], together: Sequence[Together]) -> Table:
@@ -144,8 +156,8 @@ def results_table(features: Sequence[InspectedFeature], together: Sequence[Toget
         "compensated value. U = k u, with k = 2, or larger if u has few degrees of freedom (few "
         "residuals). At least, at most: 95 % bounds of a form (at the touched points) and of a "
         "distance near zero; U is then the difference between the value and the farther bound. "
-        "The measured range contains the errors of the points. If these errors alone explain a "
-        "form or a distance near zero, only 'at most' is given.",
+        "The measured range contains the errors of the points. If these errors alone can explain a "
+        "form or a distance near zero, 'at least' and U are not given.",
         given=not any(each.feature.points.state_uncertainty for each in features),
     )
 
@@ -271,7 +283,8 @@ def budget_section(inspected: InspectedFeature) -> Section:
                 for q in lengths
             ),
         ),
-        explanation=_SCALED if any(map(_is_near_zero, lengths)) else "",
+        explanation=(_SCALED if any(map(_is_near_zero, lengths)) else "")
+        + (_TILTED if PLACES_ON_DATUMS in names else ""),
     )
     form = feature.form
     return Section(

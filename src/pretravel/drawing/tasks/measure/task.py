@@ -129,7 +129,7 @@ class Measure(LaboratoryReport):
     select: Annotated[
         tuple[str, ...],
         Field(
-            help='Points of one feature, by label with wildcards * and ?: "bore1*", or by number: '
+            help='Points of one feature, by label with wildcards * and ?, "bore1*", or by number, '
             "10..21. Each --select is one feature.",
             metavar="LABELS",
             label="Points by label",
@@ -173,8 +173,8 @@ class Measure(LaboratoryReport):
     size_tolerance: Annotated[
         ToleranceText | None,
         Field(
-            help="Limits of the diameter, in mm: 20.000..20.021, 20.. or ..20.021; or with "
-            "--nominal +0.021/0, ±0.01.",
+            help="Limits of the diameter, in mm (20.000..20.021, 20.. or ..20.021; with --nominal "
+            "also +0.021/0 or ±0.01).",
             parse=tolerance,
             option="--tolerance",
             metavar="LIMITS",
@@ -186,7 +186,7 @@ class Measure(LaboratoryReport):
     nominal: Annotated[
         float | None,
         Field(
-            help="Nominal diameter, in mm.",
+            help="Nominal diameter, in mm, for limits such as +0.021/0.",
             range=(0.0, 1e5),
             unit="mm",
             label="Nominal diameter",
@@ -246,7 +246,7 @@ class Measure(LaboratoryReport):
         float,
         Field(
             help="Standard uncertainty of a length due to the machine's geometry, temperature and "
-            "clamping, in µm.",
+            "clamping, in µm, which also increases the bounds of form and position.",
             range=(0.0, 1e4),
             label="u of the machine",
             hint="Geometry, temperature and clamping, for one length",

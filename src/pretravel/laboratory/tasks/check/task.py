@@ -426,7 +426,10 @@ class CheckedProbe(Result):
         if self.task.map_file is not None:
             return ()
         return (
-            "the touches were tested as the machine reports them; with a map, compensated points",
+            (
+                "the touches were tested as the machine reports them. With --map, compensated "
+                "points would be tested instead"
+            ),
         )
 
     def write(self, output: str, path: Path) -> None:

@@ -31,7 +31,10 @@ if TYPE_CHECKING:
 
 
 class Repeat(Reported):
-    """Evaluate repeated touches of one point: noise, drift, first touch, interval of the next."""
+    """Evaluate repeated touches of one point: noise, drift, error of the first touch.
+
+    Also the interval in which the next touch will lie.
+    """
 
     name = "repeat"
     example = "pretravel repeat octoprint.log --plot repeat.png"
@@ -39,8 +42,9 @@ class Repeat(Reported):
     log: Annotated[
         tuple[Path, ...],
         Field(
-            help="Log of any probe, without a reference: Klipper, Marlin, RepRapFirmware, grbl, "
-            "LinuxCNC, any format that pretravel formats lists; or a table of x, y, z, or of "
+            help="Log of repeated touches by any probe; no reference is needed: Klipper, Marlin, "
+            "RepRapFirmware, grbl, LinuxCNC, any format that pretravel formats lists; or a table "
+            "of x, y, z, or of "
             "heights alone.",
             positional=True,
             metavar="LOG",

@@ -84,17 +84,20 @@ class ReversedTouches(Result):
         known = math.isfinite(found.noise)
         figures = [
             KeyFigure("removed", found.removed / MICROMETRE, "µm", decimals(2),
-                      remark="root mean square: run-out, odd lobes and half of the noise")
+                      remark="root mean square: offset of the tip, odd lobes, noise of a mean")
         ]  # fmt: skip
         if known:
             k = found.factor
             u = float(found.u[0]) / MICROMETRE
+            across = 2.0 * math.hypot(*found.runout.tolist()) / MICROMETRE
             figures += [
                 KeyFigure("noise of a touch", found.noise / MICROMETRE, "µm", decimals(2),
                           remark=f"of a mean {found.u_mean / MICROMETRE:.2f} µm"),
-                KeyFigure("run-out", tuple((found.runout / MICROMETRE).tolist()), "µm", decimals(2),
-                          u=(u, u), u_digits=two, coverage_factor=k,
-                          remark="along x and y; a lobe of order one of the probe is in it"),
+                KeyFigure("tip offset", tuple((found.runout / MICROMETRE).tolist()), "µm",
+                          decimals(2), u=(u, u), u_digits=two, coverage_factor=k,
+                          remark="from the axis of the spindle, along x and y with the spindle at "
+                          f"0°; the run-out is twice its length, {across:.2f} µm; a lobe of order "
+                          "one of the probe is in it"),
                 *(
                     KeyFigure(f"lobes of order {order}", size / MICROMETRE, "µm", decimals(2),
                               u=own / MICROMETRE, u_digits=two, coverage_factor=k,
@@ -141,10 +144,11 @@ class ReversedTouches(Result):
 def _together(orders: Sequence[int]) -> str:
     """What else a lobe contains, in words."""
     if not orders:
-        return ""
+        return "amplitude"
     named = ", ".join(str(order) for order in orders[:3])
     return (
-        f"not distinguished from order {named}, whose usual size is in u; an odd number of equal "
+        f"amplitude; not distinguished from order {named}, whose usual size is in u; an odd "
+        "number of equal "
         "steps, 13 or 15, separates more"
     )
 

@@ -169,14 +169,17 @@ def _uncertainty_section(certificate: CalibrationCertificate) -> Section:
     """The budget at the mean pretravel, and the uncertainty as a function of the length."""
     budget = certificate.budget
     length = value_text(certificate.calibration.pretravel / MICROMETRE, "µm", decimals(3))
-    formula = f"U depends on the length by source; below it is given for L = {length}, the mean."
+    fewest = min(result.performance.count for result in certificate.directions)
+    touches = "1 touch" if fewest == 1 else f"{fewest} touches"
+    case = f"{length}, the mean of all directions, and for {touches}, the fewest in a direction"
+    formula = f"U depends on the length by source. The table is for L = {case}."
     if certificate.constant_and_slope is not None:
         constant, slope = certificate.constant_and_slope
         formula = (
             f"U(L) = {number_text(budget.coverage_factor())} · "
             f"√({number_text(constant / MICROMETRE, decimals(4))}² + "
             f"({number_text(slope * 1e6, decimals(3))} L)²) µm, where L is the pretravel in m. The "
-            f"table is for {length}."
+            f"table is for L = {case}."
         )
     source = certificate.budget_source
     return Section(

@@ -59,7 +59,7 @@ from pretravel.show import (
 from pretravel.task import budget_table, budgets_data, expanded_figure
 from pretravel.uncertainty import Budget, coverage_factor
 
-BUDGET_TITLE = "Uncertainty of the mean pretravel of the direction with the fewest touches"
+BUDGET_TITLE = "Uncertainty of the mean pretravel of a direction"
 _MOST_SAMPLES = 1500
 """Of a trace in a picture."""
 

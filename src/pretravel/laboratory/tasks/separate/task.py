@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 _VARIANCE = (0.0, 1e6)
 """[µm²]"""
 _PAIR = "MACHINE,PROBE"
+_REPEATS = 10
+"""Where their number is not given."""
+_ASSUMED = f"the number of repeats, {_REPEATS}, is assumed; give yours (--repeat-count)"
 _NO_TIP = "a map needs the diameter of the tip, in mm"
 
 
@@ -51,9 +54,10 @@ class Separate(LaboratoryReport):
     readings: Annotated[
         tuple[Path, ...],
         Field(
-            help="CSV with machine_index,probe_index,error_um (distance of the touch from the "
-            "centre less the radius, in µm), or touches of the reference's equator at each "
-            "orientation of the probe (x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg), in one file or in one "
+            help="CSV with machine_index,probe_index,error_um (distance of the tip centre from "
+            "that of the sphere, less the radii of sphere and tip, in µm), or touches of the "
+            "reference's equator at each orientation of the probe "
+            "(x_mm,y_mm,z_mm,nx,ny,nz,spindle_deg), in one file or in one "
             "for each setup: files, a folder or a name with *.",
             positional=True,
             metavar="READINGS",
@@ -93,14 +97,14 @@ class Separate(LaboratoryReport):
         ),
     ] = None
     repeat_count: Annotated[
-        int,
+        int | None,
         Field(
-            help="Number of repeats from which --repeat-variance was estimated.",
+            help="Number of repeats from which --repeat-variance was estimated; default: 10.",
             range=(2, 1_000_000),
             label="Number of these repeats",
             only=("repeat_variance",),
         ),
-    ] = 10
+    ] = None
     method: Annotated[
         Literal["reml", "least-squares", "paper"],
         Field(
@@ -197,7 +201,8 @@ class Separate(LaboratoryReport):
             measured = counted_the_other_way(measured)
         with progress.working(f"separating {len(measured)} readings"):
             found = separate(measured, method=self.method, repeated=repeated, exclude=self.exclude)
-        found = replace(found, notes=(*notes, *found.notes))
+        assumed = repeated is not None and self.repeat_count is None
+        found = replace(found, notes=(*notes, *found.notes, *((_ASSUMED,) if assumed else ())))
         return SeparatedErrors(self, found, statements)
 
     @property
@@ -217,7 +222,8 @@ class Separate(LaboratoryReport):
                 "the variance of repeats needs the indices of its pair",
                 inputs=("repeat_variance", "repeat_pair"),
             )
-        return RepeatedPair(*repeated, variance * MICROMETRE**2, count=self.repeat_count)
+        count = _REPEATS if self.repeat_count is None else self.repeat_count
+        return RepeatedPair(*repeated, variance * MICROMETRE**2, count=count)
 
 
 @dataclass(frozen=True, eq=False)
