@@ -12,6 +12,7 @@ from pretravel.base.directions import fibonacci_cap
 from pretravel.base.errors import PretravelError
 from pretravel.base.frames import probe_rotation
 from pretravel.design.identification.orientation import SHARE, in_orientation
+from pretravel.design.identification.probe_from_map import identify
 from pretravel.files.map_file import read_map, write_map
 from pretravel.prediction.catalogue import load_probe
 from pretravel.prediction.trigger import predict
@@ -61,6 +62,13 @@ def test_the_map_changes_by_it_and_u_contains_a_share() -> None:
     np.testing.assert_allclose(np.hypot(old_u, SHARE * np.abs(change)), u, rtol=1e-6)
 
 
+def test_names_of_the_old_orientation_do_not_stay() -> None:
+    old = example_map("harmonic")
+    named = replace(old, provenance=replace(old.provenance, tip="T1A0B0", orientation="A0B0"))
+    made = in_orientation(named, PROBE, [0.0, 1.0, 0.0]).pretravel_map.provenance
+    assert (made.tip, made.orientation) == ("", "")
+
+
 def test_a_few_touches_take_it_or_refuse_it() -> None:
     old = example_map("harmonic")
     new = in_orientation(old, PROBE, [0.0, 1.0, 0.0]).pretravel_map
@@ -76,6 +84,13 @@ def test_refused() -> None:
     lying = replace(PROBE, orientation=replace(PROBE.orientation, axis=(0.0, 1.0, 0.0)))
     with pytest.raises(PretravelError, match="not that of the map"):
         in_orientation(example_map("harmonic"), lying, [0.0, 0.0, 1.0])
+    small = replace(example_map("harmonic"), tip_radius=2.0)
+    for command in (
+        lambda: in_orientation(small, PROBE, [0.0, 0.0, 1.0]),
+        lambda: identify(small, PROBE, ("rotation",)),
+    ):
+        with pytest.raises(PretravelError, match="has a diameter of 6 mm, that of the map 4 mm"):
+            command()
     light = replace(PROBE, moving=replace(PROBE.moving, mass=0.0))
     with pytest.raises(PretravelError, match="no moving mass"):
         in_orientation(example_map("harmonic"), light, [0.0, 1.0, 0.0])

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pretravel.base import MICROMETRE, FloatArray, PretravelError
-from pretravel.maps import Origin, PretravelMap, TouchedMeans
+from pretravel.maps import LARGEST_PRETRAVEL, Origin, PretravelMap, TouchedMeans
+from pretravel.prediction import Probe
 from pretravel.six_seats import curved_part_factor
 
 SMALLEST_ERROR = 0.05 * MICROMETRE
@@ -45,6 +46,27 @@ class Evidence:
     tip_factor: float = 1.0
     noise_dof: float | None = None
     warnings: tuple[str, ...] = ()
+
+
+def refuse_other_probe(pretravel_map: PretravelMap, probe: Probe) -> None:
+    """Refuse a description of another axis or another tip than those of the map.
+
+    Raises
+    ------
+    PretravelError
+    """
+    if probe.orientation.matrix[:, 2] @ pretravel_map.rotation[:, 2] < 1.0 - 1e-6:
+        raise PretravelError(
+            "the axis of the description is not that of the map: give the orientation in which "
+            "the map was made in the description",
+            inputs=("probe",),
+        )
+    if abs(probe.tip.radius - pretravel_map.tip_radius) > LARGEST_PRETRAVEL:
+        raise PretravelError(
+            f"the tip of the description has a diameter of {2.0 * probe.tip.radius:.6g} mm, that "
+            f"of the map {2.0 * pretravel_map.tip_radius:.6g} mm: one of them is of another probe",
+            inputs=("probe", "map_file"),
+        )
 
 
 def evidence_of(pretravel_map: PretravelMap) -> Evidence:

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from pretravel.base import FloatArray, PretravelError, checked_unit, probe_rotation
+from pretravel.base import FloatArray, checked_unit, probe_rotation
+from pretravel.design.identification.evidence import refuse_other_probe
 from pretravel.maps import PretravelMap
 from pretravel.prediction import Probe, predict
 from pretravel.qualification import coefficients_of, drifted_map, spread_over_support
@@ -79,8 +80,8 @@ def in_orientation(
     Raises
     ------
     PretravelError
-        Axes of map and description that differ; an orientation in which the probe does not rest
-        on its seats, or never triggers.
+        Axes or tips of map and description that differ; an orientation in which the probe does not
+        rest on its seats, or never triggers.
 
     References
     ----------
@@ -93,12 +94,7 @@ def in_orientation(
     0.0
     """
     old_axis = pretravel_map.rotation[:, 2]
-    if probe.orientation.matrix[:, 2] @ old_axis < 1.0 - 1e-6:
-        raise PretravelError(
-            "the axis of the description is not that of the map: give the orientation in which "
-            "the map was made in the description",
-            inputs=("probe",),
-        )
+    refuse_other_probe(pretravel_map, probe)
     new_axis = checked_unit(np.atleast_2d(np.asarray(axis, dtype=np.float64)), "axis")[0]
     turn = probe_rotation(new_axis, roll) @ probe_rotation(old_axis).T
     down = checked_unit(np.atleast_2d(np.asarray(gravity, dtype=np.float64)), "gravity")[0]
@@ -135,5 +131,7 @@ def _changed(old: PretravelMap, change: FloatArray, lost: float, turn: FloatArra
             old.provenance,
             source="a map of another orientation of the head, and the weight of a described probe",
             setup=None,
+            tip="",  # names of the old orientation
+            orientation="",
         ),
     )

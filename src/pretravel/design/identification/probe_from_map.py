@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from pretravel.base import DEGREE, MICROMETRE, DescriptionError, FloatArray, PretravelError
-from pretravel.design.identification.evidence import Evidence, evidence_of
+from pretravel.design.identification.evidence import Evidence, evidence_of, refuse_other_probe
 from pretravel.design.identification.free_numbers import FREE, FreeNumber, free_numbers
 from pretravel.design.identification.measured_forces import MeasuredForces
 from pretravel.maps import MapLike, as_map
@@ -151,6 +151,7 @@ def identify(
             "to 0",
             inputs=("probe",),
         )
+    refuse_other_probe(pretravel_map, probe)
     evidence = evidence_of(pretravel_map)
     fit = _MapFit(evidence, probe, tuple(numbers), model, forces)
     maxima = _maxima(fit, free)
